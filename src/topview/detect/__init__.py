@@ -1,0 +1,1 @@
+"""Detectors of heads (later: faces, hands, skin), each behind one small protocol."""

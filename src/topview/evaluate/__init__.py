@@ -1,0 +1,1 @@
+"""Metrics with units, and the data sets they are measured on."""

@@ -1,0 +1,1 @@
+"""Transforms and quadrics: the readable NumPy definitions."""

@@ -1,0 +1,1 @@
+"""Recordings in, skeletons out: one file per format."""

@@ -1,0 +1,1 @@
+"""The fast loops, and the only importer of numba."""

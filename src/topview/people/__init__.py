@@ -1,0 +1,1 @@
+"""Who is in view: floor, users, their points, heights and lasting identities."""

@@ -1,0 +1,1 @@
+"""The top view re-projection scores and their factors."""

@@ -1,0 +1,1 @@
+"""The simulator: people, motions, rooms and a depth sensor, rendered its own way."""

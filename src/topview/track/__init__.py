@@ -1,0 +1,1 @@
+"""The frame recipe and the full-body tracker."""
