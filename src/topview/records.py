@@ -19,7 +19,7 @@ MAX_IMAGE_SIDE_PX = 16_384
 
 
 class InputError(ValueError):
-    """Something a user gave cannot be used; the message is one line: what, its value, what is right.
+    """Something a user gave cannot be used; the message is one line: what, value, what is right.
 
     The command line prints the message and exits with status 2.
     """
@@ -33,7 +33,7 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Pinhole intrinsics in pixels, pixel centres at integer coordinates, image already undistorted.
+    """Pinhole intrinsics in pixels: pixel centres at integers, image already undistorted.
 
     Raises:
         InputError: a value is not finite, not positive where it must be, or absurd.

@@ -86,7 +86,7 @@ class Joint:
 
     Attributes:
         name: its name in every output.
-        part: index of the part that carries it (its constant offsets are told in that part's frame).
+        part: index of the part that carries it; its constant offsets are told in that frame.
         bone_to: index of the joint towards the root that a drawing connects it with, -1 for none.
     """
 

@@ -1,0 +1,36 @@
+"""How the tracker is steered: one frozen record, from which the command line is made."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from topview.records import InputError
+
+Method = Literal["utvr", "thesis"]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerSettings:
+    """What a user can choose.
+
+    Attributes:
+        method: "utvr" is the full tracker; "thesis" is the thesis's own recipe (Sec. 5.3), greedy
+            from the head down, without what this project adds to it.
+        seed: of every random number; the same recording and seed give bit-identical output.
+        threads: for the kernels, 0 for all cores; the output does not depend on it.
+    """
+
+    method: Method = "utvr"
+    seed: int = 0
+    threads: int = 0
+
+    def __post_init__(self) -> None:
+        if self.threads < 0:
+            raise InputError(f"threads is {self.threads}; it must be 0 (all cores) or more")
+        if not 0 <= self.seed < 2**63:
+            raise InputError(f"seed is {self.seed}; it must be 0 to 2^63 - 1")
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain JSON types, for the outputs."""
+        return asdict(self)
