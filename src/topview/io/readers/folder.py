@@ -1,0 +1,158 @@
+"""A folder of images: `depth/000000.png`, optionally `rgb/000000.png` or `.jpg`, `camera.json`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.io.naming import naming
+from topview.io.readers.camera_json import read_camera_json
+from topview.io.readers.depth import depth_image
+from topview.io.readers.images import decode_color, decode_depth_png
+from topview.records import Frame, InputError
+
+DEPTH_SUFFIXES: Final = (".png",)
+COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
+MAX_GAP_LINES: Final = 5  # more gaps than this share one line
+
+
+def recognises(path: Path) -> bool:
+    return path.is_dir()
+
+
+class FolderRecording:
+    """The recording in a folder, or in the folder above if its `depth` folder is given.
+
+    The last number in an image's name is the frame's index; its time is index / fps. Depth is
+    uint16 in the unit of camera.json's depth_scale, 0 = no reading. Colour must be registered to
+    the depth image, in the same size; frames without (readable) colour come without.
+
+    Attributes:
+        name: the folder's name.
+        camera: of all frames.
+        problems: relative to the folder.
+
+    Raises:
+        InputError: no depth images, or camera.json is missing or wrong.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._root = _root_of(path)
+        self.name = self._root.resolve().name
+        self.problems: list[str] = []
+        self._depth_paths = self._numbered_images("depth", DEPTH_SUFFIXES)
+        if not self._depth_paths:
+            raise InputError(
+                f"{path}: has no depth images; it must hold depth/000000.png, depth/000001.png, "
+                "... and camera.json"
+            )
+        self._color_paths = self._numbered_images("rgb", COLOR_SUFFIXES)
+        camera_file = read_camera_json(self._root / "camera.json")
+        self.camera = camera_file.camera
+        self._metres_per_unit = camera_file.metres_per_unit
+        self._fps = camera_file.fps
+        self._note_gaps()
+        self._note_missing_color()
+
+    def __len__(self) -> int:
+        """How many depth images there are, the unreadable ones included."""
+        return len(self._depth_paths)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for index, depth_path in self._depth_paths.items():
+            try:
+                depth_m = self._read_depth(depth_path)
+            except InputError as error:
+                self._note(str(error))
+                continue
+            color = self._read_color(self._color_paths.get(index))
+            yield Frame(index, index / self._fps, depth_m, self.camera, color)
+
+    def _read_depth(self, path: Path) -> NDArray[np.float32]:
+        with naming(path.relative_to(self._root)):
+            units = decode_depth_png(path.read_bytes(), self.camera.width, self.camera.height)
+            return depth_image(units, self._metres_per_unit)
+
+    def _read_color(self, path: Path | None) -> NDArray[np.uint8] | None:
+        if path is None:
+            return None
+        try:
+            with naming(path.relative_to(self._root)):
+                color = decode_color(path.read_bytes())
+        except InputError as error:
+            self._note(f"{error}; the frame comes without colour")
+            return None
+        height, width = color.shape[:2]
+        if (width, height) != (self.camera.width, self.camera.height):
+            self._note(
+                f"rgb/: images are {width} x {height} pixels; they must be registered to the "
+                f"depth images, {self.camera.width} x {self.camera.height}; going on without colour"
+            )
+            return None
+        return color
+
+    def _numbered_images(self, folder: str, suffixes: tuple[str, ...]) -> dict[int, Path]:
+        """Frame index to image path, in order."""
+        directory = self._root / folder
+        if not directory.is_dir():
+            return {}
+        images: dict[int, Path] = {}
+        with naming(directory):
+            paths = sorted(directory.iterdir())
+        for path in paths:
+            if path.suffix.lower() not in suffixes or path.name.startswith("."):
+                continue
+            numbers = re.findall(r"[0-9]+", path.stem)
+            if not numbers:
+                self._note(f"{folder}/{path.name}: has no frame number; it must be like 000000.png")
+            elif (taken := images.setdefault(int(numbers[-1]), path)) is not path:
+                self._note(
+                    f"{folder}/{path.name}: has the same frame number as {taken.name}; left out"
+                )
+        return dict(sorted(images.items()))
+
+    def _note_gaps(self) -> None:
+        gaps = [
+            (before, after) for before, after in pairwise(self._depth_paths) if after > before + 1
+        ]
+        if len(gaps) > MAX_GAP_LINES:
+            missing = sum(after - before - 1 for before, after in gaps)
+            first, last = gaps[0][0], gaps[-1][1]
+            self._note(
+                f"depth/: {missing} frames are missing in {len(gaps)} gaps between "
+                f"{self._depth_paths[first].name} and {self._depth_paths[last].name}"
+            )
+            return
+        for before, after in gaps:
+            frames = (
+                f"frame {before + 1} is"
+                if after == before + 2
+                else f"frames {before + 1}-{after - 1} are"
+            )
+            self._note(
+                f"depth/: {frames} missing between "
+                f"{self._depth_paths[before].name} and {self._depth_paths[after].name}"
+            )
+
+    def _note_missing_color(self) -> None:
+        missing = [index for index in self._depth_paths if index not in self._color_paths]
+        if self._color_paths and missing:
+            self._note(
+                f"rgb/: has no image for {len(missing)} of {len(self)} frames, the first of them "
+                f"frame {missing[0]}; they come without colour"
+            )
+
+    def _note(self, problem: str) -> None:
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+
+def _root_of(path: Path) -> Path:
+    is_depth_folder = path.resolve().name == "depth" and not (path / "depth").is_dir()
+    return path.resolve().parent if is_depth_folder else path

@@ -1,0 +1,114 @@
+"""Depth and colour image files, checked before they are decoded.
+
+OpenCV answers a broken file with None or with part of the picture, and writes to stderr, so the
+files' own structure is checked first. Errors do not name the file: the caller does.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import InputError
+
+# PNG specification (W3C, third edition), 5.2 and 11.2.1.
+PNG_SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
+PNG_COLOR_TYPES: Final = {0: "grey", 2: "RGB", 3: "palette", 4: "grey with alpha", 6: "RGBA"}
+PNG_GREY: Final = 0
+# ITU-T T.81, Table B.1. Inside the entropy-coded data 0xFF never comes before 0xD9 or 0xDA.
+JPEG_SIGNATURE: Final = b"\xff\xd8"
+JPEG_START_OF_SCAN: Final = b"\xff\xda"
+JPEG_END_OF_IMAGE: Final = b"\xff\xd9"
+
+
+@dataclass(frozen=True, slots=True)
+class PngHeader:
+    """Size in pixels, bits per channel and colour type of a PNG image."""
+
+    width: int
+    height: int
+    bits: int
+    color_type: int
+
+
+def check_png(data: bytes) -> PngHeader:
+    """The header of a whole and undamaged PNG file.
+
+    Raises:
+        InputError: empty, not PNG, truncated, or a chunk's checksum is wrong.
+    """
+    if not data:
+        raise InputError("is empty (0 bytes); it must be a PNG image")
+    if not data.startswith(PNG_SIGNATURE):
+        raise InputError(f"starts with {data[:8]!r}; it must be a PNG image")
+    view = memoryview(data)
+    header: PngHeader | None = None
+    start, kind = len(PNG_SIGNATURE), b""
+    while kind != b"IEND":
+        if start + 12 > len(data):
+            raise InputError(f"is truncated after {len(data)} bytes; it must be a whole PNG image")
+        length, kind = struct.unpack_from(">I4s", data, start)
+        end = start + 12 + length
+        if end > len(data):
+            raise InputError(f"is truncated after {len(data)} bytes; it must be a whole PNG image")
+        (checksum,) = struct.unpack_from(">I", data, end - 4)
+        if zlib.crc32(view[start + 4 : end - 4]) != checksum:
+            raise InputError(
+                f"is damaged between bytes {start} and {end} (wrong checksum); "
+                "it must be a whole PNG image"
+            )
+        if header is None:
+            if kind != b"IHDR" or length != 13:
+                raise InputError(f"begins with chunk {kind!r}; a PNG image begins with IHDR")
+            header = PngHeader(*struct.unpack_from(">IIBB", data, start + 8))
+        start = end
+    if header is None:
+        raise InputError("has no IHDR; it must be a whole PNG image")
+    return header
+
+
+def decode_depth_png(data: bytes, width: int, height: int) -> NDArray[np.uint16]:
+    """[H, W] uint16 stored units.
+
+    Raises:
+        InputError: not a whole PNG image with one 16-bit channel and of the camera's size.
+    """
+    header = check_png(data)
+    if header.bits != 16 or header.color_type != PNG_GREY:
+        color = PNG_COLOR_TYPES.get(header.color_type, f"colour type {header.color_type}")
+        raise InputError(
+            f"is {header.bits}-bit {color}; a depth image must be 16-bit grey (one channel)"
+        )
+    if (header.width, header.height) != (width, height):
+        raise InputError(
+            f"is {header.width} x {header.height} pixels; "
+            f"it must be {width} x {height}, as camera.json says"
+        )
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None or image.shape != (height, width) or image.dtype != np.uint16:
+        raise InputError("cannot be decoded; it must be a 16-bit PNG image")
+    return image.astype(np.uint16, copy=False)
+
+
+def decode_color(data: bytes) -> NDArray[np.uint8]:
+    """[H, W, 3] uint8 RGB of a PNG or JPEG file, stored orientation kept.
+
+    Raises:
+        InputError: not a whole PNG or JPEG image.
+    """
+    if data.startswith(JPEG_SIGNATURE):
+        if data.rfind(JPEG_END_OF_IMAGE) < data.rfind(JPEG_START_OF_SCAN):
+            raise InputError(f"is truncated after {len(data)} bytes; it must be a whole JPEG image")
+    else:
+        check_png(data)
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    if image is None:
+        raise InputError("cannot be decoded; it must be a PNG or JPEG image")
+    return np.ascontiguousarray(image[..., ::-1], np.uint8)
