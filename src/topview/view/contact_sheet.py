@@ -1,0 +1,167 @@
+"""One picture of a whole recording: chosen frames with their skeletons, beside a view in 3D."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import JOINT_NAMES
+from topview.records import Frame, InputError, JointState, Person
+from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons
+from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
+from topview.view.scene3d import Stage, paint_scene
+
+EVEN_TILES = 8
+TELLING_TILES = 4  # at most: the frame of each quarter in which people hide most of each other
+MARGIN_PX = 16
+CAPTION_PX = 32
+HEADER_PX = 92
+PANEL_PX = (480, 360)
+LONE_PANEL_PX = (640, 480)
+
+LEGEND = (
+    (JointState.VISIBLE, "visible"),
+    (JointState.SELF_OCCLUDED, "behind the own body"),
+    (JointState.OCCLUDED_BY_PERSON, "behind a person"),
+    (JointState.OCCLUDED_BY_OBJECT, "behind an object"),
+)
+ANKLES = [JOINT_NAMES.index("left_ankle"), JOINT_NAMES.index("right_ankle")]
+ANKLE_HEIGHT_M = 0.07  # 3.9 % of the stature, Drillis and Contini (1966)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """A frame that is kept for the sheet."""
+
+    frame: Frame
+    people: tuple[Person, ...]
+
+
+class ContactSheet:
+    """A viewer that keeps a dozen frames while tracking runs, and paints them at the end.
+
+    Args:
+        title: the recording's name.
+        frame_count: how many frames the recording should have.
+    """
+
+    def __init__(self, title: str, frame_count: int) -> None:
+        self.title = title
+        self._frame_count = max(frame_count, 1)
+        even = np.linspace(0, self._frame_count - 1, EVEN_TILES)
+        self._wanted = sorted({round(index) for index in even})
+        self._even: list[Moment] = []
+        self._telling: dict[int, tuple[int, Moment]] = {}
+        self._shown = 0
+
+    def show(self, frame: Frame, people: Sequence[Person]) -> None:
+        """Keep the frame if its turn has come or if people hide each other more than before."""
+        moment = Moment(frame, tuple(people))
+        if self._wanted and self._shown >= self._wanted[0]:
+            self._wanted.pop(0)
+            self._even.append(moment)
+        quarter = TELLING_TILES * self._shown // self._frame_count
+        hidden = sum(
+            int((person.joint_state == JointState.OCCLUDED_BY_PERSON).sum()) for person in people
+        )
+        if hidden > self._telling.get(quarter, (0, None))[0]:
+            self._telling[quarter] = hidden, moment
+        self._shown += 1
+
+    @property
+    def moments(self) -> list[Moment]:
+        """What the sheet will show, in the order of the recording."""
+        near = self._frame_count / (4 * EVEN_TILES)
+        even = [moment.frame.index for moment in self._even]
+        telling = [
+            moment
+            for _, moment in self._telling.values()
+            if all(abs(moment.frame.index - index) > near for index in even)
+        ]
+        return sorted([*self._even, *telling], key=lambda moment: moment.frame.index)
+
+    def paint(self) -> Image:
+        """The sheet as [H, W, 3] RGB.
+
+        Raises:
+            InputError: no frame was shown.
+        """
+        moments = self.moments
+        if not moments:
+            raise InputError(f"{self.title}: no frame was read, so there is nothing to picture")
+        panel = LONE_PANEL_PX if len(moments) == 1 else PANEL_PX
+        columns = 1 if len(moments) <= 2 else 2
+        rows = -(-len(moments) // columns)
+        tile_width, tile_height = 2 * panel[0], panel[1] + CAPTION_PX
+        sheet = np.full(
+            (
+                HEADER_PX + rows * (tile_height + MARGIN_PX),
+                MARGIN_PX + columns * (tile_width + MARGIN_PX),
+                3,
+            ),
+            GROUND,
+            np.uint8,
+        )
+        self._paint_header(sheet, moments)
+        stage = _stage_of(moments)
+        for number, moment in enumerate(moments):
+            row, column = divmod(number, columns)
+            top = HEADER_PX + row * (tile_height + MARGIN_PX)
+            left = MARGIN_PX + column * (tile_width + MARGIN_PX)
+            sheet[top : top + tile_height, left : left + tile_width] = paint_tile(
+                moment, stage, panel
+            )
+        return sheet
+
+    def png(self) -> bytes:
+        """The sheet as a PNG file.
+
+        Raises:
+            InputError: no frame was shown.
+        """
+        _, png = cv2.imencode(".png", cv2.cvtColor(self.paint(), cv2.COLOR_RGB2BGR))
+        return png.tobytes()
+
+    def _paint_header(self, sheet: Image, moments: Sequence[Moment]) -> None:
+        x = float(MARGIN_PX) + 2
+        draw_text(sheet, self.title, (x, 40), 17, TEXT)
+        x = float(MARGIN_PX) + 2
+        for state, meaning in LEGEND:
+            draw_joint(sheet, np.array([x + 6, 70.0]), state, TEXT, 5.0)
+            x += 18 + draw_text(sheet, meaning, (x + 18, 75), 10, MUTED) + 22
+        x = float(sheet.shape[1] - MARGIN_PX - 2)
+        ids = sorted({person.id for moment in moments for person in moment.people})
+        for person_id in reversed(ids):
+            color = person_color(person_id)
+            x -= draw_text(sheet, f"person {person_id}", (x, 75), 10, color, "right") + 22
+
+
+def paint_tile(moment: Moment, stage: Stage, panel_px: tuple[int, int]) -> Image:
+    """The frame with its skeletons, the view in 3D at its right, the frame's number and time below:
+    twice as wide as a panel, and `CAPTION_PX` higher."""
+    width, height = panel_px
+    tile = np.full((height + CAPTION_PX, 2 * width, 3), PANEL, np.uint8)
+    tile[:height, :width] = frame_with_skeletons(moment.frame, moment.people, panel_px)
+    tile[:height, width:] = paint_scene(moment.frame, moment.people, stage, panel_px)
+    baseline = height + CAPTION_PX - 11
+    used = draw_text(tile, f"frame {moment.frame.index}", (12, baseline), 10, TEXT)
+    time = f"{moment.frame.timestamp_s:.2f} s"
+    draw_text(tile, time, (12 + used + 14, baseline), 10, MUTED)
+    return tile
+
+
+def _stage_of(moments: Sequence[Moment]) -> Stage:
+    """A stage that holds everyone in all pictures: gravity and floor from the people themselves."""
+    people = [person for moment in moments for person in moment.people]
+    if not people:
+        nowhere = np.array([[0.0, 0.0, 2.0], [0.0, 0.0, 4.0]])
+        return Stage.around(nowhere, np.array([0.0, -1.0, 0.0]), 1.0)
+    joints = np.stack([person.joints_camera for person in people])
+    up = np.array([0.0, -1.0, 0.0])
+    lowest = float(np.nanpercentile(joints[:, ANKLES] @ -up, 90.0))
+    flat: NDArray[np.float64] = joints.reshape(-1, 3)
+    return Stage.around(flat[np.isfinite(flat).all(axis=-1)], up, lowest + ANKLE_HEIGHT_M)

@@ -1,0 +1,195 @@
+"""Anti-aliased primitives in images, and the skeleton over a frame.
+
+Images are [H, W, 3] uint8 RGB and are drawn into; places are pixels (x right, y down), pixel
+centres at integers, and may fall between pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import JOINTS
+from topview.camera import project
+from topview.records import Frame, JointState, Person
+from topview.view.palette import GROUND, MUTED, OUTLINE, PANEL, Color, mix, person_color
+
+Image = NDArray[np.uint8]
+Align = Literal["left", "centre", "right"]
+
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+TEXT_OVERSAMPLING = 4  # OpenCV's stroke fonts look ragged at reading size, clean when reduced
+SHIFT = 4  # fractional bits of the places that OpenCV draws at
+
+SEEN = (JointState.VISIBLE, JointState.OUT_OF_VIEW)
+
+
+def resized(image: Image, size_px: tuple[int, int]) -> Image:
+    """The image at (width, height): averaged when it shrinks, interpolated when it grows."""
+    shrinks = size_px[0] < image.shape[1]
+    how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(image, size_px, interpolation=how), np.uint8)
+
+
+def draw_line(
+    image: Image, start: NDArray[Any], end: NDArray[Any], color: Color, width_px: int = 1
+) -> None:
+    """A straight line; not drawn where an end is NaN."""
+    if np.isfinite(start).all() and np.isfinite(end).all():
+        cv2.line(image, _fixed(start), _fixed(end), color, width_px, cv2.LINE_AA, SHIFT)
+
+
+def draw_text(
+    image: Image,
+    text: str,
+    at: tuple[float, float],
+    height_px: float,
+    color: Color,
+    align: Align = "left",
+) -> float:
+    """Text whose capitals are `height_px` high, on a baseline that starts, is centred or ends at
+    `at`; returns its width in pixels."""
+    height = round(height_px * TEXT_OVERSAMPLING)
+    thickness = max(1, round(height * 0.13))
+    scale = cv2.getFontScaleFromHeight(FONT, height, thickness)
+    (width, _), below = cv2.getTextSize(text, FONT, scale, thickness)
+    margin = 2 * thickness
+    ink = np.zeros((height + below + 2 * margin, width + 2 * margin), np.uint8)
+    cv2.putText(ink, text, (margin, margin + height), FONT, scale, 255, thickness, cv2.LINE_AA)
+    rows, columns = (-(-side // TEXT_OVERSAMPLING) for side in ink.shape)
+    reduced = resized(ink, (columns, rows))
+    width_px = width / TEXT_OVERSAMPLING
+    left = at[0] - {"left": 0.0, "centre": 0.5, "right": 1.0}[align] * width_px
+    corner = (
+        round(left - margin / TEXT_OVERSAMPLING),
+        round(at[1] - (height + margin) / TEXT_OVERSAMPLING),
+    )
+    _blend(image, reduced, corner, color)
+    return width_px
+
+
+def draw_joint(
+    image: Image, at: NDArray[Any], state: JointState, color: Color, radius_px: float = 4.0
+) -> None:
+    """The marker that says how a joint is seen: a disc where it is visible, a ring behind the own
+    body, a diamond behind another person, a square behind an object, a cross out of view."""
+    if not np.isfinite(at).all():
+        return
+    if state == JointState.VISIBLE:
+        cv2.circle(image, _fixed(at), _length(radius_px + 1), OUTLINE, -1, cv2.LINE_AA, SHIFT)
+        cv2.circle(image, _fixed(at), _length(radius_px), color, -1, cv2.LINE_AA, SHIFT)
+    elif state == JointState.SELF_OCCLUDED:
+        cv2.circle(image, _fixed(at), _length(radius_px), OUTLINE, -1, cv2.LINE_AA, SHIFT)
+        cv2.circle(image, _fixed(at), _length(radius_px), color, 1, cv2.LINE_AA, SHIFT)
+    elif state in (JointState.OCCLUDED_BY_PERSON, JointState.OCCLUDED_BY_OBJECT):
+        turn = 0.0 if state == JointState.OCCLUDED_BY_PERSON else np.pi / 4
+        angles = turn + np.arange(4) * np.pi / 2
+        corners = at + 1.25 * radius_px * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        fixed = np.round(corners * 2**SHIFT).astype(np.int32)
+        cv2.fillPoly(image, [fixed], OUTLINE, cv2.LINE_AA, SHIFT)
+        cv2.polylines(image, [fixed], True, color, 1, cv2.LINE_AA, SHIFT)
+    elif state == JointState.OUT_OF_VIEW:
+        for dx, dy in ((1, 1), (1, -1)):
+            arm = 0.8 * radius_px * np.array([dx, dy])
+            draw_line(image, at - arm, at + arm, color)
+
+
+def draw_skeleton(image: Image, person: Person, joints_px: NDArray[np.floating]) -> None:
+    """The bones and joints of a person at the pixels [J, 2]; bones to hidden joints are thin."""
+    color = person_color(person.id)
+    bones = [(j, joint.bone_to) for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+    hidden = [state not in SEEN for state in person.joint_state]
+    for j, towards_root in bones:
+        ends = joints_px[j], joints_px[towards_root]
+        if hidden[j] or hidden[towards_root]:
+            draw_line(image, *ends, OUTLINE, 3)
+            draw_line(image, *ends, mix(color, OUTLINE, 0.25), 1)
+        else:
+            draw_line(image, *ends, OUTLINE, 5)
+            draw_line(image, *ends, color, 3)
+    for at, state in zip(joints_px, person.joint_state, strict=True):
+        draw_joint(image, at, JointState(int(state)), color)
+
+
+def frame_picture(frame: Frame) -> Image:
+    """The colour image, a little dimmed, or else the depth as grey: near is light."""
+    if frame.color is not None:
+        return np.round(frame.color * 0.8).astype(np.uint8)
+    known = frame.depth_m > 0.0
+    if not known.any():
+        return np.full((*known.shape, 3), GROUND, np.uint8)
+    light = _relief(frame) * (1.0 - 0.75 * _rank(frame.depth_m, known))
+    lightest, darkest = np.array(MUTED), np.array(PANEL)
+    picture = darkest + light[..., None] * (lightest - darkest)
+    return np.where(known[..., None], picture, GROUND).astype(np.uint8)
+
+
+def _rank(depth_m: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """[H, W] 0 for the nearest pixel, 1 for the farthest, by their order and not their distance."""
+    edges = np.quantile(depth_m[known], np.linspace(0.0, 1.0, 65))
+    return np.interp(depth_m, edges, np.linspace(0.0, 1.0, 65))
+
+
+def _relief(frame: Frame) -> NDArray[np.float64]:
+    """[H, W] 0..1, how much each surface faces the camera."""
+    smooth = cv2.GaussianBlur(frame.depth_m, (0, 0), 1.5)
+    step_m = np.maximum(smooth, 1e-3) / frame.camera.fx
+    slope_x, slope_y = (cv2.Sobel(smooth, cv2.CV_32F, *d, ksize=3) / 8.0 for d in ((1, 0), (0, 1)))
+    return 1.0 / np.sqrt(1.0 + 0.15 * (slope_x**2 + slope_y**2) / step_m**2)
+
+
+def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[int, int]) -> Image:
+    """The frame fitted into (width, height) with every person's skeleton over it, nearest last.
+
+    A joint is drawn where the camera sees it: at `project(joint)`, scaled as the image is.
+    """
+    width, height = size_px
+    camera = frame.camera
+    scale = min(width / camera.width, height / camera.height)
+    fitted = round(camera.width * scale), round(camera.height * scale)
+    picture = resized(frame_picture(frame), fitted)
+    for person in sorted(people, key=lambda person: -float(person.joints_camera[0, 2])):
+        joints_px = (project(person.joints_camera, camera) + 0.5) * scale - 0.5
+        draw_skeleton(picture, person, joints_px)
+        _label_head(picture, person, joints_px)
+    panel = np.full((height, width, 3), GROUND, np.uint8)
+    left, top = (width - fitted[0]) // 2, (height - fitted[1]) // 2
+    panel[top : top + fitted[1], left : left + fitted[0]] = picture
+    return panel
+
+
+def _label_head(image: Image, person: Person, joints_px: NDArray[np.floating]) -> None:
+    head, neck = joints_px[0], joints_px[1]
+    if np.isfinite(head).all() and np.isfinite(neck).all():
+        above = head[1] - 1.2 * abs(neck[1] - head[1]) - 6
+        at = (float(head[0]), float(max(above, 14)))
+        for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+            draw_text(image, str(person.id), (at[0] + dx, at[1] + dy), 10, OUTLINE, "centre")
+        draw_text(image, str(person.id), at, 10, person_color(person.id), "centre")
+
+
+def _blend(image: Image, ink: Image, corner: tuple[int, int], color: Color) -> None:
+    """Lay `color` over the image where there is ink, which may reach over the image's edges."""
+    left, top = corner
+    height, width = image.shape[:2]
+    x0, x1 = max(left, 0), min(left + ink.shape[1], width)
+    y0, y1 = max(top, 0), min(top + ink.shape[0], height)
+    if x0 >= x1 or y0 >= y1:
+        return
+    share = ink[y0 - top : y1 - top, x0 - left : x1 - left, None] / 255.0
+    under = image[y0:y1, x0:x1]
+    image[y0:y1, x0:x1] = np.round(under + share * (np.array(color) - under)).astype(np.uint8)
+
+
+def _fixed(place: NDArray[Any]) -> tuple[int, int]:
+    """In OpenCV's fixed point, kept to where its 32-bit integers hold."""
+    x, y = np.clip(np.round(np.asarray(place, float) * 2**SHIFT), -(2**24), 2**24)
+    return int(x), int(y)
+
+
+def _length(radius_px: float) -> int:
+    return round(radius_px * 2**SHIFT)
