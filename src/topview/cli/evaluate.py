@@ -1,0 +1,108 @@
+"""`topview evaluate`: the tracker against reference skeletons."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+from rich.console import Console
+
+from topview.cli.status import INTERRUPTED
+from topview.evaluate.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
+from topview.evaluate.metrics import Offsets
+from topview.evaluate.report import print_report, write_json
+from topview.evaluate.run import run_evaluation
+from topview.records import InputError
+from topview.track.settings import Method, TrackerSettings
+
+DEFAULTS = TrackerSettings()
+
+evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """What every data set takes.
+
+    Attributes:
+        sequences: globs over the names of the sequences, separated by commas.
+        method: the tracker's method.
+        seed: of every random number.
+        json: file for all numbers.
+        workers: processes, 0 for one per core; the numbers do not depend on it.
+        per_sequence: add a table of the sequences, worst first.
+        offsets: one constant offset per joint for the whole set, or for each person of each
+            recording.
+    """
+
+    sequences: str = "*"
+    method: Method = DEFAULTS.method
+    seed: int = DEFAULTS.seed
+    json: Path | None = None
+    workers: int = 0
+    per_sequence: Annotated[bool, Parameter(negative="")] = False
+    offsets: Offsets = "set"
+
+    @property
+    def settings(self) -> TrackerSettings:
+        return TrackerSettings(method=self.method, seed=self.seed, threads=1)
+
+
+DEFAULT_OPTIONS = EvaluateOptions()
+
+
+@evaluate.command(name="utd-mhad")
+def utd_mhad(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on UTD-MHAD.
+
+    Args:
+        path: the folder that holds Depth/ and Skeleton/; sequences are named like a1_s1_t1.
+    """
+    return _evaluate(
+        find_utd_mhad(path, options.sequences),
+        "UTD-MHAD: agreement with the Kinect SDK v1 skeleton (a reference, not truth)",
+        options,
+    )
+
+
+@evaluate.command
+def folder(*paths: Path, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on recordings in the folder layout that have a groundtruth.npz.
+
+    Args:
+        paths: recordings, or folders of recordings.
+    """
+    if not paths:
+        raise InputError("evaluate folder: no folder given; give at least one recording")
+    return _evaluate(
+        find_folder_recordings(paths, options.sequences),
+        "error against the recordings' own ground truth",
+        options,
+    )
+
+
+def _evaluate(
+    recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
+) -> int:
+    run = run_evaluation(recordings, options.settings, options.workers)
+    for problem in run.problems:
+        print(f"topview: {problem}", file=sys.stderr)
+    measured = len(run.evaluation.sequences)
+    if measured:
+        counted = f"{title}: {measured} of {run.planned} recordings"
+        summary = print_report(
+            run.evaluation, Console(), counted, options.offsets, options.per_sequence
+        )
+        if options.json is not None:
+            write_json(options.json, summary, title, options.settings.as_json(), run.problems)
+    if run.interrupted:
+        print(f"topview: interrupted: {measured} of {run.planned} recordings", file=sys.stderr)
+        return INTERRUPTED
+    if not measured:
+        raise InputError(f"none of the {run.planned} recordings could be evaluated")
+    return 0

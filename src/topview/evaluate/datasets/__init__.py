@@ -1,0 +1,19 @@
+"""Data sets that the tracker is measured on: one file each.
+
+A data set yields `EvaluatedRecording`s: small, picklable descriptions that a worker process opens.
+"""
+
+from topview.evaluate.datasets.base import EvaluatedRecording, select_by_name
+from topview.evaluate.datasets.folder import FolderRecording, find_folder_recordings
+from topview.evaluate.datasets.groundtruth import read_groundtruth
+from topview.evaluate.datasets.utd_mhad import UtdMhadRecording, find_utd_mhad
+
+__all__ = [
+    "EvaluatedRecording",
+    "FolderRecording",
+    "UtdMhadRecording",
+    "find_folder_recordings",
+    "find_utd_mhad",
+    "read_groundtruth",
+    "select_by_name",
+]

@@ -1,0 +1,68 @@
+"""The joint names of the references, told in ours (`topview.body.JOINT_NAMES`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import JOINT_NAMES
+from topview.records import InputError
+
+# Each reference name and the joint of ours that it is, or None for one that we do not have.
+KINECT_V1_JOINTS: Final[dict[str, str | None]] = {
+    "head": "head",
+    "shoulder_center": "neck",
+    "spine": "torso",
+    "hip_center": "pelvis",
+    **{
+        f"{side}_{joint}": f"{side}_{joint}" if f"{side}_{joint}" in JOINT_NAMES else None
+        for side in ("left", "right")
+        for joint in ("shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle", "foot")
+    },
+}
+"""The 20 joints of the Kinect SDK v1, in its order."""
+
+RENDERED_JOINTS: Final[dict[str, str | None]] = {
+    "head_top": None,
+    **{joint: joint for joint in ("head", "neck", "torso", "pelvis")},
+    **{
+        name.removeprefix(f"{side}_") + f"_{side[0]}": ours
+        for side in ("left", "right")
+        for name, ours in KINECT_V1_JOINTS.items()
+        if name.startswith(side)
+    },
+}
+"""The 21 joints of the rendered recordings, sides as `_l` and `_r`."""
+
+_KNOWN: Final[Mapping[str, str | None]] = (
+    KINECT_V1_JOINTS | RENDERED_JOINTS | {name: name for name in JOINT_NAMES}
+)
+
+
+def select_joints(names: Sequence[str], source: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+    """Our names of the joints that we have too, and their places in `names`.
+
+    Args:
+        names: joint names of a reference.
+        source: file they come from, for the error.
+
+    Raises:
+        InputError: a name is unknown, two mean the same joint, or none is ours.
+    """
+    unknown = [name for name in names if name not in _KNOWN]
+    if unknown:
+        raise InputError(
+            f"{source}: unknown joint names {', '.join(unknown)}; they must be among "
+            f"{', '.join(sorted(_KNOWN))} (ours: {', '.join(JOINT_NAMES)})"
+        )
+    ours = {i: joint for i, name in enumerate(names) if (joint := _KNOWN[name]) is not None}
+    joints = tuple(ours.values())
+    if not joints or len(set(joints)) < len(joints):
+        raise InputError(
+            f"{source}: joint names {', '.join(names)} give {', '.join(joints) or 'no joint'}; "
+            f"each joint must be named once, at least one of {', '.join(JOINT_NAMES)}"
+        )
+    return joints, np.array(list(ours), np.int64)

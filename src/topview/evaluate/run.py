@@ -1,0 +1,175 @@
+"""Run the tracker over a data set in several processes, and measure each recording there."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from topview.evaluate.datasets import EvaluatedRecording
+from topview.evaluate.metrics import (
+    Evaluation,
+    ReferenceSequence,
+    SequenceErrors,
+    measure_sequence,
+)
+from topview.records import InputError, Recording
+from topview.track.run import TrackingResult, track_recording
+from topview.track.settings import TrackerSettings
+
+Track = Callable[[Recording, TrackerSettings], TrackingResult]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One recording: its errors, or None and why; what could not be read, one line each."""
+
+    errors: SequenceErrors | None
+    problems: tuple[str, ...]
+    interrupted: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationRun:
+    """A data set that was run through.
+
+    Attributes:
+        evaluation: the recordings that were measured, in the order that they were given.
+        problems: what could not be read, one line each.
+        planned: how many recordings were given.
+        interrupted: True if Ctrl-C ended it early.
+    """
+
+    evaluation: Evaluation
+    problems: tuple[str, ...]
+    planned: int
+    interrupted: bool
+
+
+def run_evaluation(
+    recordings: Sequence[EvaluatedRecording],
+    settings: TrackerSettings,
+    workers: int = 0,
+    track: Track = track_recording,
+    console: Console | None = None,
+) -> EvaluationRun:
+    """Track and measure every recording, with a progress bar.
+
+    The numbers do not depend on `workers` (the speed aside): each recording has a tracker of its
+    own with one thread. An unreadable recording is named in `problems`, the rest goes on. Ctrl-C
+    ends the run and keeps what is done.
+
+    Args:
+        recordings: what to track.
+        settings: of the tracker; `threads` is taken to be 1.
+        workers: processes, 0 for one per core. More than one start anew, so a script that calls
+            this must guard its start with `if __name__ == "__main__"`.
+        track: the tracker, importable by its name; another one can be measured in its place.
+        console: where the progress bar goes, stderr if None.
+    """
+    if workers < 0:
+        raise InputError(f"workers is {workers}; it must be 0 (one per core) or more")
+    workers = min(workers or len(os.sched_getaffinity(0)), len(recordings))
+    job = _Job(replace(settings, threads=1), track)
+    outcomes: dict[int, Outcome] = {}
+    interrupted = False
+    with _progress_bar(console) as progress:
+        task = progress.add_task("tracking", total=len(recordings))
+        try:
+            for i, outcome in _outcomes(job, recordings, workers):
+                outcomes[i] = outcome
+                progress.advance(task)
+                if outcome.interrupted:
+                    raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            interrupted = True
+    done = [outcomes[i] for i in sorted(outcomes)]
+    return EvaluationRun(
+        Evaluation(tuple(outcome.errors for outcome in done if outcome.errors is not None)),
+        tuple(problem for outcome in done for problem in outcome.problems),
+        len(recordings),
+        interrupted,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """What every process does with a recording."""
+
+    settings: TrackerSettings
+    track: Track
+
+    def __call__(self, evaluated: EvaluatedRecording) -> Outcome:
+        try:
+            recording = evaluated.open()
+            reference = evaluated.reference()
+            _check_frame_count(recording, reference)
+            result = self.track(recording, self.settings)
+            errors = measure_sequence(result.skeletons, reference, evaluated.name, result.seconds)
+        except InputError as error:
+            return Outcome(None, (f"{evaluated.name}: {error}",))
+        problems = tuple(f"{evaluated.name}: {problem}" for problem in recording.problems)
+        return Outcome(errors, problems, result.interrupted)
+
+
+def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> None:
+    """Raises InputError if the two differ in length and the recording does not say why."""
+    expected = int(reference.frame_index.max(initial=-1)) + 1
+    frames_missing = bool(recording.problems)
+    if len(recording) > expected or (len(recording) < expected and not frames_missing):
+        raise InputError(
+            f"the recording has {len(recording)} frames, its reference {expected}; "
+            "they must be the same frames"
+        )
+
+
+def _outcomes(
+    job: _Job, recordings: Sequence[EvaluatedRecording], workers: int
+) -> Iterator[tuple[int, Outcome]]:
+    """Index and outcome of each recording, as they are done."""
+    if workers <= 1:
+        yield from ((i, job(recording)) for i, recording in enumerate(recordings))
+        return
+    # Spawned, not forked: the parent's threads would not survive a fork.
+    executor = ProcessPoolExecutor(
+        workers, multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
+    )
+    try:
+        index: dict[Future[Outcome], int] = {
+            executor.submit(job, recording): i for i, recording in enumerate(recordings)
+        }
+        for future in as_completed(index):
+            yield index[future], future.result()
+    except BaseException:
+        _stop(executor)
+        raise
+    executor.shutdown()
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches every process of the terminal; the parent alone decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _stop(executor: ProcessPoolExecutor) -> None:
+    """Without waiting for the recordings that are under way."""
+    children = multiprocessing.active_children()
+    executor.shutdown(wait=False, cancel_futures=True)
+    for child in children:
+        child.terminate()
+
+
+def _progress_bar(console: Console | None) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console or Console(stderr=True),
+    )
