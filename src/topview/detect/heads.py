@@ -1,0 +1,238 @@
+"""Heads: what every detector of them gives, and the one that needs depth alone.
+
+A head is a top of head size with free space above it and at its sides, over shoulders that are
+wider than a neck or an arm. That holds from every side, standing or seated, and for a raised fist
+it does not: there is only an arm below it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud, depth_noise_m
+
+Vector = NDArray[np.float64]
+
+# Half an adult head's mean breadth and length: 15 cm x 19 cm (NASA-STD-3000, vol. I, sec. 3).
+HEAD_RADIUS_M: Final = 0.085
+# Half its height, chin to crown: 22 cm (same source).
+HEAD_HALF_HEIGHT_M: Final = 0.11
+# A visible half sphere lies 2/3 of its radius in front of its centre, on average over the image.
+CENTER_BEHIND_SURFACE_M: Final = 2 / 3 * HEAD_RADIUS_M
+# Ours: how far from its prediction a head is looked for.
+FOLLOW_RADIUS_M: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadCandidate:
+    """Something that looks like a head.
+
+    Attributes:
+        center_camera: [3] metres, the centre of the head.
+        confidence: 0..1.
+    """
+
+    center_camera: Vector
+    confidence: float
+
+
+class HeadDetector(Protocol):
+    """Finds heads in one frame, without memory."""
+
+    def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
+        """Heads in the frame, best first; `up_camera` [3] is the unit vector away from the floor.
+
+        The full frame, with its colour image if there is one, is `cloud.frame`.
+        """
+        ...
+
+
+def _grid(*rows: tuple[float, tuple[float, ...]]) -> NDArray[np.float64]:
+    return np.array([(right, up) for up, rights in rows for right in rights])
+
+
+# Where the template looks, in metres right of and above the head's centre; all ours, from the
+# sizes of a grown head and from shoulder breadths of 0.26 of statures from 1.1 m to 2 m; across
+# the shoulders also for a person seen from the side, whose chest is 20 cm to 25 cm deep.
+INSIDE: Final = _grid(
+    (0.08, (-0.035, 0.0, 0.035)),
+    (0.04, (-0.055, 0.0, 0.055)),
+    (0.0, (-0.06, 0.0, 0.06)),
+    (-0.05, (-0.045, 0.0, 0.045)),
+)
+FREE: Final = _grid(
+    (0.20, (-0.08, 0.0, 0.08)),
+    (0.15, (-0.15, 0.15)),
+    (0.08, (-0.18, 0.18)),
+    (0.0, (-0.18, 0.18)),
+    (-0.06, (-0.18, 0.18)),
+)
+SHOULDERS: Final = _grid(
+    (-0.24, (-0.10, -0.05, 0.0, 0.05, 0.10)),
+    (-0.32, (-0.13, -0.065, 0.0, 0.065, 0.13)),
+    (-0.42, (-0.13, -0.065, 0.0, 0.065, 0.13)),
+)
+_OFFSETS: Final = np.concatenate([INSIDE, FREE, SHOULDERS])
+_INSIDE: Final = slice(0, len(INSIDE))
+_FREE: Final = slice(_INSIDE.stop, _INSIDE.stop + len(FREE))
+_SHOULDERS: Final = slice(_FREE.stop, _FREE.stop + len(SHOULDERS))
+
+
+def right_of(up_camera: Vector) -> Vector:
+    """[3] the image's right, across `up_camera`."""
+    right = np.cross((0.0, 0.0, 1.0), up_camera)
+    return right / np.linalg.norm(right)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadEvidence:
+    """How well the surroundings of N points fit a head's: shares of the template, 0..1 each.
+
+    Attributes:
+        inside: [N] share of the head's disc that is there.
+        free: [N] share of the visible space above and beside it that is empty.
+        shoulders: [N] share of the visible shoulders and chest that is there.
+        shoulders_seen: [N] share of them that nothing hides.
+    """
+
+    inside: NDArray[np.float64]
+    free: NDArray[np.float64]
+    shoulders: NDArray[np.float64]
+    shoulders_seen: NDArray[np.float64]
+
+    @property
+    def confidence(self) -> NDArray[np.float64]:
+        """[N] 0..1: all three must hold; shoulders that are out of sight get some credit."""
+        seen = self.shoulders_seen
+        shoulders = seen * self.shoulders + (1.0 - seen) * 0.75
+        return self.inside * self.free * shoulders
+
+
+def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> HeadEvidence:
+    """Compare the depth image around each of [N, 3] head centres with the template."""
+    right = right_of(up_camera)
+    offsets_camera = _OFFSETS[:, :1] * right + _OFFSETS[:, 1:] * up_camera
+    samples = centers_camera[:, None, :] + offsets_camera
+    seen_depth, in_view = cloud.lookup(samples)
+    behind_m = seen_depth - samples[..., 2]
+    noise = 2.0 * depth_noise_m(samples[..., 2])
+    is_empty = (seen_depth == 0.0) | (behind_m > 0.12 + noise)
+    is_hidden = ~in_view | (~is_empty & (behind_m < -0.20 - noise))
+
+    inside = ~is_empty & ~is_hidden
+    free, free_seen = is_empty[:, _FREE], ~is_hidden[:, _FREE]
+    # A chest may lie further back than the head: people lean forward.
+    chest = (seen_depth > 0.0) & (behind_m < 0.30 + noise) & ~is_hidden
+    shoulders_seen = ~is_hidden[:, _SHOULDERS]
+    return HeadEvidence(
+        inside=inside[:, _INSIDE].mean(1),
+        free=(free & free_seen).sum(1) / np.maximum(free_seen.sum(1), len(FREE) / 2),
+        shoulders=chest[:, _SHOULDERS].sum(1) / np.maximum(shoulders_seen.sum(1), 1),
+        shoulders_seen=shoulders_seen.mean(1),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class DepthHeadDetector:
+    """Heads by their shape in the depth image.
+
+    Attributes:
+        min_confidence: candidates below it are not reported.
+        max_depth_m: further away a head is only noise.
+    """
+
+    min_confidence: float = 0.45
+    max_depth_m: float = 7.0
+
+    def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
+        tops = self._tops(cloud)
+        centers = tops - HEAD_HALF_HEIGHT_M * up_camera
+        depth, in_view = cloud.lookup(centers)
+        is_full = in_view & (np.abs(depth - centers[:, 2]) < 0.2)
+        centers = centers[is_full]
+        if not len(centers):
+            return []
+        confidence = head_evidence(cloud, centers, up_camera).confidence
+        return _strongest(centers, confidence, self.min_confidence)
+
+    def _tops(self, cloud: Cloud) -> Vector:
+        """[N, 3] points with nothing at their depth right above them in the image."""
+        depth = cloud.depth_m
+        above = np.zeros_like(depth)
+        above[1:] = depth[:-1]
+        is_top = (depth > 0.0) & (depth < self.max_depth_m)
+        is_top &= (above == 0.0) | (above > depth + 0.12)
+        is_top[0] = False
+        return cloud.points_camera[is_top].astype(np.float64)
+
+
+def _strongest(
+    centers_camera: Vector, confidence: NDArray[np.float64], min_confidence: float
+) -> list[HeadCandidate]:
+    """One candidate per head: the best of those within a head's size, averaged with its like."""
+    left = confidence >= min_confidence
+    found: list[HeadCandidate] = []
+    while left.any():
+        best = int(np.argmax(np.where(left, confidence, -1.0)))
+        distance = np.linalg.norm(centers_camera - centers_camera[best], axis=1)
+        like = left & (distance < HEAD_RADIUS_M) & (confidence > 0.9 * confidence[best])
+        center = np.average(centers_camera[like], axis=0, weights=confidence[like])
+        found.append(HeadCandidate(center, float(confidence[best])))
+        # Ours: two heads are not nearer to each other than two heads' breadths.
+        left &= distance > 4 * HEAD_RADIUS_M
+    return found
+
+
+def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
+    """Centre a head on the points around it; None where too few of them are seen."""
+    points = points_near(cloud, center_camera, 1.5 * HEAD_HALF_HEIGHT_M)
+    if not len(points):
+        return None
+    offset = points - center_camera
+    up_m = offset @ up_camera
+    across_m = np.linalg.norm(offset - up_m[:, None] * up_camera, axis=1)
+    is_head = (np.abs(up_m) < HEAD_HALF_HEIGHT_M) & (across_m < 1.5 * HEAD_RADIUS_M)
+    if not is_head.any():
+        return None
+    surface = np.median(points[is_head], axis=0)
+    return surface * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface))
+
+
+def points_near(cloud: Cloud, center_camera: Vector, radius_m: float) -> Vector:
+    """[N, 3] points of the cloud within a ball."""
+    row, column, _ = cloud.pixel_of(center_camera)
+    reach = int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), 0.3))) + 1
+    window = (
+        slice(max(int(row) - reach, 0), int(row) + reach + 1),
+        slice(max(int(column) - reach, 0), int(column) + reach + 1),
+    )
+    points = cloud.points_camera[window].reshape(-1, 3).astype(np.float64)
+    distance = np.linalg.norm(points - center_camera, axis=1)
+    return points[(distance < radius_m) & (points[:, 2] > 0.0)]
+
+
+def follow_head(cloud: Cloud, predicted_camera: Vector, up_camera: Vector) -> Vector | None:
+    """The best place for a head near where it is expected; None where nothing there is like one.
+
+    Looks at every visible point around the prediction, so that a head that nothing frees from
+    above (bent forward, an arm over it) is still found; the prediction weighs in.
+    """
+    surface = points_near(cloud, predicted_camera, FOLLOW_RADIUS_M)
+    surface = surface[:: max(1, len(surface) // 200)]
+    if not len(surface):
+        return None
+    range_m = np.linalg.norm(surface, axis=1, keepdims=True)
+    centers = surface * (1.0 + CENTER_BEHIND_SURFACE_M / range_m)
+    evidence = head_evidence(cloud, centers, up_camera)
+    moved_m = np.linalg.norm(centers - predicted_camera, axis=1)
+    score = (0.5 * evidence.inside + 0.3 * evidence.free + 0.2 * evidence.shoulders) - (
+        moved_m / FOLLOW_RADIUS_M
+    ) ** 2 * 0.3
+    best = int(np.argmax(score))
+    if evidence.inside[best] < 0.6 or evidence.free[best] < 0.3:
+        return None
+    return refine_center(cloud, centers[best], up_camera)

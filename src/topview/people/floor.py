@@ -1,0 +1,181 @@
+"""The floor, found in the depth image itself and kept over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud, depth_noise_m
+from topview.records import read_only
+
+Points = NDArray[np.float64]
+
+CAMERA_UP = read_only(np.array([0.0, -1.0, 0.0]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FloorPlane:
+    """Points p of the floor have `normal_camera @ p + distance_m == 0`.
+
+    Attributes:
+        normal_camera: [3] unit vector pointing up.
+        distance_m: how high the camera is above the floor.
+    """
+
+    normal_camera: NDArray[np.float64]
+    distance_m: float
+
+    def __post_init__(self) -> None:
+        read_only(self.normal_camera)
+
+    def height_of(self, points_camera: NDArray[np.floating]) -> NDArray[np.floating]:
+        """[...] metres above the floor of [..., 3] points."""
+        return points_camera @ self.normal_camera.astype(
+            points_camera.dtype
+        ) + points_camera.dtype.type(self.distance_m)
+
+
+@dataclass(frozen=True, slots=True)
+class FloorSettings:
+    """Which planes may be a floor.
+
+    Attributes:
+        max_tilt_rad: of the floor's normal against the camera's own up; somewhat more than a
+            camera is usually tilted.
+        min_height_m, max_height_m: of the camera over the floor.
+        min_pixels: in the small cloud; fewer say nothing about a plane.
+        min_spread_m: standard deviation of the floor's points along the shorter direction; a chair
+            or a table top spreads less, as do shoes and shoulders.
+        max_below: share of all points that may lie under it, such as reflections in the floor.
+        tries: planes through three random points.
+        search_every: frames between two searches while there is no floor.
+    """
+
+    max_tilt_rad: float = radians(35)
+    min_height_m: float = 0.4
+    max_height_m: float = 3.3
+    min_pixels: int = 150
+    min_spread_m: float = 0.2
+    max_below: float = 0.02
+    tries: int = 100
+    search_every: int = 10
+
+
+class FloorTracker:
+    """Finds the floor once, then follows it."""
+
+    def __init__(self, settings: FloorSettings | None = None) -> None:
+        self.settings = settings or FloorSettings()
+        self.plane: FloorPlane | None = None
+        self._frames = 0
+        self._lost_frames = 0
+
+    def update(self, cloud: Cloud) -> FloorPlane | None:
+        """The floor as far as it is known after this frame."""
+        settings = self.settings
+        if self.plane is None:
+            if self._frames < 5 or self._frames % settings.search_every == 0:
+                self.plane = find_floor(cloud, settings, seed=self._frames)
+        else:
+            points = cloud.points_camera[::2, ::2].reshape(-1, 3)
+            points = points[points[:, 2] > 0.0].astype(np.float64)
+            refined = _refine(points, self.plane, settings)
+            self._lost_frames = 0 if refined is not None else self._lost_frames + 1
+            if refined is not None:
+                self.plane = _blend(self.plane, refined, 0.1)
+            elif self._lost_frames > 90:
+                self.plane = None
+        self._frames += 1
+        return self.plane
+
+
+def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPlane | None:
+    """The largest plane that faces up and has next to nothing below it; None if there is none."""
+    points, is_level = _level_points(cloud, settings)
+    candidates = points[is_level]
+    if len(candidates) < settings.min_pixels:
+        return None
+    generator = np.random.default_rng(seed)
+    triples = candidates[generator.integers(0, len(candidates), (settings.tries, 3))]
+    normals = np.cross(triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals / np.maximum(lengths, 1e-9)[:, None]
+    normals *= np.where(normals @ CAMERA_UP < 0.0, -1.0, 1.0)[:, None]
+    distances = -np.einsum("ij,ij->i", normals, triples[:, 0])
+    may_be = (
+        (lengths > 1e-4)
+        & (normals @ CAMERA_UP > cos(settings.max_tilt_rad))
+        & (distances > settings.min_height_m)
+        & (distances < settings.max_height_m)
+    )
+    normals, distances = normals[may_be], distances[may_be]
+    if not len(normals):
+        return None
+    sample = candidates[:: max(1, len(candidates) // 1000)]
+    heights = sample @ normals.T + distances
+    tolerance = 0.03 + depth_noise_m(sample[:, 2])[:, None]
+    # Each pixel counts for the area that it covers, or a near table would outvote the floor.
+    area = (sample[:, 2] ** 2)[:, None]
+    support = (area * (np.abs(heights) < tolerance)).sum(0)
+    all_points = points[:: max(1, len(points) // 1000)]
+    below = all_points @ normals.T + distances < -3.0 * (
+        0.05 + depth_noise_m(all_points[:, 2])[:, None]
+    )
+    support[below.mean(0) > settings.max_below] = 0.0
+    best = int(np.argmax(support))
+    if support[best] == 0.0:
+        return None
+    plane: FloorPlane | None = FloorPlane(normals[best], float(distances[best]))
+    for _ in range(2):
+        plane = plane and _refine(candidates, plane, settings)
+    return plane
+
+
+def _level_points(cloud: Cloud, settings: FloorSettings) -> tuple[Points, NDArray[np.bool_]]:
+    """[N, 3] points of the cloud, and whether the surface there faces up."""
+    grid = cloud.points_camera[::2, ::2]
+    across = np.zeros_like(grid)
+    down = np.zeros_like(grid)
+    across[:, 1:-1] = grid[:, 2:] - grid[:, :-2]
+    down[1:-1] = grid[2:] - grid[:-2]
+    normal = np.cross(down, across)
+    length = np.linalg.norm(normal, axis=-1)
+    depth = grid[..., 2]
+    is_smooth = (np.abs(across[..., 2]) < 0.1 * depth) & (np.abs(down[..., 2]) < 0.3 * depth)
+    # Readings are noisy: a surface may seem tilted by some more than the floor is.
+    up = -normal[..., 1] / np.maximum(length, 1e-9)
+    is_level = is_smooth & (np.abs(up) > cos(settings.max_tilt_rad + radians(10)))
+    is_level &= (length > 0.0) & (np.einsum("ijk,ijk->ij", normal, grid) * up < 0.0)
+    is_valid = depth > 0.0
+    return grid[is_valid].astype(np.float64), is_level[is_valid]
+
+
+def _refine(points: Points, plane: FloorPlane, settings: FloorSettings) -> FloorPlane | None:
+    """Least squares on the points near a plane; None where they do not make up a floor."""
+    tolerance = 0.04 + depth_noise_m(points[:, 2])
+    near = points[np.abs(plane.height_of(points)) < tolerance]
+    if len(near) < settings.min_pixels:
+        return None
+    weights = 1.0 / near[:, 2] ** 2
+    mean = np.average(near, axis=0, weights=weights)
+    spread = (near - mean).T @ ((near - mean) * weights[:, None]) / weights.sum()
+    variances, axes = np.linalg.eigh(spread)
+    normal = axes[:, 0] * np.sign(axes[:, 0] @ plane.normal_camera)
+    refined = FloorPlane(normal, float(-normal @ mean))
+    is_floor = (
+        variances[1] > settings.min_spread_m**2
+        and normal @ CAMERA_UP > cos(settings.max_tilt_rad)
+        and settings.min_height_m < refined.distance_m < settings.max_height_m
+    )
+    return refined if is_floor else None
+
+
+def _blend(old: FloorPlane, new: FloorPlane, share: float) -> FloorPlane:
+    normal = (1.0 - share) * old.normal_camera + share * new.normal_camera
+    return FloorPlane(
+        normal / np.linalg.norm(normal),
+        (1.0 - share) * old.distance_m + share * new.distance_m,
+    )

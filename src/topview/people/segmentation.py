@@ -1,0 +1,250 @@
+"""Which points of the cloud are whose (Sec. 5.3.1).
+
+Every user grows from the head: points within about half a shoulder breadth of the head's
+projection on the overview belong to the user, and from there everything that can be reached over
+the visible surface within the length of a body. Where two can reach a point it is the nearer one's;
+points that are about as near to both are given to both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
+from topview.kernels.segmentation import geodesic_distance
+from topview.people.floor import CAMERA_UP, FloorPlane
+
+# Depths of neighbouring pixels on one surface differ by up to this, plus three standard deviations
+# of the noise of both (`depth_noise_m`); ours: a hand on a hip is further away from what is behind.
+JUMP_M = 0.05
+JUMP_PER_SQUARE_M = 0.0035
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentationSettings:
+    """Sizes of a user in shares of the stature, and tolerances in metres; ours where not said.
+
+    Attributes:
+        floor_margin_m: what is lower than this, plus the noise, is floor; a foot is 7 cm high.
+        core_radius: of the cylinder under the head that is the user's own, half of the shoulder
+            breadth (Table 3.1) and some clothing.
+        reach: the longest way over the body from the head's centre, to the toes or, with the arm
+            stretched down, the fingers.
+        bulk_radius_m: of a disc that fits into a child's torso, but into no limb: a thigh is
+            18 cm across (NASA-STD-3000).
+        share_m: points that are this much further from one user than from another are both's.
+    """
+
+    floor_margin_m: float = 0.035
+    core_radius: float = 0.15
+    reach: float = 1.1
+    bulk_radius_m: float = 0.13
+    share_m: float = 0.06
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A cloud with up and down: heights, the overview, and what may be a person's.
+
+    Attributes:
+        cloud: the small cloud.
+        floor: the floor if one is in view.
+        up_camera: [3] the floor's normal, else the camera's own up.
+        heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
+        overview_m: [h, w, 2] the points seen from above (right, forward).
+        is_free_standing: [h, w] pixels with a reading that are not floor.
+        is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
+            but no limb.
+    """
+
+    cloud: Cloud
+    floor: FloorPlane | None
+    up_camera: NDArray[np.float64]
+    heights_m: NDArray[np.float32]
+    overview_m: NDArray[np.float32]
+    is_free_standing: NDArray[np.bool_]
+    is_bulky: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, cloud: Cloud, floor: FloorPlane | None, settings: SegmentationSettings) -> Scene:
+        up_camera = CAMERA_UP if floor is None else floor.normal_camera
+        points = cloud.points_camera
+        heights_m = points @ up_camera.astype(np.float32)
+        is_free_standing = cloud.has_reading
+        if floor is not None:
+            heights_m += np.float32(floor.distance_m)
+            margin = floor_margin_m(cloud.depth_m, heights_m, floor, settings)
+            is_free_standing = is_free_standing & (heights_m > margin)
+        basis = overview_basis(up_camera).astype(np.float32)
+        return cls(
+            cloud,
+            floor,
+            up_camera,
+            heights_m,
+            points @ basis.T,
+            is_free_standing,
+            bulky_surfaces(cloud, is_free_standing, settings.bulk_radius_m),
+        )
+
+    def overview_of(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[..., 2] right and forward of [..., 3] points."""
+        return points_camera @ overview_basis(self.up_camera).T
+
+    def height_of(self, point_camera: NDArray[np.float64]) -> float:
+        """Metres along up of a [3] point, as `heights_m`."""
+        height_m = float(point_camera @ self.up_camera)
+        return height_m if self.floor is None else height_m + self.floor.distance_m
+
+
+def floor_margin_m(
+    depth_m: NDArray[np.float32],
+    heights_m: NDArray[np.floating],
+    floor: FloorPlane,
+    settings: SegmentationSettings,
+) -> NDArray[np.floating]:
+    """How high a reading of the floor may seem to be: the noise lies along the ray, so that it
+    moves a point up by the share of the ray's own descent."""
+    drop_per_m = np.abs(heights_m - np.float32(floor.distance_m)) / np.maximum(depth_m, 0.1)
+    return settings.floor_margin_m + 2.0 * depth_noise_m(depth_m) * drop_per_m
+
+
+def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[2, 3] unit vectors along the floor: to the camera's right, and forward."""
+    right = np.cross((0.0, 0.0, 1.0), up_camera)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(up_camera, right)])
+
+
+def bulky_surfaces(
+    cloud: Cloud, is_allowed: NDArray[np.bool_], radius_m: float
+) -> NDArray[np.bool_]:
+    """[h, w] the morphological opening of the surfaces between depth edges with a disc of a size
+    in metres."""
+    depth = cloud.depth_m
+    jump = JUMP_M + JUMP_PER_SQUARE_M * depth * depth
+    is_inner = is_allowed.astype(np.uint8)
+    is_inner[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > jump[:, 1:]] = 0
+    is_inner[1:][np.abs(depth[1:] - depth[:-1]) > jump[1:]] = 0
+    radius_px = radius_m * cloud.camera.fx / np.maximum(depth, 0.1)
+    to_edge_px = cv2.distanceTransform(is_inner, cv2.DIST_L2, 3)
+    is_core = (to_edge_px > radius_px).astype(np.uint8)
+    to_core_px = cv2.distanceTransform(1 - is_core, cv2.DIST_L2, 3)
+    return is_allowed & (to_core_px < radius_px)
+
+
+def body_distance(
+    scene: Scene,
+    head_camera: NDArray[np.float64],
+    height_m: float,
+    is_allowed: NDArray[np.bool_],
+    seeds: NDArray[np.bool_] | None,
+    settings: SegmentationSettings,
+) -> NDArray[np.float32]:
+    """[h, w] how far each pixel is from the head over the body's surface, infinity if too far.
+
+    Args:
+        scene: what is seen.
+        head_camera: [3] the head's centre.
+        height_m: the user's stature.
+        is_allowed: [h, w] what may belong to the user.
+        seeds: [h, w] pixels that are known to be the user's, or None.
+        settings: sizes.
+    """
+    cloud = scene.cloud
+    points = cloud.points_camera
+    from_head_m = np.sqrt(((points - head_camera.astype(np.float32)) ** 2).sum(-1))
+    across = scene.overview_m - scene.overview_of(head_camera).astype(np.float32)
+    aside_m = np.sqrt((across**2).sum(-1))
+    head_height_m = scene.height_of(head_camera) if scene.floor is not None else 0.7 * height_m
+    is_allowed = is_allowed & (~scene.is_bulky | (aside_m < torso_reach_m(head_height_m, height_m)))
+    is_head = is_allowed & (from_head_m < HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2)
+    start = is_head.copy()
+    head_top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
+    is_core = (
+        is_allowed
+        & (aside_m < settings.core_radius * height_m)
+        & (scene.heights_m < head_top_m)
+        & (scene.heights_m > head_top_m - 1.1 * height_m)
+    )
+    start |= is_core
+    if seeds is not None:
+        start |= seeds & is_allowed
+    distance = np.where(start, from_head_m, np.float32(np.inf))
+    geodesic_distance(
+        cloud.depth_m,
+        is_allowed,
+        cloud.camera.fx,
+        JUMP_M,
+        JUMP_PER_SQUARE_M,
+        settings.reach * height_m,
+        distance,
+    )
+    return distance
+
+
+def torso_reach_m(head_height_m: float, height_m: float) -> float:
+    """How far aside of the head, seen from above, a torso can reach.
+
+    The hips are 0.45 statures from the head's centre, and at most 0.53 statures over the floor;
+    that leaves less room aside the higher the head is. Half a torso's breadth is added to it.
+    """
+    below_m = max(head_height_m - 0.53 * height_m, 0.0)
+    return float(np.sqrt(max((0.45 * height_m) ** 2 - below_m**2, 0.0))) + 0.13 * height_m + 0.05
+
+
+def split_users(
+    distances_m: Sequence[NDArray[np.float32]], settings: SegmentationSettings
+) -> list[NDArray[np.bool_]]:
+    """[h, w] per user: the pixels that are nearer to this user than to the others, or about as
+    near."""
+    if not distances_m:
+        return []
+    nearest = np.minimum.reduce(list(distances_m))
+    return [np.isfinite(own) & (own <= nearest + settings.share_m) for own in distances_m]
+
+
+def full_pixels(
+    scene: Scene, is_users: NDArray[np.bool_], settings: SegmentationSettings
+) -> NDArray[np.int32]:
+    """Flat indices into the full image of what the cloud pixels [h, w] of a user stand for: the
+    full pixels around each whose depth is the same surface's."""
+    rows = np.flatnonzero(is_users.any(1))
+    if not len(rows):
+        return np.empty(0, np.int32)
+    columns = np.flatnonzero(is_users.any(0))
+    cloud, stride = scene.cloud, scene.cloud.stride
+    full = cloud.frame.depth_m
+    top = max(int(rows[0]) - 1, 0) * stride
+    left = max(int(columns[0]) - 1, 0) * stride
+    bottom = min((int(rows[-1]) + 1) * stride + 1, full.shape[0])
+    right = min((int(columns[-1]) + 1) * stride + 1, full.shape[1])
+    depth = full[top:bottom, left:right]
+    tolerance = JUMP_M + JUMP_PER_SQUARE_M * depth * depth
+    last_row, last_column = is_users.shape[0] - 1, is_users.shape[1] - 1
+    row, column = np.arange(top, bottom) // stride, np.arange(left, right) // stride
+    users_depth = np.where(is_users, cloud.depth_m, np.float32(-1e3))
+    is_inside = np.zeros(depth.shape, np.bool_)
+    for down in (0, 1):
+        for across in (0, 1):
+            corner = users_depth[
+                np.minimum(row + down, last_row)[:, None],
+                np.minimum(column + across, last_column),
+            ]
+            is_inside |= np.abs(depth - corner) < tolerance
+    is_inside &= depth > 0.0
+    local_row, local_column = np.nonzero(is_inside)
+    if scene.floor is not None:
+        z = depth[local_row, local_column]
+        camera = cloud.frame.camera
+        x = (local_column + left - camera.cx) / camera.fx * z
+        y = (local_row + top - camera.cy) / camera.fy * z
+        heights = scene.floor.height_of(np.stack([x, y, z], -1).astype(np.float32))
+        keep = heights > floor_margin_m(z, heights, scene.floor, settings)
+        local_row, local_column = local_row[keep], local_column[keep]
+    return ((local_row + top) * full.shape[1] + local_column + left).astype(np.int32)

@@ -1,0 +1,67 @@
+"""Is there a person under a head? Measures of the body that hangs together with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HEAD_HALF_HEIGHT_M
+from topview.people.segmentation import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class PersonLimits:
+    """What the visible body of a person measures at most and at least.
+
+    From the sizes of grown people up to 2.1 m and children from 1.1 m (NASA-STD-3000; Table 3.1),
+    ours where not said.
+
+    Attributes:
+        top_over_floor_m: the head's top, from one who sits on the floor to the tallest.
+        bust_m2: the visible area within 30 cm of the head's centre over the surface: a head alone
+            shows 0.025 m^2, head and shoulders 0.09 m^2; a wall 0.28 m^2.
+        above_m2: what is higher than the head: two raised arms show 0.09 m^2.
+        area_m2: the whole; a big person in front view shows 0.8 m^2.
+        below_top_m: how far down the body must be seen at least.
+        aside_m: 90 % of the body is this near to the head, seen from above.
+    """
+
+    top_over_floor_m: tuple[float, float] = (0.6, 2.2)
+    bust_m2: tuple[float, float] = (0.035, 0.14)
+    above_m2: float = 0.1
+    area_m2: float = 1.2
+    below_top_m: float = 0.4
+    aside_m: float = 0.8
+
+
+BUST_M = 0.3
+
+
+def looks_like_person(
+    scene: Scene,
+    head_camera: NDArray[np.float64],
+    distance_m: NDArray[np.float32],
+    limits: PersonLimits,
+) -> bool:
+    """Whether the body found from a head (`body_distance`, [h, w]) measures like a person's."""
+    is_body = np.isfinite(distance_m)
+    if not is_body.any():
+        return False
+    depth = scene.cloud.depth_m[is_body]
+    area = (depth / scene.cloud.camera.fx) ** 2
+    heights = scene.heights_m[is_body]
+    top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
+    offset = scene.overview_m[is_body] - scene.overview_of(head_camera)
+    aside_m = np.hypot(offset[:, 0], offset[:, 1])
+    bust_m2 = area[distance_m[is_body] < BUST_M].sum()
+    has_floor = scene.floor is not None
+    return bool(
+        (not has_floor or limits.top_over_floor_m[0] < top_m < limits.top_over_floor_m[1])
+        and limits.bust_m2[0] < bust_m2 < limits.bust_m2[1]
+        and area[heights > top_m + 0.1].sum() < limits.above_m2
+        and area.sum() < limits.area_m2
+        and top_m - np.min(heights) > limits.below_top_m
+        and (aside_m < limits.aside_m).mean() > 0.9
+    )
