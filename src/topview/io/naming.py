@@ -10,11 +10,12 @@ from topview.records import InputError
 
 
 @contextmanager
-def naming(path: Path, doing: str = "read") -> Iterator[None]:
-    """Put the path before what goes wrong inside; the system's errors become one line too."""
+def naming(path: Path, doing: str = "read", right: str = "it must be a file") -> Iterator[None]:
+    """Put the path before what goes wrong inside; the system's errors become one line too, which
+    says what could not be done, why, and what would be right."""
     try:
         yield
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be {doing}: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be {doing}: {error.strerror or error}; {right}") from None

@@ -32,7 +32,7 @@ def read_camera_json(path: Path) -> CameraFile:
     Raises:
         InputError: missing, not JSON, or a value that no camera has; names file, key and value.
     """
-    with naming(path):
+    with naming(path, right=f"it must be a file with {', '.join(REQUIRED_KEYS)}"):
         values = _json_object(path.read_bytes())
         missing = [key for key in REQUIRED_KEYS if key not in values]
         if missing:

@@ -16,7 +16,7 @@ def write_atomically(path: Path, data: bytes) -> None:
         InputError: full disk, no permission, a folder in the file's place; names the path and why.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with naming(path, "written"):
+    with naming(path, "written", "it must be a place with room and leave to write"):
         try:
             with temporary.open("wb") as file:
                 file.write(data)
@@ -35,7 +35,7 @@ def prepare_output_folder(path: str | PathLike[str]) -> Path:
         InputError: it cannot be made or written to; names the path and why.
     """
     folder = Path(path)
-    with naming(folder, "used as the output folder"):
+    with naming(folder, "used for the output", "it must be a folder that can be written to"):
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".topview.{os.getpid()}.part"
         try:

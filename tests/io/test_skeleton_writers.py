@@ -1,0 +1,298 @@
+"""What is written is read; files appear whole or not at all; errors are one line."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import math
+import os
+import resource
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from topview import InputError, SkeletonSequence
+from topview.body import JOINT_NAMES, PART_NAMES
+from topview.io.writers import (
+    prepare_output_folder,
+    read_skeletons_npz,
+    write_skeletons_csv,
+    write_skeletons_npz,
+)
+from topview.records import JOINT_STATE_NAMES
+
+KEYS = {
+    "frame_index",
+    "timestamps_s",
+    "person_ids",
+    "joint_names",
+    "joints_camera",
+    "joint_state",
+    "joint_state_names",
+    "joint_confidence",
+    "part_names",
+    "Ts_camera_part",
+    "heights_m",
+    "settings",
+}
+ARRAYS = KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
+
+
+@st.composite
+def sequences(draw: st.DrawFn) -> SkeletonSequence:
+    F, P, J, B = (draw(st.integers(0, most)) for most in (4, 3, 4, 3))
+    names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1)
+    reals = st.floats(width=64)
+    json_values = st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+        max_leaves=5,
+    )
+    return SkeletonSequence(
+        frame_index=draw(hnp.arrays(np.int64, F)),
+        timestamps_s=draw(hnp.arrays(np.float64, F, elements=reals)),
+        person_ids=draw(hnp.arrays(np.int64, P)),
+        joint_names=tuple(draw(st.lists(names, min_size=J, max_size=J))),
+        joints_camera=draw(hnp.arrays(np.float64, (F, P, J, 3), elements=reals)),
+        joint_state=draw(hnp.arrays(np.uint8, (F, P, J), elements=st.integers(0, 5))),
+        joint_confidence=draw(
+            hnp.arrays(np.float32, (F, P, J), elements=st.floats(0, 1, width=32))
+        ),
+        part_names=tuple(draw(st.lists(names, min_size=B, max_size=B))),
+        Ts_camera_part=draw(hnp.arrays(np.float64, (F, P, B, 4, 4), elements=reals)),
+        heights_m=draw(hnp.arrays(np.float64, P, elements=reals)),
+        settings=draw(st.dictionaries(st.text(), json_values, max_size=3)),
+    )
+
+
+@pytest.fixture
+def sequence() -> SkeletonSequence:
+    """3 frames, people 1 and 4; person 4 is absent from the first frame."""
+    rng = np.random.default_rng(5)
+    F, P, J, B = 3, 2, len(JOINT_NAMES), len(PART_NAMES)
+    joints = rng.normal(size=(F, P, J, 3))
+    states = rng.integers(1, 6, (F, P, J)).astype(np.uint8)
+    confidence = rng.random((F, P, J), np.float32)
+    joints[0, 1], states[0, 1], confidence[0, 1] = np.nan, 0, 0.0
+    return SkeletonSequence(
+        frame_index=np.array([0, 1, 3]),
+        timestamps_s=np.array([0.0, 1 / 30, 0.1]),
+        person_ids=np.array([1, 4]),
+        joint_names=JOINT_NAMES,
+        joints_camera=joints,
+        joint_state=states,
+        joint_confidence=confidence,
+        part_names=PART_NAMES,
+        Ts_camera_part=rng.normal(size=(F, P, B, 4, 4)),
+        heights_m=np.array([1.75, 1.8]),
+        settings={"seed": 7, "method": "utvr"},
+    )
+
+
+@pytest.fixture(scope="session")
+def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("written")
+
+
+@settings(deadline=None)
+@given(sequence=sequences())
+def test_what_is_written_is_read(sequence, scratch):
+    write_skeletons_npz(sequence, scratch / "law.npz")
+    read = read_skeletons_npz(scratch / "law.npz")
+    for key in ARRAYS:
+        written = getattr(sequence, key)
+        assert getattr(read, key).dtype == written.dtype
+        np.testing.assert_array_equal(getattr(read, key), written)
+    assert read.joint_names == sequence.joint_names
+    assert read.part_names == sequence.part_names
+    assert read.settings == sequence.settings
+
+
+def test_the_file_has_these_keys_and_needs_no_pickle(sequence, tmp_path):
+    write_skeletons_npz(sequence, tmp_path / "skeletons.npz")
+    with np.load(tmp_path / "skeletons.npz", allow_pickle=False) as data:
+        assert set(data.files) == KEYS
+        assert data["joint_names"].tolist() == list(JOINT_NAMES)
+        assert data["joint_state_names"].tolist() == list(JOINT_STATE_NAMES)
+        assert data["part_names"].shape == (11,)
+        assert data["Ts_camera_part"].shape == (3, 2, 11, 4, 4)
+        assert str(data["settings"]) == '{"method": "utvr", "seed": 7}'
+
+
+def test_equal_content_gives_equal_bytes(sequence, tmp_path, monkeypatch):
+    write_skeletons_npz(sequence, tmp_path / "a.npz")
+    later = replace(sequence, settings=dict(reversed(sequence.settings.items())))
+    monkeypatch.setattr("time.time", lambda: 2e9)
+    write_skeletons_npz(later, tmp_path / "b.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_the_csv_has_a_line_per_frame_person_and_joint(sequence, tmp_path):
+    write_skeletons_csv(sequence, tmp_path / "skeletons.csv")
+    with (tmp_path / "skeletons.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert ",".join(rows[0]) == (
+        "frame_index,timestamp_s,person_id,joint,x_m,y_m,z_m,state,confidence"
+    )
+    assert len(rows) == sequence.joint_state.size
+    for row, (f, p, j) in zip(rows, np.ndindex(*sequence.joint_state.shape), strict=True):
+        assert int(row["frame_index"]) == sequence.frame_index[f]
+        assert float(row["timestamp_s"]) == pytest.approx(sequence.timestamps_s[f], abs=1e-6)
+        assert int(row["person_id"]) == sequence.person_ids[p]
+        assert row["joint"] == JOINT_NAMES[j]
+        assert row["state"] == JOINT_STATE_NAMES[sequence.joint_state[f, p, j]]
+        position = [float(row[key] or math.nan) for key in ("x_m", "y_m", "z_m")]
+        np.testing.assert_allclose(position, sequence.joints_camera[f, p, j], atol=1e-5)
+        assert float(row["confidence"]) == pytest.approx(
+            sequence.joint_confidence[f, p, j], abs=1e-4
+        )
+    assert {row["x_m"] for row in rows if row["state"] == "absent"} == {""}
+
+
+WRITERS = [write_skeletons_npz, write_skeletons_csv]
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_a_full_disk_leaves_the_old_file_and_nothing_else(sequence, tmp_path, write, monkeypatch):
+    path = tmp_path / "out"
+    path.write_bytes(b"old")
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(InputError, match=r"out: cannot be written: No space left on device"):
+        write(sequence, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_write_that_the_system_cuts_short_leaves_nothing(tmp_path):
+    """With a real limit on the size of files, in a process of its own."""
+    code = f"""
+import resource, sys
+from pathlib import Path
+from topview.io.writers import write_atomically
+from topview import InputError
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, {resource.RLIM_INFINITY}))
+try:
+    write_atomically(Path(sys.argv[1]), bytes(5000))
+except InputError as error:
+    print(error)
+"""
+    path = tmp_path / "out.npz"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
+    )
+    right = "it must be a place with room and leave to write"
+    assert done.stdout == f"{path}: cannot be written: File too large; {right}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stop_in_the_middle_leaves_the_old_file(sequence, tmp_path, monkeypatch):
+    path = tmp_path / "out.npz"
+    path.write_bytes(b"old")
+
+    def stop(_: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", stop)
+    with pytest.raises(KeyboardInterrupt):
+        write_skeletons_npz(sequence, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_a_place_that_cannot_be_written_is_refused(sequence, tmp_path, write):
+    (tmp_path / "file").write_bytes(b"")
+    (tmp_path / "folder").mkdir()
+    for path, reason in (
+        (tmp_path / "file" / "out", "Not a directory"),
+        (tmp_path / "gone" / "out", "No such file or directory"),
+        (tmp_path / "folder", "Is a directory"),
+    ):
+        with pytest.raises(InputError, match=rf"{path}: cannot be written: {reason}"):
+            write(sequence, path)
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "folder"}
+
+
+def test_written_files_have_the_usual_permissions(sequence, tmp_path):
+    write_skeletons_npz(sequence, tmp_path / "out.npz")
+    (tmp_path / "usual").write_bytes(b"")
+    assert (tmp_path / "out.npz").stat().st_mode == (tmp_path / "usual").stat().st_mode
+
+
+def test_an_npz_cut_anywhere_is_refused_in_one_line(sequence, tmp_path):
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    whole = path.read_bytes()
+    for length in range(0, len(whole) - 1, 97):
+        path.write_bytes(whole[:length])
+        with pytest.raises(InputError, match=r"skeletons\.npz: ") as error:
+            read_skeletons_npz(path)
+        assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"heights_m": None}, "has no heights_m; it must be a skeletons.npz"),
+        ({"heights_m": np.zeros(7)}, r"heights_m has shape \(7,\); it must be \(2,\)"),
+        ({"heights_m": np.array(["tall", "short"])}, "has a damaged value"),
+        ({"settings": np.array("{")}, "has a damaged value"),
+        ({"joint_state_names": np.array(["seen"])}, "joint_state_names are seen; they must be"),
+        ({"settings": np.array({}, object)}, "is truncated or damaged"),
+    ],
+)
+def test_an_npz_of_something_else_is_refused(sequence, tmp_path, changed, message):
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    with np.load(path) as data:
+        arrays = {**data, **changed}
+    np.savez(path, **{key: value for key, value in arrays.items() if value is not None})
+    with pytest.raises(InputError, match=rf"skeletons\.npz: {message}"):
+        read_skeletons_npz(path)
+
+
+def test_the_output_folder_is_made_with_its_parents_and_left_empty(tmp_path):
+    for _ in range(2):
+        folder = prepare_output_folder(tmp_path / "a" / "b")
+        assert list(folder.iterdir()) == []
+
+
+def test_an_output_folder_that_cannot_be_is_refused(tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    for path, reason in (
+        (tmp_path / "file", "File exists"),
+        (tmp_path / "file" / "out", "Not a directory"),
+        (tmp_path / ("x" * 300), "File name too long"),
+    ):
+        with pytest.raises(
+            InputError,
+            match=f"{path}: cannot be used for the output: {reason}; it must be a folder",
+        ):
+            prepare_output_folder(path)
+
+
+def test_a_full_disk_shows_before_the_work(tmp_path, monkeypatch):
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match="No space left on device"):
+        prepare_output_folder(tmp_path / "out")
+
+
+def test_settings_are_json_text(sequence, tmp_path):
+    write_skeletons_npz(sequence, tmp_path / "out.npz")
+    with np.load(tmp_path / "out.npz") as data:
+        assert json.loads(str(data["settings"])) == sequence.settings
