@@ -22,7 +22,6 @@ CAMERA = {
     "height": HEIGHT,
     "depth_scale": 0.001,
 }
-SHARED = Path(__file__).parents[3] / "shared"
 
 WriteFolder = Callable[..., Path]
 
@@ -74,16 +73,10 @@ def encode() -> Callable[..., bytes]:
 
 
 @pytest.fixture
-def recordings() -> Path:
-    path = SHARED / "recordings"
-    if not path.is_dir():
-        pytest.skip(f"the real recordings are not there ({path})")
-    return path
+def recordings(shared: Path) -> Path:
+    return shared / "recordings"
 
 
 @pytest.fixture
-def bench() -> Path:
-    path = SHARED / "bench"
-    if not path.is_dir():
-        pytest.skip(f"the rendered recordings are not there ({path})")
-    return path
+def bench(shared: Path) -> Path:
+    return shared / "bench"

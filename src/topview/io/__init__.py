@@ -1,1 +1,20 @@
 """Recordings in, skeletons out: one file per format."""
+
+from topview.io.readers import open_recording, read_utd_skeleton
+from topview.io.writers import (
+    prepare_output_folder,
+    read_skeletons_npz,
+    write_atomically,
+    write_skeletons_csv,
+    write_skeletons_npz,
+)
+
+__all__ = [
+    "open_recording",
+    "prepare_output_folder",
+    "read_skeletons_npz",
+    "read_utd_skeleton",
+    "write_atomically",
+    "write_skeletons_csv",
+    "write_skeletons_npz",
+]
