@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES
+from topview.detect.cloud import Cloud
+from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
 from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
@@ -31,6 +32,7 @@ LEGEND = (
 )
 ANKLES = [JOINT_NAMES.index("left_ankle"), JOINT_NAMES.index("right_ankle")]
 ANKLE_HEIGHT_M = 0.07  # 3.9 % of the stature, Drillis and Contini (1966)
+EMPTY_SCENE_CAMERA = np.linspace([-0.5, -0.7, 2.0], [0.5, 1.0, 4.0], len(JOINT_NAMES))  # no people
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,13 +157,17 @@ def paint_tile(moment: Moment, stage: Stage, panel_px: tuple[int, int]) -> Image
 
 
 def _stage_of(moments: Sequence[Moment]) -> Stage:
-    """A stage that holds everyone in all pictures: gravity and floor from the people themselves."""
+    """A stage that holds everyone in all pictures, on the floor where it is seen, and else on the
+    level of the lowest ankles."""
     people = [person for moment in moments for person in moment.people]
-    if not people:
-        nowhere = np.array([[0.0, 0.0, 2.0], [0.0, 0.0, 4.0]])
-        return Stage.around(nowhere, np.array([0.0, -1.0, 0.0]), 1.0)
-    joints = np.stack([person.joints_camera for person in people])
-    up = np.array([0.0, -1.0, 0.0])
-    lowest = float(np.nanpercentile(joints[:, ANKLES] @ -up, 90.0))
-    flat: NDArray[np.float64] = joints.reshape(-1, 3)
-    return Stage.around(flat[np.isfinite(flat).all(axis=-1)], up, lowest + ANKLE_HEIGHT_M)
+    joints = np.array([person.joints_camera for person in people] or [EMPTY_SCENE_CAMERA])
+    floor = FloorTracker()
+    for moment in moments:
+        floor.update(Cloud.from_frame(moment.frame))
+    if floor.plane is not None:
+        up, height_m = floor.plane.normal_camera, floor.plane.distance_m
+    else:
+        up = CAMERA_UP
+        height_m = -float(np.nanpercentile(joints[:, ANKLES] @ up, 10.0)) + ANKLE_HEIGHT_M
+    joints = joints.reshape(-1, 3)
+    return Stage.around(joints[np.isfinite(joints).all(axis=-1)], up, height_m)

@@ -27,6 +27,7 @@ AZIMUTH = radians(50.0)  # of the eye around the people, from the camera's side
 ELEVATION = radians(24.0)
 FIELD_OF_VIEW = radians(30.0)
 MAX_POINTS = 25_000
+CEILING_M = 2.4  # points higher than a raised hand only stand in the way
 LIGHT_EYE = np.array([-0.4, -0.7, -0.6]) / np.linalg.norm([-0.4, -0.7, -0.6])  # towards the lamp
 FILL = 0.75  # of the picture, by the people
 MIN_DISTANCE_M = 4.0
@@ -226,7 +227,8 @@ def _cloud(frame: Frame, stage: Stage) -> tuple[NDArray[np.float64], NDArray[np.
     T = stage.T_stage_camera
     points_stage = points @ T[:3, :3].T + T[:3, 3]
     across = np.linalg.norm((points_stage - stage.centre_stage)[:, [0, 2]], axis=-1)
-    near = np.flatnonzero(across < stage.radius_m + 1.0)
+    is_low = -points_stage[:, 1] < CEILING_M
+    near = np.flatnonzero(is_low & (across < stage.radius_m + 1.0))
     near = near[:: 1 + len(near) // MAX_POINTS]
     light = 0.45 + 0.45 * np.clip(-points_stage[near, 1] / 1.8, 0.0, 1.0)
     return points[near], light

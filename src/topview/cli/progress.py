@@ -1,0 +1,68 @@
+"""Tracking with a progress bar, and what is said of it afterwards; shared by the subcommands."""
+
+from __future__ import annotations
+
+import sys
+from time import perf_counter
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+
+from topview.records import Frame, Person, Recording
+from topview.track import TrackerSettings, TrackingResult, track_recording
+from topview.view import Viewer
+
+
+def track_with_progress(
+    recording: Recording, settings: TrackerSettings, viewer: Viewer
+) -> TrackingResult:
+    """Track a recording, showing the bar on stderr and every frame to the viewer."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view"),
+    )
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        bar = progress.add_task(recording.name, total=len(recording), rate=0.0, people=0)
+        start = perf_counter()
+        done = 0
+
+        def on_frame(frame: Frame, people: list[Person]) -> None:
+            nonlocal done
+            done += 1
+            rate = done / (perf_counter() - start)
+            progress.update(bar, advance=1, rate=rate, people=len(people))
+            viewer.show(frame, people)
+
+        return track_recording(recording, settings, on_frame)
+
+
+def print_summary(recording: Recording, result: TrackingResult) -> None:
+    """Who was found, how many frames were read and how fast, on stdout; what was not, on stderr."""
+    skeletons = result.skeletons
+    table = Table("person", title=recording.name, title_justify="left")
+    for column in ("frames seen", "height, m", "mean confidence"):
+        table.add_column(column, justify="right")
+    for p, person_id in enumerate(skeletons.person_ids):
+        seen = skeletons.present[:, p]
+        confidence = float(skeletons.joint_confidence[seen, p].mean())
+        height_m = float(skeletons.heights_m[p])
+        table.add_row(str(person_id), str(seen.sum()), f"{height_m:.2f}", f"{confidence:.2f}")
+    if table.rows:
+        Console().print(table)
+    tracked = len(skeletons.frame_index)
+    print(f"{tracked} of {len(recording)} frames, {result.frames_per_second:.1f} frames/s")
+    unreadable = len(recording) - tracked
+    if unreadable and not result.interrupted:
+        warn(f"{unreadable} of {len(recording)} frames could not be read")
+
+
+def warn(*lines: str) -> None:
+    """One line each on stderr."""
+    for line in lines:
+        print(f"topview: {line}", file=sys.stderr)

@@ -1,0 +1,4 @@
+"""Exit statuses of the command line; 0 is all well."""
+
+UNUSABLE_INPUT = 2
+INTERRUPTED = 130  # 128 + SIGINT, as shells say it

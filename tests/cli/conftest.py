@@ -1,0 +1,59 @@
+"""Tiny recordings, and the command line run in this process."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+from numpy.typing import NDArray
+from tiny_recordings import CAMERA, wall
+
+from topview.cli.app import main
+
+MakeRecording = Callable[..., Path]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A command that has ended."""
+
+    status: int
+    out: str
+    complaints: list[str]
+
+
+RunCommand = Callable[..., Finished]
+
+
+@pytest.fixture
+def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
+    """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
+
+    def run(*arguments: object) -> Finished:
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        complaints = printed.err.splitlines()
+        assert all(line.startswith("topview: ") for line in complaints), printed.err
+        return Finished(int(ended.value.code or 0), printed.out, complaints)
+
+    return run
+
+
+@pytest.fixture
+def make_recording(tmp_path: Path) -> MakeRecording:
+    def make(depths_mm: Sequence[NDArray[Any]] | None = None, **camera: float) -> Path:
+        """A folder recording, by default three frames of a bare wall at 3 m."""
+        folder = tmp_path / "recording"
+        (folder / "depth").mkdir(parents=True)
+        (folder / "camera.json").write_text(json.dumps(CAMERA | {"depth_scale": 0.001} | camera))
+        for index, depth_mm in enumerate(depths_mm if depths_mm is not None else [wall()] * 3):
+            cv2.imwrite(str(folder / "depth" / f"{index:06d}.png"), depth_mm)
+        return folder
+
+    return make

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import pytest
+
+import topview as package
+
+
+def test_version_and_help(topview):
+    from importlib.metadata import version
+
+    assert topview("--version").out.strip() == version(package.__name__)
+    shown = topview("--help")
+    assert shown.status == 0
+    for command in ("track", "evaluate"):
+        assert command in shown.out
+    assert topview("track", "--help").out.count("--method") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["trakc"], ["trakc", "track"]),
+        (["track"], ["SOURCE"]),
+        (["track", "recording"], ["--out"]),
+        (["track", "recording", "--out", "o", "--colour"], ["--colour"]),
+        (["track", "recording", "another", "--out", "o"], ["another"]),
+        (["track", "recording", "--out", "o", "--method", "magic"], ["magic", "utvr", "thesis"]),
+        (["track", "recording", "--out", "o", "--seed", "x"], ["--seed", "x"]),
+        (["track", "recording", "--out", "o", "--seed", "-1"], ["seed", "-1", "0 to"]),
+        (["track", "recording", "--out", "o", "--threads", "-2"], ["threads", "-2", "0"]),
+    ],
+)
+def test_wrong_usage_is_one_clear_line(topview, tmp_path, monkeypatch, arguments, named):
+    monkeypatch.chdir(tmp_path)
+    ended = topview(*arguments)
+    assert ended.status == 2
+    assert len(ended.complaints) == 1
+    for word in named:
+        assert word in ended.complaints[0]
+    assert not (tmp_path / "o").exists()
