@@ -1,1 +1,16 @@
 """The simulator: people, motions, rooms and a depth sensor, rendered its own way."""
+
+from topview.sim.recording import SimulatedRecording
+from topview.sim.scene import SCENES, Scene, scene_by_name
+from topview.sim.truth import GroundTruth, simulate_truth
+from topview.sim.write import write_scene
+
+__all__ = [
+    "SCENES",
+    "GroundTruth",
+    "Scene",
+    "SimulatedRecording",
+    "scene_by_name",
+    "simulate_truth",
+    "write_scene",
+]

@@ -1,0 +1,83 @@
+"""A scene as a recording: frames as the simulated sensor sees them, without a disk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera.projection import pixel_rays
+from topview.records import Camera, Frame
+from topview.sim.bodies import JOINT_NAMES
+from topview.sim.colour import shade
+from topview.sim.render import FURNITURE, ROOM, Renderer
+from topview.sim.scene import Scene
+from topview.sim.sensor import KINECT_V1, Sensor, noise_generator, sense_depth
+from topview.sim.truth import FrameTruth, frame_truth
+
+_FEET = [JOINT_NAMES.index(name) for name in ("ankle_l", "foot_l", "ankle_r", "foot_r")]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedFrame:
+    """What the sensor gives for a frame, and the truth.
+
+    Attributes:
+        index: number of the frame.
+        depth_mm: [H, W] uint16, 0 = no reading.
+        color: [H, W, 3] uint8 RGB.
+        mask: [H, W] uint8, person k, 0 elsewhere; without noise.
+        truth: joints and what hides them.
+    """
+
+    index: int
+    depth_mm: NDArray[np.uint16]
+    color: NDArray[np.uint8]
+    mask: NDArray[np.uint8]
+    truth: FrameTruth
+
+
+class SimulatedRecording:
+    """A `topview.records.Recording` that is rendered while it is read."""
+
+    def __init__(self, scene: Scene, sensor: Sensor = KINECT_V1) -> None:
+        self.name: str = scene.name
+        self.camera: Camera = scene.camera
+        self.problems: list[str] = []
+        self.scene = scene
+        self.sensor = sensor
+        self._renderer = Renderer(scene)
+        self._rays = pixel_rays(scene.camera)
+
+    def __len__(self) -> int:
+        return self.scene.frames
+
+    def __iter__(self) -> Iterator[Frame]:
+        for index in range(len(self)):
+            frame = self.simulate(index)
+            yield Frame(
+                index=index,
+                timestamp_s=index / self.scene.fps,
+                depth_m=frame.depth_mm.astype(np.float32) / np.float32(1000.0),
+                camera=self.camera,
+                color=frame.color,
+            )
+
+    def simulate(self, index: int) -> SimulatedFrame:
+        """One frame, the same whichever were simulated before."""
+        scene, rng = self.scene, noise_generator(self.scene.seed, index)
+        drawing = self._renderer.draw(index)
+        rendering = drawing.rendering
+        bodies = [actor.body for actor in scene.actors]
+        truth = frame_truth(bodies, drawing.Ts_camera_segment, rendering, scene.camera)
+        R_camera_room = scene.mount.T_camera_room()[:3, :3]
+        feet = truth.joints[:, _FEET].reshape(-1, 3)
+        return SimulatedFrame(
+            index=index,
+            depth_mm=sense_depth(rendering, self._rays, scene.camera, rng, self.sensor),
+            color=shade(rendering, self._rays, R_camera_room, feet, rng),
+            mask=np.where(rendering.instance == FURNITURE, ROOM, rendering.instance),
+            truth=truth,
+        )

@@ -1,0 +1,77 @@
+"""Simulated recordings on disk, in the folder layout that `topview track` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import InputError
+from topview.sim.recording import SimulatedRecording
+from topview.sim.scene import Scene
+from topview.sim.truth import GroundTruth, stack_truth
+
+
+def write_scene(
+    scene: Scene, folder: Path | str, on_frame: Callable[[int], None] | None = None
+) -> GroundTruth:
+    """Simulate a scene into a folder: `depth/`, `rgb/`, `mask/`, `camera.json`, `groundtruth.npz`.
+
+    Args:
+        scene: what to simulate.
+        folder: made where it is missing; files of the same names are replaced.
+        on_frame: called with each frame's number after it is written.
+
+    Raises:
+        InputError: the folder cannot be written to.
+    """
+    folder = Path(folder)
+    recording = SimulatedRecording(scene)
+    truths = []
+    try:
+        for name in ("depth", "rgb", "mask"):
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        (folder / "camera.json").write_bytes(
+            msgspec.json.format(msgspec.json.encode(_camera_json(scene)), indent=1)
+        )
+        for index in range(scene.frames):
+            frame = recording.simulate(index)
+            truths.append(frame.truth)
+            file = f"{index:06d}.png"
+            _write_png(folder / "depth" / file, frame.depth_mm)
+            _write_png(folder / "rgb" / file, frame.color[..., ::-1])
+            _write_png(folder / "mask" / file, frame.mask)
+            if on_frame is not None:
+                on_frame(index)
+        truth = stack_truth([actor.body for actor in scene.actors], truths)
+        np.savez_compressed(folder / "groundtruth.npz", **truth.arrays())
+    except OSError as error:
+        raise InputError(
+            f"{error.filename or folder}: {error.strerror or error}; "
+            "the folder must be one that can be written to"
+        ) from error
+    return truth
+
+
+def _camera_json(scene: Scene) -> dict[str, Any]:
+    camera = scene.camera
+    return {
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        "width": camera.width,
+        "height": camera.height,
+        "depth_scale": 0.001,
+        "fps": scene.fps,
+    }
+
+
+def _write_png(path: Path, image: NDArray[Any]) -> None:
+    _, encoded = cv2.imencode(".png", np.ascontiguousarray(image))
+    path.write_bytes(encoded.tobytes())
