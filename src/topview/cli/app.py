@@ -8,7 +8,9 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
+from topview.cli.demo import demo
 from topview.cli.evaluate import evaluate
+from topview.cli.simulate import simulate
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.track import track
 from topview.records import InputError
@@ -19,8 +21,8 @@ app = App(
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-app.command(track)
-app.command(evaluate)
+for command in (demo, track, evaluate, simulate):
+    app.command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

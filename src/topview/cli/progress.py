@@ -6,7 +6,7 @@ import sys
 from time import perf_counter
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn
 from rich.table import Table
 
 from topview.records import Frame, Person, Recording
@@ -14,21 +14,22 @@ from topview.track import TrackerSettings, TrackingResult, track_recording
 from topview.view import Viewer
 
 
+def progress_bar(*more: ProgressColumn) -> Progress:
+    """A bar on stderr that vanishes at the end; none where stderr is not a terminal."""
+    console = Console(stderr=True)
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *more
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+
+
 def track_with_progress(
     recording: Recording, settings: TrackerSettings, viewer: Viewer
 ) -> TrackingResult:
     """Track a recording, showing the bar on stderr and every frame to the viewer."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view"),
-    )
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as progress:
-        bar = progress.add_task(recording.name, total=len(recording), rate=0.0, people=0)
+    state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
+    with progress_bar(state) as progress:
+        bar = progress.add_task(
+            f"tracking {recording.name}", total=len(recording), rate=0, people=0
+        )
         start = perf_counter()
         done = 0
 

@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from topview.cli.progress import print_summary, track_with_progress, warn
 from topview.cli.status import INTERRUPTED
-from topview.io.readers import open_recording
-from topview.io.writers import (
+from topview.io import (
+    open_recording,
     prepare_output_folder,
     write_atomically,
     write_skeletons_csv,

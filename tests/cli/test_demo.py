@@ -1,0 +1,22 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+
+@pytest.mark.slow
+def test_the_demo_simulates_tracks_measures_and_pictures(topview, tmp_path):
+    ended = topview("demo", "--frames", "12", "--out", tmp_path / "demo")
+    assert ended.status == 0
+    assert ended.complaints == []
+    for told in ("simulated truth", "left_elbow", "cm", "frames per second", "contact_sheet.png"):
+        assert told in ended.out
+    assert {file.name for file in (tmp_path / "demo").iterdir()} == {
+        "contact_sheet.png",
+        "skeletons.csv",
+        "skeletons.npz",
+    }
+    with np.load(tmp_path / "demo" / "skeletons.npz") as skeletons:
+        assert skeletons["frame_index"].tolist() == list(range(12))
+    assert cv2.imread(str(tmp_path / "demo" / "contact_sheet.png")).shape[1] > 1000
