@@ -16,6 +16,7 @@ from topview.evaluate.datasets import EvaluatedRecording, find_folder_recordings
 from topview.evaluate.metrics import Offsets
 from topview.evaluate.report import print_report, write_json
 from topview.evaluate.run import run_evaluation
+from topview.io.writers import prepare_output_folder
 from topview.records import InputError
 from topview.track.settings import Method, TrackerSettings
 
@@ -89,6 +90,8 @@ def folder(*paths: Path, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
 def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
+    if options.json is not None:
+        prepare_output_folder(options.json.parent)  # not to find out after the last recording
     run = run_evaluation(recordings, options.settings, options.workers)
     for problem in run.problems:
         print(f"topview: {problem}", file=sys.stderr)

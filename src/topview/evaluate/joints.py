@@ -19,8 +19,9 @@ KINECT_V1_JOINTS: Final[dict[str, str | None]] = {
     "hip_center": "pelvis",
     **{
         f"{side}_{joint}": f"{side}_{joint}" if f"{side}_{joint}" in JOINT_NAMES else None
+        for limb in (("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot"))
         for side in ("left", "right")
-        for joint in ("shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle", "foot")
+        for joint in limb
     },
 }
 """The 20 joints of the Kinect SDK v1, in its order."""
@@ -29,7 +30,7 @@ RENDERED_JOINTS: Final[dict[str, str | None]] = {
     "head_top": None,
     **{joint: joint for joint in ("head", "neck", "torso", "pelvis")},
     **{
-        name.removeprefix(f"{side}_") + f"_{side[0]}": ours
+        f"{name.removeprefix(side + '_')}_{side[0]}": ours
         for side in ("left", "right")
         for name, ours in KINECT_V1_JOINTS.items()
         if name.startswith(side)

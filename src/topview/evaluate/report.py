@@ -22,7 +22,7 @@ from topview.evaluate.metrics import (
     summarise,
 )
 from topview.evaluate.metrics.summary import ALL
-from topview.io.writers.output import write_atomically
+from topview.io.writers import write_atomically
 
 OFFSET_MEANING: dict[Offsets, str] = {
     "set": "one constant offset per joint for the whole set",

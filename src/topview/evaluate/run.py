@@ -136,6 +136,7 @@ def _outcomes(
     if workers <= 1:
         yield from ((i, job(recording)) for i, recording in enumerate(recordings))
         return
+    others = multiprocessing.active_children()
     # Spawned, not forked: the parent's threads would not survive a fork.
     executor = ProcessPoolExecutor(
         workers, multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
@@ -147,7 +148,10 @@ def _outcomes(
         for future in as_completed(index):
             yield index[future], future.result()
     except BaseException:
-        _stop(executor)
+        # Without waiting for the recordings that are under way.
+        executor.shutdown(wait=False, cancel_futures=True)
+        for child in set(multiprocessing.active_children()).difference(others):
+            child.terminate()
         raise
     executor.shutdown()
 
@@ -155,14 +159,6 @@ def _outcomes(
 def _ignore_interrupts() -> None:
     """Ctrl-C reaches every process of the terminal; the parent alone decides."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _stop(executor: ProcessPoolExecutor) -> None:
-    """Without waiting for the recordings that are under way."""
-    children = multiprocessing.active_children()
-    executor.shutdown(wait=False, cancel_futures=True)
-    for child in children:
-        child.terminate()
 
 
 def _progress_bar(console: Console | None) -> Progress:

@@ -219,10 +219,12 @@ def _into_part(
 def _statures(
     reference: ReferenceSequence, r: NDArray[np.int64], predicted_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    """[N] of the reference people where known, else as predicted; NaN where neither is."""
+    statures_m = np.where(predicted_m > 0.0, predicted_m, np.nan)
     if reference.statures_m is None:
-        return predicted_m
+        return statures_m
     known_m = reference.statures_m[r]
-    return np.where(np.isfinite(known_m), known_m, predicted_m)
+    return np.where(known_m > 0.0, known_m, statures_m)
 
 
 def _occlusion(

@@ -81,6 +81,8 @@ class Summary:
         offsets: how the constant offsets were estimated.
         joints_cm: distances, by occlusion ("all", "hidden < 30 %", ...) and joint.
         axes_deg: angles between part axis and reference bone, by occlusion and part.
+        joint_offsets: the constant offset of each joint, reference minus prediction as x, y, z in
+            the frame of its part and in shares of the stature; empty unless one for the whole set.
         people: counts over all recordings.
         recall: see `PeopleCounts`.
         precision: see `PeopleCounts`.
@@ -93,6 +95,7 @@ class Summary:
     offsets: Offsets
     joints_cm: dict[str, Table]
     axes_deg: dict[str, Table]
+    joint_offsets: dict[str, tuple[float, ...]]
     people: PeopleCounts
     recall: float
     precision: float
@@ -146,16 +149,17 @@ def summarise(evaluation: Evaluation, offsets: Offsets = "set") -> Summary:
     """The numbers of all tables; `offsets` as described in the module."""
     sequences = evaluation.sequences
     sequence, group, samples = _pool([s.samples for s in sequences], offsets)
+    joint_offsets = _joint_offsets(samples, group)
     joints = _Errors(
         names=JOINT_NAMES,
         raw=samples.distances_m * CM_PER_M,
-        offset_out=_distances_offset_out(samples, group) * CM_PER_M,
+        offset_out=_distances_offset_out_m(samples, joint_offsets[group]) * CM_PER_M,
         occluded=samples.joint_occluded,
     )
     axes = _Errors(
         names=tuple(bone.part for bone in BONES),
         raw=_angles_deg(samples.bones_part, np.array([0.0, 1.0, 0.0])),
-        offset_out=_angles_deg(samples.bones_part, _group_means(samples.bones_part, group)),
+        offset_out=_angles_deg(samples.bones_part, _group_means(samples.bones_part, group)[group]),
         occluded=samples.bone_occluded,
     )
     people = sum((s.people for s in sequences), PeopleCounts())
@@ -165,6 +169,7 @@ def summarise(evaluation: Evaluation, offsets: Offsets = "set") -> Summary:
         offsets=offsets,
         joints_cm=joints.tables(),
         axes_deg=axes.tables(),
+        joint_offsets=_by_joint(joint_offsets[0]) if offsets == "set" else {},
         people=people,
         recall=people.recall,
         precision=people.precision,
@@ -202,22 +207,31 @@ def _pool(
 
 
 def _group_means(vectors: NDArray[np.float64], group: NDArray[np.int64]) -> NDArray[np.float64]:
-    """[N, C, 3] mean of the finite vectors of each sample's group, NaN where there are none."""
+    """[G, C, 3] mean of the finite ones of the [N, C, 3] vectors in each of G groups, else NaN."""
     groups = int(group.max(initial=0)) + 1
     known = np.isfinite(vectors).all(-1, keepdims=True)
     total = np.zeros((groups, *vectors.shape[1:]))
     count = np.zeros((groups, vectors.shape[1], 1))
     np.add.at(total, group, np.where(known, vectors, 0.0))
     np.add.at(count, group, known)
-    means = total / np.where(count > 0, count, np.nan)
-    return means[group]
+    return total / np.where(count > 0, count, np.nan)
 
 
-def _distances_offset_out(samples: Samples, group: NDArray[np.int64]) -> NDArray[np.float64]:
-    """[N, J] metres left after each joint's constant offset."""
-    stature_m = samples.stature_m[:, None, None]
-    offsets_share = _group_means(samples.errors_part_m / stature_m, group)
-    return np.linalg.norm(samples.errors_part_m - stature_m * offsets_share, axis=-1)
+def _joint_offsets(samples: Samples, group: NDArray[np.int64]) -> NDArray[np.float64]:
+    """[G, J, 3] constant offset of each joint in the frame of its part, in shares of stature."""
+    return _group_means(samples.errors_part_m / samples.stature_m[:, None, None], group)
+
+
+def _distances_offset_out_m(
+    samples: Samples, offsets_part: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[N, J] what is left of the distances after the [N, J, 3] offsets, in shares of stature."""
+    offsets_part_m = offsets_part * samples.stature_m[:, None, None]
+    return np.linalg.norm(samples.errors_part_m - offsets_part_m, axis=-1)
+
+
+def _by_joint(offsets_part: NDArray[np.float64]) -> dict[str, tuple[float, ...]]:
+    return dict(zip(JOINT_NAMES, map(tuple, offsets_part.tolist()), strict=True))
 
 
 def _angles_deg(directions: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
