@@ -1,7 +1,8 @@
 """The simulator: people, motions, rooms and a depth sensor, rendered its own way."""
 
 from topview.sim.recording import SimulatedRecording
-from topview.sim.scene import SCENES, Scene, scene_by_name
+from topview.sim.scene import Scene
+from topview.sim.scenes import SCENES, scene_by_name
 from topview.sim.truth import GroundTruth, simulate_truth
 from topview.sim.write import write_scene
 

@@ -289,6 +289,8 @@ def _joints(look: Look) -> dict[str, tuple[str, Vector, float]]:
 
 
 ROUND: Final[Vector] = (1.0, 1.0, 1.0)
+HEM_FLATNESS: Final = 0.35
+"""How far the shirt bulges over its lower end, relative to its depth (ours)."""
 
 
 def _ball(segment: str, at: Vector, radius: float, material: int, scales: Vector = ROUND) -> _Flesh:
@@ -307,34 +309,37 @@ def _trunk(look: Look) -> list[_Flesh]:
     g, is_man = look.girth, look.sex == "man"
     loose = 0.008 * look.clothes.looseness
     belly = max(g - 1.0, 0.0)
-    chest = (0.062 if is_man else 0.057) * g + loose
-    waist = (0.080 if is_man else 0.070) * g + loose
-    hips = (0.093 if is_man else 0.099) * g + loose
+    # half depths, and how much broader than deep
+    chest, chest_flat = (0.066 if is_man else 0.061) * g + loose, 1.42
+    waist, waist_flat = (0.060 if is_man else 0.054) * g + loose, 1.32
+    hips, hips_flat = (0.068 if is_man else 0.070) * g + loose, 1.38
     top = _segment_offsets(look)[1]["clavicle"][1]  # shoulder girdle above the mid spine
     pieces = [
-        # rib cage: a half on each side, so that the chest is broad and flat
-        _cone("chest", (0.030, top - 0.065, 0.004), chest, (0.022, 0.010, 0.006), 0.92 * chest,
-              SHIRT, (1.0, 1.0, 1.06)),
-        _Flesh("chest", (0.0, 0.020, 0.006), waist * 1.02, "abdomen", (0.0, 0.005, 0.008), waist,
-               (1.0, 1.0, 0.78), SHIRT),
-        _Flesh("abdomen", (0.0, 0.010, 0.008), waist, "pelvis", (0.0, 0.010, 0.002), 0.95 * hips,
-               (1.0, 1.0, 0.74), SHIRT),
-        _cone("pelvis", (0.0, 0.030, 0.002), 0.92 * hips, (0.0, -0.012, 0.0), 0.95 * hips,
-              TROUSERS, (1.0, 1.0, 0.72)),
-        _ball("pelvis", (0.042, -0.022, -0.026), 0.050 * g + loose, TROUSERS, (1.0, 1.05, 0.95)),
+        _cone("chest", (0.0, top - 0.062, 0.000), chest, (0.0, 0.030, 0.004), 0.93 * chest,
+              SHIRT, (chest_flat, 1.0, 1.0)),
+        _Flesh("chest", (0.0, 0.030, 0.004), 0.98 * waist, "abdomen", (0.0, 0.0, 0.006), waist,
+               (1.03 * waist_flat, 1.0, 1.0), SHIRT),
+        _Flesh("abdomen", (0.0, 0.010, 0.004), waist, "pelvis", (0.0, 0.000, 0.002),
+               1.05 * hips, (hips_flat, HEM_FLATNESS, 1.0), SHIRT),
+        _cone("pelvis", (0.0, -0.008, 0.0), 0.97 * hips, (0.0, -0.022, 0.0), 0.95 * hips,
+              TROUSERS, (hips_flat, 0.5, 1.0)),
+        _ball("pelvis", (0.042, -0.024, -0.026), 0.050 * g + loose, TROUSERS, (1.0, 1.05, 0.95)),
         # trapezius, from the neck to the shoulder, and the deltoid
-        _Flesh("neck", (0.012, 0.002, 0.002), 0.030 * g, "clavicle_l",
-               (0.070, 0.006, -0.020), 0.026 * g + loose, ROUND, SHIRT),
-        _Flesh("clavicle_l", (0.030, -0.020, -0.014), 0.036 * g + loose, "clavicle_l",
-               (0.082, -0.014, -0.022), 0.034 * g + loose, ROUND, SHIRT),
+        _Flesh("neck", (0.012, 0.000, 0.000), 0.030 * g, "clavicle_l",
+               (0.070, 0.004, -0.020), 0.028 * g + loose, ROUND, SHIRT),
+        _Flesh("clavicle_l", (0.030, -0.024, -0.014), 0.040 * g + loose, "clavicle_l",
+               (0.082, -0.014, -0.022), 0.035 * g + loose, ROUND, SHIRT),
     ]  # fmt: skip
     if belly > 0.0:
         pieces.append(
-            _ball("abdomen", (0.0, 0.0, 0.030 + 0.06 * belly), 0.070 * g + loose, SHIRT,
-                  (1.05, 0.95, 0.75))
+            _ball("abdomen", (0.0, 0.0, 0.012 + 0.08 * belly), 0.066 * g + loose, SHIRT,
+                  (1.15, 1.0, 0.85))
         )  # fmt: skip
     if not is_man:
-        pieces.append(_ball("chest", (0.040, top - 0.085, 0.050), 0.036 * g + 0.5 * loose, SHIRT))
+        pieces.append(
+            _ball("chest", (0.034, top - 0.088, 0.030), 0.042 * g + 0.5 * loose, SHIRT,
+                  (1.0, 1.0, 0.92))
+        )  # fmt: skip
     return pieces
 
 
@@ -347,12 +352,12 @@ def _head(look: Look) -> list[_Flesh]:
         _Flesh("neck", (0.0, -0.012, 0.004), 0.036 * g, "head", (0.0, 0.0, 0.0), 0.031 * g, ROUND,
                SKIN),
         _ball("head", skull, 0.34 * k, SKIN, (0.98, 1.0, 1.26)),
-        _cone("head", (0.0, 0.45 * k - 0.032, 0.10 * k), 0.27 * k,
+        _cone("head", (0.0, 0.52 * k - 0.032, 0.11 * k), 0.285 * k,
               (0.0, 0.14 * k - 0.032, 0.20 * k), 0.15 * k, SKIN, (1.05, 1.0, 1.0)),
         _cone("head", (0.0, 0.55 * k - 0.032, 0.40 * k), 0.035 * k,
               (0.0, 0.38 * k - 0.032, 0.45 * k), 0.055 * k, SKIN),
         _ball("head", (0.34 * k, 0.50 * k - 0.032, 0.0), 0.08 * k, SKIN, (0.5, 1.5, 1.0)),
-        _ball("head", (0.0, skull[1] + 0.045 * k, skull[2] - 0.06 * k), 0.35 * k, HAIR,
+        _ball("head", (0.0, skull[1] + 0.085 * k, skull[2] - 0.05 * k), 0.345 * k, HAIR,
               (1.04, 0.98, 1.20)),
     ]  # fmt: skip
     if look.has_long_hair:
@@ -370,7 +375,7 @@ def _arm(look: Look) -> list[_Flesh]:
     loose = 0.007 * clothes.looseness
     lower, cuff = (SHIRT, loose) if clothes.has_long_sleeves else (SKIN, 0.0)
     return [
-        _Flesh("chest", (0.066, 0.075, -0.006), 0.034 * g + loose, "upper_arm_l",
+        _Flesh("chest", (0.058, 0.105, -0.006), 0.042 * g + loose, "upper_arm_l",
                (-0.004, -0.050, 0.0), 0.026 * g + loose, ROUND, SHIRT),
         _cone("upper_arm_l", (0.002, -0.004, 0.0), 0.035 * g + loose, (0.003, -0.060, 0.002),
               0.031 * g + loose, SHIRT),
@@ -401,7 +406,7 @@ def _leg(look: Look) -> list[_Flesh]:
     lower, wide = (TROUSERS, loose) if clothes.has_long_legs else (SKIN, 0.0)
     ankle, sole = -(KNEE_SHARE - SOLE_SHARE), -SOLE_SHARE
     return [
-        _Flesh("pelvis", (0.044, 0.005, -0.002), 0.052 * g + loose, "thigh_l",
+        _Flesh("pelvis", (0.044, -0.016, -0.002), 0.050 * g + loose, "thigh_l",
                (0.003, -0.045, 0.000), 0.053 * g + loose, ROUND, TROUSERS),
         _cone("thigh_l", (0.003, -0.045, 0.0), 0.053 * g + loose, (0.002, -0.165, 0.004),
               0.041 * g + loose, TROUSERS),
@@ -437,7 +442,7 @@ DENIMS: Final[tuple[Rgb, ...]] = (
 )  # fmt: skip
 
 
-def random_look(rng: np.random.Generator, sex: Sex | None = None) -> Look:
+def random_look(rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | None = None) -> Look:
     """An adult of either sex; statures after Gordon et al. (1989), colours ours."""
     sex = sex or ("man" if rng.random() < 0.5 else "woman")
     mean, spread = (MEAN_STATURE_M, 0.067) if sex == "man" else (1.629, 0.064)
@@ -453,7 +458,7 @@ def random_look(rng: np.random.Generator, sex: Sex | None = None) -> Look:
         hair=pick(HAIRS),
         has_long_hair=sex == "woman" and bool(rng.random() < 0.7),
         clothes=Clothes(
-            shirt=pick(CLOTHS),
+            shirt=shirt or pick(CLOTHS),
             trousers=pick(DENIMS),
             shoes=pick(HAIRS),
             looseness=float(rng.uniform(0.1, 1.0)),

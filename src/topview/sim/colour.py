@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.sim.render import Rendering
+from topview.sim.render import FURNITURE, ROOM, Rendering
 
-AMBIENT: Final = 0.42
+AMBIENT: Final = 0.36
 """Share of the light that comes from everywhere (ours)."""
 LAMP_ROOM: Final = (-0.45, -0.62, 0.64)
 """Direction towards the lamp in the room frame: above, to the left, behind the camera (ours)."""
@@ -19,6 +19,8 @@ NOISE_LEVELS: Final = 2.2
 BLUR_PX: Final = 0.45
 """Blur of the colour camera's lens and mosaic (ours)."""
 GAMMA: Final = 1.0 / 2.2
+SOFT_SHARE: Final = 1.3 / 240
+"""Blur of the people's normals as a share of the image's height (ours)."""
 SHADOW_M: Final = 0.16
 """Size of the shadow under a foot (ours)."""
 
@@ -41,14 +43,35 @@ def shade(
     """
     lamp = (R_camera_room @ LAMP_ROOM).astype(np.float32)
     up = R_camera_room[:, 2].astype(np.float32)
-    direct = np.maximum(rendering.normals @ (lamp / np.linalg.norm(lamp)), 0.0)
-    sky = 0.8 + 0.2 * (rendering.normals @ up)
+    normals = _soft_normals(rendering)
+    direct = np.maximum(normals @ (lamp / np.linalg.norm(lamp)), 0.0)
+    sky = 0.8 + 0.2 * (normals @ up)
     light = AMBIENT * sky + (1.0 - AMBIENT) * direct
     light *= _foot_shadows(rendering, rays, up, feet_camera)
     linear = np.clip(1.25 * rendering.albedo * light[..., None], 0.0, 1.0)
     levels = cv2.GaussianBlur(255.0 * linear**GAMMA, (0, 0), BLUR_PX)
     levels += NOISE_LEVELS * rng.standard_normal(levels.shape, np.float32)
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
+
+
+def _soft_normals(rendering: Rendering) -> NDArray[np.float32]:
+    """[H, W, 3] normals, averaged over neighbours on the people, so that skin and cloth look
+    smooth where two pieces of flesh meet."""
+    is_person = (rendering.instance > ROOM) & (rendering.instance < FURNITURE)
+    normals = rendering.normals.copy()
+    rows, columns = np.nonzero(is_person)
+    if rows.size == 0:
+        return normals
+    window = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+    inside = is_person[window]
+    blurred = cv2.GaussianBlur(
+        normals[window] * inside[..., None], (0, 0), SOFT_SHARE * len(normals)
+    )
+    length = np.linalg.norm(blurred, axis=-1, keepdims=True)
+    normals[window] = np.where(
+        inside[..., None], blurred / np.maximum(length, 1e-6), normals[window]
+    )
+    return normals
 
 
 def _foot_shadows(
@@ -59,7 +82,7 @@ def _foot_shadows(
 ) -> NDArray[np.float32]:
     """[H, W] share of the light that reaches the floor beside the feet, 1 elsewhere."""
     light = np.ones(rendering.depth_m.shape, np.float32)
-    rows, columns = np.nonzero((rendering.normals @ up > 0.9) & (rendering.instance == 0))
+    rows, columns = np.nonzero((rendering.normals @ up > 0.9) & (rendering.instance == ROOM))
     floor = rays[rows, columns] * rendering.depth_m[rows, columns, None]
     for foot in feet_camera.astype(np.float32):
         distance2 = ((floor - foot) ** 2).sum(-1)

@@ -238,15 +238,15 @@ def boxing(style: Style, time_s: float, side: Side) -> Angles:
         out = np.clip(np.sin(2.0 * np.pi * (beat + shift)), 0.0, None) ** 1.5 * style.reach
         out = min(float(out), 1.0)
         angles |= {
-            f"upper_arm_{hand}": (34.0 + 52.0 * out, 14.0 - 18.0 * out, 28.0 - 6.0 * out),
-            f"forearm_{hand}": (128.0 - 118.0 * out, 0.0, 20.0 + 40.0 * out),
+            f"upper_arm_{hand}": (30.0 + 56.0 * out, 12.0 + 4.0 * out, 8.0 + 10.0 * out),
+            f"forearm_{hand}": (126.0 - 116.0 * out, 0.0, 20.0 + 40.0 * out),
             f"hand_{hand}": (0.0, 0.0, 0.0),
         }
-        twist += outwards * 18.0 * out
+        twist += outwards * 14.0 * out
     if side == "l":
         twist = -twist
     return angles | {
-        "pelvis": (3.0, 0.0, 0.4 * twist),
+        "pelvis": (3.0, 0.0, 0.2 * twist),
         "abdomen": (4.0, 0.0, 0.3 * twist),
         "chest": (6.0, 0.0, 0.7 * twist),
         "neck": (8.0, 0.0, -0.7 * twist),
