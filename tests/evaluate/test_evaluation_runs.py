@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -28,9 +29,8 @@ SETTINGS = TrackerSettings()
 
 
 def interrupt_at_b(recording: Recording, settings: TrackerSettings) -> TrackingResult:
-    if recording.name == "b":
-        raise KeyboardInterrupt
-    return track_distance(recording, settings)
+    result = track_distance(recording, settings)
+    return replace(result, interrupted=recording.name == "b")
 
 
 def interrupt_parent(recording: Recording, settings: TrackerSettings) -> TrackingResult:
@@ -38,6 +38,11 @@ def interrupt_parent(recording: Recording, settings: TrackerSettings) -> Trackin
     if recording.name == "b":
         os.kill(os.getppid(), signal.SIGINT)
         time.sleep(600.0)
+    return track_distance(recording, settings)
+
+
+def die(recording: Recording, settings: TrackerSettings) -> TrackingResult:
+    os.kill(os.getpid(), signal.SIGKILL)
     return track_distance(recording, settings)
 
 
@@ -134,6 +139,14 @@ def test_ctrl_c_ends_the_processes(recordings: list[FolderRecording]) -> None:
             return
         time.sleep(0.1)
     pytest.fail("a process goes on after Ctrl-C")
+
+
+def test_a_process_that_dies_is_told(recordings: list[FolderRecording]) -> None:
+    result = run(recordings, 2, track=die)
+    assert result.evaluation.sequences == ()
+    assert result.problems == (
+        "one of 2 processes was killed, for lack of memory perhaps; use fewer",
+    )
 
 
 def test_workers_must_not_be_negative(recordings: list[FolderRecording]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from rich.console import Console
 
+from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED
 from topview.evaluate.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
 from topview.evaluate.metrics import Offsets
@@ -93,8 +93,7 @@ def _evaluate(
     if options.json is not None:
         prepare_output_folder(options.json.parent)  # not to find out after the last recording
     run = run_evaluation(recordings, options.settings, options.workers)
-    for problem in run.problems:
-        print(f"topview: {problem}", file=sys.stderr)
+    warn(*run.problems)
     measured = len(run.evaluation.sequences)
     if measured:
         counted = f"{title}: {measured} of {run.planned} recordings"
@@ -104,7 +103,7 @@ def _evaluate(
         if options.json is not None:
             write_json(options.json, summary, title, options.settings.as_json(), run.problems)
     if run.interrupted:
-        print(f"topview: interrupted: {measured} of {run.planned} recordings", file=sys.stderr)
+        warn(f"interrupted: {measured} of {run.planned} recordings")
         return INTERRUPTED
     if not measured:
         raise InputError(f"none of the {run.planned} recordings could be evaluated")

@@ -7,6 +7,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 
 from rich.console import Console
@@ -32,7 +33,6 @@ class Outcome:
 
     errors: SequenceErrors | None
     problems: tuple[str, ...]
-    interrupted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def run_evaluation(
 
     The numbers do not depend on `workers` (the speed aside): each recording has a tracker of its
     own with one thread. An unreadable recording is named in `problems`, the rest goes on. Ctrl-C
-    ends the run and keeps what is done.
+    ends the run and keeps the recordings that are done.
 
     Args:
         recordings: what to track.
@@ -75,24 +75,27 @@ def run_evaluation(
     """
     if workers < 0:
         raise InputError(f"workers is {workers}; it must be 0 (one per core) or more")
-    workers = min(workers or len(os.sched_getaffinity(0)), len(recordings))
+    workers = min(workers or os.cpu_count() or 1, len(recordings))
     job = _Job(replace(settings, threads=1), track)
     outcomes: dict[int, Outcome] = {}
     interrupted = False
+    died: tuple[str, ...] = ()
     with _progress_bar(console) as progress:
         task = progress.add_task("tracking", total=len(recordings))
         try:
             for i, outcome in _outcomes(job, recordings, workers):
                 outcomes[i] = outcome
                 progress.advance(task)
-                if outcome.interrupted:
-                    raise KeyboardInterrupt
         except KeyboardInterrupt:
             interrupted = True
+        except BrokenProcessPool:
+            died = (
+                f"one of {workers} processes was killed, for lack of memory perhaps; use fewer",
+            )
     done = [outcomes[i] for i in sorted(outcomes)]
     return EvaluationRun(
         Evaluation(tuple(outcome.errors for outcome in done if outcome.errors is not None)),
-        tuple(problem for outcome in done for problem in outcome.problems),
+        tuple(problem for outcome in done for problem in outcome.problems) + died,
         len(recordings),
         interrupted,
     )
@@ -111,11 +114,13 @@ class _Job:
             reference = evaluated.reference()
             _check_frame_count(recording, reference)
             result = self.track(recording, self.settings)
+            if result.interrupted:
+                raise KeyboardInterrupt
             errors = measure_sequence(result.skeletons, reference, evaluated.name, result.seconds)
         except InputError as error:
             return Outcome(None, (f"{evaluated.name}: {error}",))
         problems = tuple(f"{evaluated.name}: {problem}" for problem in recording.problems)
-        return Outcome(errors, problems, result.interrupted)
+        return Outcome(errors, problems)
 
 
 def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> None:
