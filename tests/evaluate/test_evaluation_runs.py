@@ -238,6 +238,8 @@ class TestCommand:
         (tmp_path / "file").write_text("")
         with pytest.raises(InputError, match="file"):
             self.call("folder", recordings[0].path, "--json", tmp_path / "file" / "x.json")
+        with pytest.raises(InputError, match="is a folder; it must be a file"):
+            self.call("folder", recordings[0].path, "--json", tmp_path)
 
     def test_utd_mhad_is_called_an_agreement(
         self, shared: Path, capsys: pytest.CaptureFixture[str]

@@ -90,8 +90,10 @@ def folder(*paths: Path, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
 def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
-    if options.json is not None:
-        prepare_output_folder(options.json.parent)  # not to find out after the last recording
+    if options.json is not None:  # not to find out after the last recording
+        if options.json.is_dir():
+            raise InputError(f"--json {options.json} is a folder; it must be a file")
+        prepare_output_folder(options.json.parent)
     run = run_evaluation(recordings, options.settings, options.workers)
     warn(*run.problems)
     measured = len(run.evaluation.sequences)
