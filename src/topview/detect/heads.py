@@ -8,6 +8,7 @@ it does not: there is only an arm below it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, sin
 from typing import Final, Protocol
 
 import numpy as np
@@ -23,8 +24,6 @@ HEAD_RADIUS_M: Final = 0.085
 HEAD_HALF_HEIGHT_M: Final = 0.11
 # A visible half sphere lies 2/3 of its radius in front of its centre, on average over the image.
 CENTER_BEHIND_SURFACE_M: Final = 2 / 3 * HEAD_RADIUS_M
-# Ours: how far from its prediction a head is looked for.
-FOLLOW_RADIUS_M: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +109,11 @@ class HeadEvidence:
         seen = self.shoulders_seen
         shoulders = seen * self.shoulders + (1.0 - seen) * 0.75
         return self.inside * self.free * shoulders
+
+
+def tilted_up(up_camera: Vector, angle_rad: float) -> Vector:
+    """[3] the direction `angle_rad` to the image's right of up."""
+    return cos(angle_rad) * up_camera + sin(angle_rad) * right_of(up_camera)
 
 
 def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> HeadEvidence:
@@ -213,26 +217,3 @@ def points_near(cloud: Cloud, center_camera: Vector, radius_m: float) -> Vector:
     points = cloud.points_camera[window].reshape(-1, 3).astype(np.float64)
     distance = np.linalg.norm(points - center_camera, axis=1)
     return points[(distance < radius_m) & (points[:, 2] > 0.0)]
-
-
-def follow_head(cloud: Cloud, predicted_camera: Vector, up_camera: Vector) -> Vector | None:
-    """The best place for a head near where it is expected; None where nothing there is like one.
-
-    Looks at every visible point around the prediction, so that a head that nothing frees from
-    above (bent forward, an arm over it) is still found; the prediction weighs in.
-    """
-    surface = points_near(cloud, predicted_camera, FOLLOW_RADIUS_M)
-    surface = surface[:: max(1, len(surface) // 200)]
-    if not len(surface):
-        return None
-    range_m = np.linalg.norm(surface, axis=1, keepdims=True)
-    centers = surface * (1.0 + CENTER_BEHIND_SURFACE_M / range_m)
-    evidence = head_evidence(cloud, centers, up_camera)
-    moved_m = np.linalg.norm(centers - predicted_camera, axis=1)
-    score = (0.5 * evidence.inside + 0.3 * evidence.free + 0.2 * evidence.shoulders) - (
-        moved_m / FOLLOW_RADIUS_M
-    ) ** 2 * 0.3
-    best = int(np.argmax(score))
-    if evidence.inside[best] < 0.6 or evidence.free[best] < 0.3:
-        return None
-    return refine_center(cloud, centers[best], up_camera)

@@ -15,13 +15,16 @@ def geodesic_distance(
     jump_m: float,
     jump_per_square_m: float,
     limit_m: float,
+    queue: NDArray[np.int32],
+    is_queued: NDArray[np.bool_],
     out_m: NDArray[np.float32],
 ) -> None:
     """Length of the shortest way over the surface to each pixel, in place.
 
-    Raster sweeps over the 8-neighbourhood until nothing changes. A step from one pixel to the next
-    is as long as the two points are apart, and is taken only where both are allowed and their
-    depths differ by at most `jump_m + jump_per_square_m * z^2`.
+    Steps go to the 8 neighbours. A step is as long as the two points are apart, and is taken only
+    where both are allowed and their depths differ by at most `jump_m + jump_per_square_m * z^2`,
+    z the nearer depth. Pixels whose distance has become shorter wait in a queue until they have
+    told their neighbours; the result does not depend on the order.
 
     Args:
         depth_m: [h, w] metres.
@@ -30,44 +33,43 @@ def geodesic_distance(
         jump_m: largest step in depth at depth 0, metres.
         jump_per_square_m: what is added to it with the square of the depth, 1/m.
         limit_m: longer ways are not followed.
+        queue: [h * w] scratch.
+        is_queued: [h, w] scratch, all False.
         out_m: [h, w] the cost at which each seed starts, infinity elsewhere; replaced by the
             distances, infinity where there is no way.
     """
     height, width = depth_m.shape
-    changed = True
-    while changed:
-        changed = False
-        for backward in range(2):
-            step = -1 if backward else 1
-            for i in range(height):
-                row = height - 1 - i if backward else i
-                for j in range(width):
-                    column = width - 1 - j if backward else j
-                    if not is_allowed[row, column]:
-                        continue
-                    z = depth_m[row, column]
-                    jump = jump_m + jump_per_square_m * z * z
-                    best = out_m[row, column]
-                    for k in range(4):
-                        # The four neighbours that this sweep has already passed.
-                        other_row = row - (step if k < 3 else 0)
-                        other_column = column + (k - 1 if k < 3 else -step)
-                        if not (0 <= other_row < height and 0 <= other_column < width):
-                            continue
-                        start = out_m[other_row, other_column]
-                        if not start < min(best, limit_m):
-                            continue
-                        if not is_allowed[other_row, other_column]:
-                            continue
-                        dz = depth_m[other_row, other_column] - z
-                        if abs(dz) > jump:
-                            continue
-                        across = z / focal_px
-                        if k == 0 or k == 2:
-                            across *= np.sqrt(2.0)
-                        way = np.float32(start + np.sqrt(across * across + dz * dz))
-                        if way < best and way <= limit_m:
-                            best = way
-                    if best < out_m[row, column]:
-                        out_m[row, column] = best
-                        changed = True
+    size = height * width
+    head, count = 0, 0
+    for row in range(height):
+        for column in range(width):
+            if out_m[row, column] <= limit_m and is_allowed[row, column]:
+                queue[count] = row * width + column
+                is_queued[row, column] = True
+                count += 1
+    while count > 0:
+        pixel = queue[head]
+        head = head + 1 if head + 1 < size else 0
+        count -= 1
+        row, column = pixel // width, pixel % width
+        is_queued[row, column] = False
+        z = depth_m[row, column]
+        start = out_m[row, column]
+        for i in range(max(row - 1, 0), min(row + 2, height)):
+            for j in range(max(column - 1, 0), min(column + 2, width)):
+                if not is_allowed[i, j] or not start < out_m[i, j]:
+                    continue
+                dz = depth_m[i, j] - z
+                nearer = min(z, depth_m[i, j])
+                if abs(dz) > jump_m + jump_per_square_m * nearer * nearer:
+                    continue
+                across = nearer / focal_px
+                square = across * across * ((i != row) + (j != column))
+                way = np.float32(start + np.sqrt(square + dz * dz))
+                if way < out_m[i, j] and way <= limit_m:
+                    out_m[i, j] = way
+                    if not is_queued[i, j]:
+                        is_queued[i, j] = True
+                        tail = head + count
+                        queue[tail if tail < size else tail - size] = i * width + j
+                        count += 1

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from topview.detect.following import HeadView
+from topview.detect.heads import HeadCandidate
 from topview.people.height import HeightEstimate
 
 Vector = NDArray[np.float64]
@@ -32,18 +32,24 @@ class KnownUser:
         seen_s: when the head was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
-        is_users: [h, w] the cloud pixels of the last frame, or None.
+        confidence: that what is followed is the head, over the last frames.
+        view: what the head looked like when it was last seen.
+        body_m: [h, w] distance of the user's points from the head in the last frame, or None.
+        rival_frames: for how long something else has looked more like it.
     """
 
-    def __init__(self, id: int, head_camera: Vector, time_s: float) -> None:
+    def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         self.id = id
-        self.head_camera = head_camera
+        self.head_camera = head.center_camera
+        self.confidence = head.confidence
+        self.view = view
         self.velocity = np.zeros(3)
         self.time_s = time_s
         self.seen_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
-        self.is_users: NDArray[np.bool_] | None = None
+        self.rival_frames = 0
+        self.body_m: NDArray[np.float32] | None = None
 
     def predicted(self, time_s: float) -> Vector:
         """[3] where the head is expected; a velocity that was not renewed fades."""
@@ -57,8 +63,19 @@ class KnownUser:
         hidden_s = max(time_s - self.seen_s, 0.0)
         return min(JITTER_M + MAX_SPEED_M_PER_S * hidden_s, MAX_GATE_M)
 
-    def see(self, head_camera: Vector, time_s: float) -> None:
+    def score(self, head: HeadCandidate, time_s: float) -> float:
+        """How well a head continues this user's: its confidence less its distance from the
+        prediction in gates; -inf outside of the gate."""
+        gate_m = self.gate_m(time_s)
+        moved_m = float(np.linalg.norm(head.center_camera - self.predicted(time_s)))
+        return head.confidence - moved_m / gate_m if moved_m < gate_m else -np.inf
+
+    def see(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         """The head has been measured."""
+        head_camera = head.center_camera
+        self.confidence += 0.3 * (head.confidence - self.confidence)
+        if head.confidence > 0.5:
+            self.view = view
         elapsed_s = time_s - self.time_s
         if elapsed_s > 0.0:
             velocity = (head_camera - self.head_camera) / elapsed_s
@@ -70,6 +87,15 @@ class KnownUser:
         self.time_s = self.seen_s = time_s
         self.frames_seen += 1
 
+    def jump(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
+        """What was followed was not the head; this is."""
+        self.head_camera = head.center_camera
+        self.velocity = np.zeros(3)
+        self.confidence = head.confidence
+        self.view = view
+        self.time_s = self.seen_s = time_s
+        self.rival_frames = 0
+
     def miss(self, time_s: float) -> None:
         """The head has not been measured: go on as predicted."""
         ahead_s = max(time_s - self.time_s, 0.0)
@@ -78,17 +104,14 @@ class KnownUser:
         self.time_s = time_s
 
 
-def assign(
-    known: Sequence[KnownUser], heads_camera: Sequence[Vector], time_s: float
-) -> dict[int, int]:
-    """Index of a known user to index of a head: the cheapest assignment within every gate."""
-    if not known or not heads_camera:
+def assign(scores: NDArray[np.float64]) -> dict[int, int]:
+    """Row to column of the assignment with the highest sum of [users, heads] scores; pairs whose
+    score is -inf are never made."""
+    if not scores.size:
         return {}
-    predicted = np.array([user.predicted(time_s) for user in known])
-    gates = np.array([user.gate_m(time_s) for user in known])
-    distance = np.linalg.norm(predicted[:, None] - np.array(heads_camera)[None], axis=-1)
-    too_far = distance > gates[:, None]
-    # One who was just seen is surer of a head than one who has long been hidden.
-    cost = np.where(too_far, 1e3, distance + 0.1 * gates[:, None])
-    rows, columns = linear_sum_assignment(cost)
-    return {int(r): int(c) for r, c in zip(rows, columns, strict=True) if not too_far[r, c]}
+    rows, columns = linear_sum_assignment(np.where(np.isfinite(scores), -scores, 1e3))
+    return {
+        int(row): int(column)
+        for row, column in zip(rows, columns, strict=True)
+        if np.isfinite(scores[row, column])
+    }

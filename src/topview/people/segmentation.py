@@ -38,6 +38,8 @@ class SegmentationSettings:
             stretched down, the fingers.
         bulk_radius_m: of a disc that fits into a child's torso, but into no limb: a thigh is
             18 cm across (NASA-STD-3000).
+        huge_core_m2: area of a surface after `bulk_radius_m` is taken off all round, from which
+            it is no person: two people who touch side by side are below it.
         share_m: points that are this much further from one user than from another are both's.
     """
 
@@ -45,6 +47,7 @@ class SegmentationSettings:
     core_radius: float = 0.15
     reach: float = 1.1
     bulk_radius_m: float = 0.13
+    huge_core_m2: float = 0.8
     share_m: float = 0.06
 
 
@@ -58,7 +61,8 @@ class Scene:
         up_camera: [3] the floor's normal, else the camera's own up.
         heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
         overview_m: [h, w, 2] the points seen from above (right, forward).
-        is_free_standing: [h, w] pixels with a reading that are not floor.
+        is_free_standing: [h, w] pixels with a reading that are neither floor nor wall.
+        inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
         is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
             but no limb.
     """
@@ -69,6 +73,7 @@ class Scene:
     heights_m: NDArray[np.float32]
     overview_m: NDArray[np.float32]
     is_free_standing: NDArray[np.bool_]
+    inset_m: NDArray[np.float32]
     is_bulky: NDArray[np.bool_]
 
     @classmethod
@@ -81,6 +86,9 @@ class Scene:
             heights_m += np.float32(floor.distance_m)
             margin = floor_margin_m(cloud.depth_m, heights_m, floor, settings)
             is_free_standing = is_free_standing & (heights_m > margin)
+        inset_m = inset_of_surfaces(cloud, is_free_standing)
+        is_bulky, is_huge = bulky_surfaces(cloud, is_free_standing, inset_m, settings)
+        is_free_standing = is_free_standing & ~is_huge
         basis = overview_basis(up_camera).astype(np.float32)
         return cls(
             cloud,
@@ -89,8 +97,13 @@ class Scene:
             heights_m,
             points @ basis.T,
             is_free_standing,
-            bulky_surfaces(cloud, is_free_standing, settings.bulk_radius_m),
+            inset_m,
+            is_bulky,
         )
+
+    def aside_m(self, point_camera: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+        """Distance of two [3] points seen from above, metres."""
+        return float(np.linalg.norm(self.overview_of(point_camera - other)))
 
     def overview_of(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[..., 2] right and forward of [..., 3] points."""
@@ -121,21 +134,61 @@ def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([right, np.cross(up_camera, right)])
 
 
-def bulky_surfaces(
-    cloud: Cloud, is_allowed: NDArray[np.bool_], radius_m: float
-) -> NDArray[np.bool_]:
-    """[h, w] the morphological opening of the surfaces between depth edges with a disc of a size
-    in metres."""
+def inset_of_surfaces(cloud: Cloud, is_allowed: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """[h, w] metres from each pixel to the nearest depth edge, hole or forbidden pixel."""
     depth = cloud.depth_m
     jump = JUMP_M + JUMP_PER_SQUARE_M * depth * depth
     is_inner = is_allowed.astype(np.uint8)
     is_inner[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > jump[:, 1:]] = 0
     is_inner[1:][np.abs(depth[1:] - depth[:-1]) > jump[1:]] = 0
-    radius_px = radius_m * cloud.camera.fx / np.maximum(depth, 0.1)
-    to_edge_px = cv2.distanceTransform(is_inner, cv2.DIST_L2, 3)
-    is_core = (to_edge_px > radius_px).astype(np.uint8)
-    to_core_px = cv2.distanceTransform(1 - is_core, cv2.DIST_L2, 3)
-    return is_allowed & (to_core_px < radius_px)
+    inset_px = cv2.distanceTransform(is_inner, cv2.DIST_L2, 3)
+    return inset_px * depth / np.float32(cloud.camera.fx)
+
+
+def bulky_surfaces(
+    cloud: Cloud,
+    is_allowed: NDArray[np.bool_],
+    inset_m: NDArray[np.float32],
+    settings: SegmentationSettings,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """[h, w] what a disc of `bulk_radius_m` fits into between depth edges (a morphological
+    opening), and what of it is part of something larger than any person."""
+    pixel_m = cloud.depth_m / np.float32(cloud.camera.fx)
+    is_core = inset_m > settings.bulk_radius_m
+    is_bulky = np.isfinite(surface_distance(cloud, is_allowed, is_core, settings.bulk_radius_m))
+    _, labels = cv2.connectedComponents(is_core.astype(np.uint8), connectivity=4)
+    area_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel())
+    area_m2[0] = 0.0
+    is_huge_core = (area_m2 > settings.huge_core_m2)[labels]
+    if not is_huge_core.any():
+        return is_bulky, np.zeros_like(is_bulky)
+    return is_bulky, np.isfinite(
+        surface_distance(cloud, is_allowed, is_huge_core, settings.bulk_radius_m)
+    )
+
+
+def surface_distance(
+    cloud: Cloud,
+    is_allowed: NDArray[np.bool_],
+    is_seed: NDArray[np.bool_],
+    limit_m: float,
+    start_m: NDArray[np.float32] | np.float32 = np.float32(0.0),
+) -> NDArray[np.float32]:
+    """[h, w] length of the shortest way over the allowed surface from the seeds, which are
+    `start_m` away themselves; infinity where there is none up to `limit_m`."""
+    distance_m = np.where(is_seed, start_m, np.float32(np.inf))
+    geodesic_distance(
+        cloud.depth_m,
+        is_allowed,
+        cloud.camera.fx,
+        JUMP_M,
+        JUMP_PER_SQUARE_M,
+        limit_m,
+        np.empty(distance_m.size, np.int32),
+        np.zeros(distance_m.shape, np.bool_),
+        distance_m,
+    )
+    return distance_m
 
 
 def body_distance(
@@ -143,7 +196,7 @@ def body_distance(
     head_camera: NDArray[np.float64],
     height_m: float,
     is_allowed: NDArray[np.bool_],
-    seeds: NDArray[np.bool_] | None,
+    remembered_m: NDArray[np.float32] | None,
     settings: SegmentationSettings,
 ) -> NDArray[np.float32]:
     """[h, w] how far each pixel is from the head over the body's surface, infinity if too far.
@@ -153,7 +206,8 @@ def body_distance(
         head_camera: [3] the head's centre.
         height_m: the user's stature.
         is_allowed: [h, w] what may belong to the user.
-        seeds: [h, w] pixels that are known to be the user's, or None.
+        remembered_m: [h, w] how far the pixels that are known to be the user's are, infinity
+            elsewhere; or None.
         settings: sizes.
     """
     cloud = scene.cloud
@@ -173,19 +227,10 @@ def body_distance(
         & (scene.heights_m > head_top_m - 1.1 * height_m)
     )
     start |= is_core
-    if seeds is not None:
-        start |= seeds & is_allowed
-    distance = np.where(start, from_head_m, np.float32(np.inf))
-    geodesic_distance(
-        cloud.depth_m,
-        is_allowed,
-        cloud.camera.fx,
-        JUMP_M,
-        JUMP_PER_SQUARE_M,
-        settings.reach * height_m,
-        distance,
-    )
-    return distance
+    if remembered_m is not None:
+        from_head_m = np.where(start, from_head_m, remembered_m)
+        start |= np.isfinite(remembered_m) & is_allowed
+    return surface_distance(cloud, is_allowed, start, settings.reach * height_m, from_head_m)
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:

@@ -25,18 +25,28 @@ class PersonLimits:
         above_m2: what is higher than the head: two raised arms show 0.09 m^2.
         area_m2: the whole; a big person in front view shows 0.8 m^2.
         below_top_m: how far down the body must be seen at least.
+        bust_edges: share of the pixels there that lie on depth edges or holes: a head and
+            shoulders are smooth, leaves are not.
+        torso_radius_m: of a disc that must fit into the torso, seen from the side; a hanger with
+            clothes, a lamp or a plant is thinner.
+        border_m: how much of the picture there must be at both sides of the head.
         aside_m: 90 % of the body is this near to the head, seen from above.
     """
 
     top_over_floor_m: tuple[float, float] = (0.6, 2.2)
     bust_m2: tuple[float, float] = (0.035, 0.14)
+    bust_edges: float = 0.3
+    torso_radius_m: float = 0.09
+    border_m: float = 0.2
     above_m2: float = 0.1
     area_m2: float = 1.2
     below_top_m: float = 0.4
     aside_m: float = 0.8
 
 
+# How far over the surface from the head's centre the bust and the chest reach; ours.
 BUST_M = 0.3
+TORSO_M = 0.55
 
 
 def looks_like_person(
@@ -56,10 +66,17 @@ def looks_like_person(
     offset = scene.overview_m[is_body] - scene.overview_of(head_camera)
     aside_m = np.hypot(offset[:, 0], offset[:, 1])
     bust_m2 = area[distance_m[is_body] < BUST_M].sum()
+    is_bust = distance_m < BUST_M
+    camera = scene.cloud.camera
+    column = head_camera[0] / head_camera[2] * camera.fx + camera.cx
+    border_px = limits.border_m / head_camera[2] * camera.fx
     has_floor = scene.floor is not None
     return bool(
         (not has_floor or limits.top_over_floor_m[0] < top_m < limits.top_over_floor_m[1])
         and limits.bust_m2[0] < bust_m2 < limits.bust_m2[1]
+        and border_px < column < camera.width - border_px
+        and (scene.inset_m[is_bust] == 0.0).mean() < limits.bust_edges
+        and scene.inset_m[distance_m < TORSO_M].max(initial=0.0) > limits.torso_radius_m
         and area[heights > top_m + 0.1].sum() < limits.above_m2
         and area.sum() < limits.area_m2
         and top_m - np.min(heights) > limits.below_top_m

@@ -1,0 +1,136 @@
+"""A known head, found again in the next frame by what it and its surroundings looked like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud
+from topview.detect.heads import (
+    CENTER_BEHIND_SURFACE_M,
+    HEAD_HALF_HEIGHT_M,
+    HEAD_RADIUS_M,
+    HeadCandidate,
+    head_evidence,
+    points_near,
+    tilted_up,
+)
+
+Vector = NDArray[np.float64]
+Patch = NDArray[np.float32]
+
+# All ours. The patch shows the head, its outline and the neck.
+PATCH_RADIUS_M: Final = 0.17
+SEARCH_RADIUS_M: Final = 0.2
+# Depths further than this before or behind the head only say that it is not there.
+RELIEF_M: Final = 0.25
+# Mean square difference of two patches of one head, a frame apart; and of unlike patches.
+LIKE_M2: Final = 0.006
+UNLIKE_M2: Final = 0.025
+# A head moves about this much between two frames other than predicted.
+MOTION_M: Final = 0.1
+CANDIDATES: Final = 32
+# People lean to the side; the template leans with them, at some cost per radian.
+TILTS_RAD: Final = (-1.2, -0.6, 0.0, 0.6, 1.2)
+TILT_PENALTY: Final = 0.15
+# What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
+LIKENESS: Final = 3.0
+LEAST_CONFIDENCE: Final = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadView:
+    """What a head looks like: [n, n] depths relative to its centre, cut off at `RELIEF_M`."""
+
+    relief_m: Patch
+
+    @classmethod
+    def of(cls, cloud: Cloud, center_camera: Vector) -> HeadView:
+        radius_px = _radius_px(cloud, center_camera, PATCH_RADIUS_M)
+        return cls(_relief(cloud, center_camera, radius_px))
+
+
+def _radius_px(cloud: Cloud, center_camera: Vector, radius_m: float) -> int:
+    return int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), 0.4)))
+
+
+def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:
+    row, column = _nearest_pixel(cloud, center_camera)
+    height, width = cloud.depth_m.shape
+    rows = np.arange(row - radius_px, row + radius_px + 1)
+    columns = np.arange(column - radius_px, column + radius_px + 1)
+    depth = cloud.depth_m[np.clip(rows, 0, height - 1)[:, None], np.clip(columns, 0, width - 1)]
+    relief = np.clip(depth - np.float32(center_camera[2]), -RELIEF_M, RELIEF_M)
+    relief[depth == 0.0] = RELIEF_M
+    return relief
+
+
+def _nearest_pixel(cloud: Cloud, center_camera: Vector) -> tuple[int, int]:
+    row, column, _ = cloud.pixel_of(center_camera)
+    return int(row), int(column)
+
+
+def follow_head(
+    cloud: Cloud, view: HeadView, predicted_camera: Vector, up_camera: Vector
+) -> HeadCandidate | None:
+    """The place near `predicted_camera` that looks most like `view` and like a head at all.
+
+    Finds heads that nothing sets free from what is behind or above them (bent forward, an arm
+    over the head). None where nothing looks like it.
+    """
+    radius_px = _radius_px(cloud, predicted_camera, PATCH_RADIUS_M)
+    search_px = _radius_px(cloud, predicted_camera, SEARCH_RADIUS_M)
+    window = _relief(cloud, predicted_camera, radius_px + search_px)
+    side = 2 * radius_px + 1
+    patch = view.relief_m
+    if patch.shape != (side, side):
+        patch = cv2.resize(patch, (side, side), interpolation=cv2.INTER_NEAREST)
+    unlike = cv2.matchTemplate(window, patch, cv2.TM_SQDIFF) / side**2
+    pixel_m = float(predicted_camera[2]) / cloud.camera.fx
+    offset_m = (np.arange(2 * search_px + 1) - search_px) * pixel_m
+    moved_m2 = offset_m[:, None] ** 2 + offset_m**2
+    cost = unlike / LIKE_M2 + moved_m2 / MOTION_M**2
+    best = np.argsort(cost, axis=None, kind="stable")[:CANDIDATES]
+    down, across = np.unravel_index(best, cost.shape)
+
+    row, column = _nearest_pixel(cloud, predicted_camera)
+    surface_m = _surface_depth(cloud, predicted_camera)
+    if surface_m is None:
+        return None
+    depth_m = surface_m + CENTER_BEHIND_SURFACE_M
+    camera = cloud.camera
+    centers = np.empty((len(best), 3))
+    centers[:, 0] = (column + across - search_px - camera.cx) / camera.fx * depth_m
+    centers[:, 1] = (row + down - search_px - camera.cy) / camera.fy * depth_m
+    centers[:, 2] = depth_m
+    confidence = np.maximum.reduce(
+        [
+            (1.0 - TILT_PENALTY * abs(tilt))
+            * head_evidence(cloud, centers, tilted_up(up_camera, tilt)).confidence
+            for tilt in TILTS_RAD
+        ]
+    )
+    chosen = int(np.argmin(cost.ravel()[best] - LIKENESS * confidence))
+    if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
+        return None
+    center = _settle(cloud, centers[chosen])
+    return None if center is None else HeadCandidate(center, float(confidence[chosen]))
+
+
+def _surface_depth(cloud: Cloud, center_camera: Vector) -> float | None:
+    """Median depth of the points where a head is expected."""
+    points = points_near(cloud, center_camera, HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M)
+    return float(np.median(points[:, 2])) if len(points) else None
+
+
+def _settle(cloud: Cloud, center_camera: Vector) -> Vector | None:
+    """The same direction, at the depth of the surface that is seen there."""
+    points = points_near(cloud, center_camera, HEAD_HALF_HEIGHT_M)
+    if len(points) < 3:
+        return None
+    depth_m = float(np.median(points[:, 2])) + CENTER_BEHIND_SURFACE_M
+    return center_camera * (depth_m / center_camera[2])
