@@ -18,11 +18,12 @@ NOISE_LEVELS: Final = 2.2
 """Standard deviation of the colour camera's noise in grey levels of 255 (ours)."""
 BLUR_PX: Final = 0.45
 """Blur of the colour camera's lens and mosaic (ours)."""
-GAMMA: Final = 1.0 / 2.2
 SOFT_SHARE: Final = 1.3 / 240
 """Blur of the people's normals as a share of the image's height (ours)."""
-SHADOW_M: Final = 0.16
+SHADOW_M: Final = 0.17
 """Size of the shadow under a foot (ours)."""
+SHADOW_DEPTH: Final = 0.7
+"""Share of the light that is missing right under a foot (ours)."""
 
 
 def shade(
@@ -38,7 +39,7 @@ def shade(
         rendering: the ideal images.
         rays: [H, W, 3] the pixels' rays, z = 1.
         R_camera_room: [3, 3].
-        feet_camera: [N, 3] the points that stand on the floor, metres.
+        feet_camera: [N, 3] the middles of the feet, metres.
         rng: of the noise.
     """
     lamp = (R_camera_room @ LAMP_ROOM).astype(np.float32)
@@ -49,7 +50,7 @@ def shade(
     light = AMBIENT * sky + (1.0 - AMBIENT) * direct
     light *= _foot_shadows(rendering, rays, up, feet_camera)
     linear = np.clip(1.25 * rendering.albedo * light[..., None], 0.0, 1.0)
-    levels = cv2.GaussianBlur(255.0 * linear**GAMMA, (0, 0), BLUR_PX)
+    levels = cv2.GaussianBlur(255.0 * np.sqrt(linear), (0, 0), BLUR_PX)  # gamma 2, about sRGB's
     levels += NOISE_LEVELS * rng.standard_normal(levels.shape, np.float32)
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
 
@@ -82,9 +83,11 @@ def _foot_shadows(
 ) -> NDArray[np.float32]:
     """[H, W] share of the light that reaches the floor beside the feet, 1 elsewhere."""
     light = np.ones(rendering.depth_m.shape, np.float32)
-    rows, columns = np.nonzero((rendering.normals @ up > 0.9) & (rendering.instance == ROOM))
-    floor = rays[rows, columns] * rendering.depth_m[rows, columns, None]
-    for foot in feet_camera.astype(np.float32):
-        distance2 = ((floor - foot) ** 2).sum(-1)
-        light[rows, columns] *= 1.0 - 0.6 * np.exp(-0.5 * distance2 / SHADOW_M**2)
+    is_floor = (rendering.instance == ROOM) & (rendering.normals @ up > 0.9)
+    floor = rays[is_floor] * rendering.depth_m[is_floor, None]
+    feet = feet_camera.astype(np.float32)
+    distance2 = np.einsum("ni,ni->n", floor, floor)[:, None] - 2.0 * floor @ feet.T
+    distance2 += np.einsum("ni,ni->n", feet, feet)
+    kept = 1.0 - SHADOW_DEPTH * np.exp(-0.5 / SHADOW_M**2 * distance2)
+    light[is_floor] = np.multiply.reduce(kept.T, axis=0)
     return light

@@ -35,8 +35,12 @@ TURN_S: Final = 0.7
 """How long a person takes to turn on the spot (ours)."""
 SPEED_UP_S: Final = 0.7
 """How long a person takes to reach walking speed (ours)."""
-STRIDE_SHARE: Final = 0.83
-"""Stride length over stature at a comfortable pace (Winter 2009, Ch. 5)."""
+COMFORTABLE_MPS: Final = 1.25
+STRIDE_SHARE: Final = 0.78
+"""Stride length over stature at that speed, at which these curves let the standing foot slide
+least (Winter 2009, Ch. 5: about 0.8)."""
+STRIDE_POWER: Final = 0.42
+"""Stride length grows with this power of the speed (D. Grieve and R. Gear, Ergonomics 9, 1966)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +109,7 @@ class Path:
     heading_before_rad: float
     heading_after_rad: float
     start_s: float = 0.0
-    speed_mps: float = 1.25
+    speed_mps: float = COMFORTABLE_MPS
 
     def __post_init__(self) -> None:
         if not self.points_room or self.speed_mps <= 0.0:
@@ -192,9 +196,10 @@ def _cycle(*degrees: float) -> CubicSpline:
                        bc_type="periodic")  # fmt: skip
 
 
-# From heel strike to heel strike in tenths, after Winter (2009), Fig. 5.36 and Table A.
-_HIP = _cycle(24, 22, 15, 6, -3, -10, -8, 5, 18, 25)
-_KNEE = _cycle(5, 17, 16, 9, 6, 13, 38, 62, 54, 22)
+# From heel strike to heel strike in tenths, after Winter (2009), Fig. 5.36 and Table A, smoothed so
+# that the standing foot hardly slides.
+_HIP = _cycle(27, 22, 13, 3, -6, -13, -10, 5, 20, 28)
+_KNEE = _cycle(4, 13, 13, 9, 6, 12, 38, 62, 53, 20)
 _ANKLE = _cycle(-1, -5, 2, 6, 9, 8, -14, -9, 0, 2)
 
 
@@ -320,9 +325,10 @@ class Performance:
         style, walked = self.style, self.path.walked(time_s)
         angles = _as_array(standing(style, time_s))
         if walked.pace > 0.0:
-            phase = walked.distance_m / (STRIDE_SHARE * body.look.stature_m) + 0.2
+            size = (self.path.speed_mps / COMFORTABLE_MPS) ** STRIDE_POWER
+            phase = walked.distance_m / (size * STRIDE_SHARE * body.look.stature_m) + 0.2
             gait = _as_array(walking(style, time_s, phase))
-            angles += walked.pace * (gait - angles)
+            angles += size * walked.pace * (gait - angles)
         for clip in self.clips:
             weight = clip.weight(time_s)
             if weight > 0.0:

@@ -17,7 +17,8 @@ from topview.sim.scene import Scene
 from topview.sim.sensor import KINECT_V1, Sensor, noise_generator, sense_depth
 from topview.sim.truth import FrameTruth, frame_truth
 
-_FEET = [JOINT_NAMES.index(name) for name in ("ankle_l", "foot_l", "ankle_r", "foot_r")]
+_ANKLES = [JOINT_NAMES.index(name) for name in ("ankle_l", "ankle_r")]
+_BALLS = [JOINT_NAMES.index(name) for name in ("foot_l", "foot_r")]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +74,7 @@ class SimulatedRecording:
         bodies = [actor.body for actor in scene.actors]
         truth = frame_truth(bodies, drawing.Ts_camera_segment, rendering, scene.camera)
         R_camera_room = scene.mount.T_camera_room()[:3, :3]
-        feet = truth.joints[:, _FEET].reshape(-1, 3)
+        feet = 0.5 * (truth.joints[:, _ANKLES] + truth.joints[:, _BALLS]).reshape(-1, 3)
         return SimulatedFrame(
             index=index,
             depth_mm=sense_depth(rendering, self._rays, scene.camera, rng, self.sensor),

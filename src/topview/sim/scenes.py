@@ -60,14 +60,14 @@ def _bystander(casting: Casting, k: int) -> Actor:
 def _pass_by(casting: Casting) -> list[Actor]:
     """Person 1 waves and boxes; person 2 walks past in front and waves on the other side."""
     first = casting.actor(
-        _stands(casting.rng.uniform(-0.05, 0.05), 3.1),
+        _stands(casting.rng.uniform(-0.05, 0.05), 3.25),
         (Clip("wave", -1.0, 1.75), Clip("box", 1.6, 1e3)),
         sex="man",
     )
     way = Path(
-        ((-1.02, 2.4), (0.84, 2.4)), TO_CAMERA, TO_CAMERA, start_s=0.35, speed_mps=0.95
+        ((-1.0, 2.3), (0.74, 2.3)), TO_CAMERA, TO_CAMERA, start_s=0.25, speed_mps=0.75
     )  # fmt: skip
-    second = casting.actor(way, (Clip("wave", 2.85, 1e3, side="l"),), sex="woman")
+    second = casting.actor(way, (Clip("wave", 3.0, 1e3, side="l"),), sex="woman")
     return [first, second]
 
 

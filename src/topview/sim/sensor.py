@@ -23,6 +23,10 @@ FULL_FOCAL_PX: Final = 525.0
 """Focal length of the Kinect v1 at 640 x 480, nominal."""
 
 
+NOTHING_M: Final = 1e3
+"""Where there is nothing, the ideal image is taken to lie this far away, out of any range."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sensor:
     """A sensor's traits; the defaults are a Kinect v1.
@@ -35,8 +39,8 @@ class Sensor:
         lateral_px: standard deviation of the silhouettes at 640 x 480 (Nguyen, Eq. 1, frontal).
         match_px: standard deviation of the matching window's weight at 640 x 480, which makes the
             noise of neighbours alike (ours, from recordings).
-        graze_rad: readings begin to fail at this angle between ray and normal, and are gone 15
-            degrees later (Nguyen, Sec. 3.1: 70 degrees).
+        graze_rad: readings begin to fail at this angle between ray and normal, and are gone
+            `GRAZE_BAND_RAD` later (Nguyen, Sec. 3.1: 70 degrees).
         hair_loss: share of readings that dark hair loses at 3 m (ours, from recordings).
         edge_loss: share of readings lost beside a depth edge (ours, from recordings).
         random_loss: share of readings lost anywhere (ours, from recordings).
@@ -81,7 +85,7 @@ def sense_depth(
         sensor: which one.
     """
     scale = camera.fx / FULL_FOCAL_PX
-    ideal = rendering.depth_m
+    ideal = np.minimum(rendering.depth_m, NOTHING_M)
     lost = projector_shadow(ideal, camera, sensor.baseline_m)
     lost |= _loses_light(rendering, rays, rng, sensor)
     edges = _depth_edges(ideal)
@@ -114,6 +118,9 @@ def projector_shadow(
     return shadow
 
 
+GRAZE_BAND_RAD: Final = np.radians(15)
+BRIGHT_HAIR: Final = 0.2
+"""Hair of this linear brightness, or above, loses no reading (ours)."""
 EDGE_STEP: Final = 0.03
 """Neighbours whose depths differ by this share of the depth are on two sides of an edge (ours)."""
 
@@ -131,14 +138,14 @@ def _loses_light(
     sensor: Sensor,
 ) -> NDArray[np.bool_]:
     """[H, W] True where too little light comes back: grazing rays, dark hair, bad luck."""
-    facing = -(rendering.normals * rays).sum(-1) / np.linalg.norm(rays, axis=-1)
-    angle = np.arccos(np.clip(facing, 0.0, 1.0))
-    loss = sensor.random_loss + np.clip((angle - sensor.graze_rad) / np.radians(15), 0.0, 1.0)
-    darkness = 1.0 - np.clip(rendering.albedo.mean(-1) / 0.2, 0.0, 1.0)
-    hair = (rendering.material == HAIR) * darkness
-    loss += sensor.hair_loss * hair * (rendering.depth_m / 3.0) ** 2
-    luck = rng.random(loss.shape, np.float32)
-    return luck < loss
+    facing = -np.einsum("hwi,hwi->hw", rendering.normals, rays)
+    facing /= np.sqrt(np.einsum("hwi,hwi->hw", rays, rays))
+    begins, gone = np.cos(sensor.graze_rad), np.cos(sensor.graze_rad + GRAZE_BAND_RAD)
+    loss = sensor.random_loss + np.clip((begins - facing) / (begins - gone), 0.0, 1.0)
+    is_hair = rendering.material == HAIR
+    darkness = 1.0 - np.clip(rendering.albedo[is_hair].mean(-1) / BRIGHT_HAIR, 0.0, 1.0)
+    loss[is_hair] += sensor.hair_loss * darkness * (rendering.depth_m[is_hair] / 3.0) ** 2
+    return rng.random(loss.shape, np.float32) < loss
 
 
 def _smooth_noise(

@@ -1,0 +1,79 @@
+"""Simulated folders: the layout, the truth's keys, and what the command says."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from topview.cli.simulate import simulate
+from topview.records import InputError
+from topview.sim import SimulatedRecording, scene_by_name, simulate_truth, write_scene
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scene") / "new" / "pass_by"
+    done: list[int] = []
+    write_scene(scene_by_name("pass_by", seed=3, frames=4), folder, on_frame=done.append)
+    assert done == [0, 1, 2, 3]
+    return folder
+
+
+def test_images_are_those_of_the_recording(folder: Path) -> None:
+    recording = SimulatedRecording(scene_by_name("pass_by", seed=3, frames=4))
+    for index in range(4):
+        frame = recording.simulate(index)
+        depth, rgb, mask = (
+            cv2.imread(str(folder / kind / f"{index:06d}.png"), cv2.IMREAD_UNCHANGED)
+            for kind in ("depth", "rgb", "mask")
+        )
+        assert depth is not None
+        assert rgb is not None
+        assert depth.dtype == np.uint16
+        np.testing.assert_array_equal(depth, frame.depth_mm)
+        np.testing.assert_array_equal(rgb[..., ::-1], frame.color)
+        np.testing.assert_array_equal(mask, frame.mask)
+        assert set(np.unique(frame.mask)) == {0, 1, 2}
+
+
+def test_the_camera_is_a_kinect_at_half_resolution(folder: Path) -> None:
+    camera = json.loads((folder / "camera.json").read_text())
+    assert camera == {
+        "fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5, "width": 320, "height": 240,
+        "depth_scale": 0.001, "fps": 30.0,
+    }  # fmt: skip
+
+
+def test_the_truth_on_disk_is_that_of_the_scene(folder: Path) -> None:
+    truth = simulate_truth(scene_by_name("pass_by", seed=3, frames=4))
+    with np.load(folder / "groundtruth.npz") as stored:
+        assert set(stored.files) == set(truth.arrays())
+        for name, array in truth.arrays().items():
+            np.testing.assert_array_equal(stored[name], array)
+
+
+def test_the_truth_has_the_keys_of_the_rendered_recordings(folder: Path, shared: Path) -> None:
+    bench = np.load(shared / "bench" / "b1_pass_by" / "groundtruth.npz")
+    stored = np.load(folder / "groundtruth.npz")
+    assert list(stored["names"]) == list(bench["names"])
+    for name in stored.files:
+        assert stored[name].dtype == bench[name].dtype, name
+        assert stored[name].shape[1:] == bench[name].shape[1:], name
+
+
+def test_the_command_writes_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    simulate("wave", out=tmp_path / "out", people=2, seed=4, frames=2)
+    assert "2 frames with 2 people" in capsys.readouterr().out
+    assert len(list((tmp_path / "out" / "depth").glob("*.png"))) == 2
+    assert np.load(tmp_path / "out" / "groundtruth.npz")["joints"].shape == (2, 2, 21, 3)
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    blocking = tmp_path / "file"
+    blocking.write_text("in the way")
+    with pytest.raises(InputError, match=r"file.*must be one that can be written to"):
+        write_scene(scene_by_name("stand", frames=1), blocking)
