@@ -43,8 +43,8 @@ JOINT_NAMES: Final[tuple[str, ...]] = (
     "hip_l", "knee_l", "ankle_l", "foot_l", "hip_r", "knee_r", "ankle_r", "foot_r",
 )  # fmt: skip
 
-MATERIALS: Final[tuple[str, ...]] = ("skin", "hair", "shirt", "trousers", "shoes")
-SKIN, HAIR, SHIRT, TROUSERS, SHOES = range(len(MATERIALS))
+MATERIALS: Final[tuple[str, ...]] = ("skin", "hair", "shirt", "trousers", "shoes", "eyes")
+SKIN, HAIR, SHIRT, TROUSERS, SHOES, EYES = range(len(MATERIALS))
 
 MEAN_STATURE_M: Final = 1.756
 LEAST_STATURE_M, GREATEST_STATURE_M = 1.0, 2.2
@@ -191,7 +191,8 @@ def build_body(look: Look) -> Body:
     offsets |= {f"{name}_r": (-at[0], at[1], at[2]) for name, at in side.items()}
     offsets_m = stature * np.array([offsets[segment.name] for segment in SEGMENTS])
     joints = _joints(look)
-    colors = (look.skin, look.hair, look.clothes.shirt, look.clothes.trousers, look.clothes.shoes)
+    clothes = look.clothes
+    colors = (look.skin, look.hair, clothes.shirt, clothes.trousers, clothes.shoes, EYE_COLOR)
     return Body(
         look=look,
         offsets_m=offsets_m,
@@ -344,7 +345,7 @@ def _trunk(look: Look) -> list[_Flesh]:
 
 
 def _head(look: Look) -> list[_Flesh]:
-    """Neck, skull, jaw, nose and hair; the head's frame sits 0.032 above the chin."""
+    """Neck, skull, jaw, nose, eyes and hair; the head's frame sits 0.032 above the chin."""
     k = head_share(look.stature_m)
     g = 0.6 + 0.4 * look.girth  # heads and necks vary less than bellies
     skull: Vector = (0.0, 0.66 * k - 0.032, -0.02 * k)
@@ -356,6 +357,7 @@ def _head(look: Look) -> list[_Flesh]:
               (0.0, 0.14 * k - 0.032, 0.20 * k), 0.15 * k, SKIN, (1.05, 1.0, 1.0)),
         _cone("head", (0.0, 0.55 * k - 0.032, 0.40 * k), 0.035 * k,
               (0.0, 0.38 * k - 0.032, 0.45 * k), 0.055 * k, SKIN),
+        _ball("head", (0.13 * k, 0.53 * k - 0.032, 0.355 * k), 0.036 * k, EYES, (1.3, 0.8, 1.0)),
         _ball("head", (0.34 * k, 0.50 * k - 0.032, 0.0), 0.08 * k, SKIN, (0.5, 1.5, 1.0)),
         _ball("head", (0.0, skull[1] + 0.085 * k, skull[2] - 0.05 * k), 0.345 * k, HAIR,
               (1.04, 0.98, 1.20)),
@@ -426,6 +428,7 @@ def _leg(look: Look) -> list[_Flesh]:
     ]  # fmt: skip
 
 
+EYE_COLOR: Final[Rgb] = (0.03, 0.02, 0.02)
 SKINS: Final[tuple[Rgb, ...]] = (
     (0.78, 0.55, 0.43), (0.68, 0.44, 0.32), (0.50, 0.30, 0.20), (0.26, 0.14, 0.09),
 )  # fmt: skip
@@ -439,6 +442,9 @@ CLOTHS: Final[tuple[Rgb, ...]] = (
 )  # fmt: skip
 DENIMS: Final[tuple[Rgb, ...]] = (
     (0.04, 0.07, 0.16), (0.10, 0.10, 0.11), (0.30, 0.25, 0.17), (0.09, 0.16, 0.28),
+)  # fmt: skip
+LEATHERS: Final[tuple[Rgb, ...]] = (
+    (0.03, 0.03, 0.03), (0.10, 0.05, 0.02), (0.60, 0.60, 0.58), (0.25, 0.05, 0.05),
 )  # fmt: skip
 
 
@@ -460,7 +466,7 @@ def random_look(rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | N
         clothes=Clothes(
             shirt=shirt or pick(CLOTHS),
             trousers=pick(DENIMS),
-            shoes=pick(HAIRS),
+            shoes=pick(LEATHERS),
             looseness=float(rng.uniform(0.1, 1.0)),
             has_long_sleeves=bool(rng.random() < 0.5),
             has_long_legs=bool(rng.random() < 0.85),

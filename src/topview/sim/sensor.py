@@ -14,6 +14,7 @@ from typing import Final
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from topview.records import Camera
 from topview.sim.bodies import HAIR
@@ -40,7 +41,7 @@ class Sensor:
         match_px: standard deviation of the matching window's weight at 640 x 480, which makes the
             noise of neighbours alike (ours, from recordings).
         graze_rad: readings begin to fail at this angle between ray and normal, and are gone
-            `GRAZE_BAND_RAD` later (Nguyen, Sec. 3.1: 70 degrees).
+            `GRAZE_BAND_RAD` later (Nguyen measured planes up to about 80 degrees).
         hair_loss: share of readings that dark hair loses at 3 m (ours, from recordings).
         edge_loss: share of readings lost beside a depth edge (ours, from recordings).
         random_loss: share of readings lost anywhere (ours, from recordings).
@@ -52,7 +53,7 @@ class Sensor:
     noise_steps: float = 0.5
     lateral_px: float = 0.8
     match_px: float = 1.4
-    graze_rad: float = np.radians(70)
+    graze_rad: float = np.radians(78)
     hair_loss: float = 0.30
     edge_loss: float = 0.35
     random_loss: float = 0.0005
@@ -87,7 +88,9 @@ def sense_depth(
     scale = camera.fx / FULL_FOCAL_PX
     ideal = np.minimum(rendering.depth_m, NOTHING_M)
     lost = projector_shadow(ideal, camera, sensor.baseline_m)
-    lost |= _loses_light(rendering, rays, rng, sensor)
+    lost |= _chance_of_loss(rendering, rays, sensor) > ndtr(
+        _smooth_noise(ideal.shape, sensor.match_px * scale, rng)
+    )
     edges = _depth_edges(ideal)
     lost |= edges & (rng.random(ideal.shape, np.float32) < sensor.edge_loss)
 
@@ -118,7 +121,7 @@ def projector_shadow(
     return shadow
 
 
-GRAZE_BAND_RAD: Final = np.radians(15)
+GRAZE_BAND_RAD: Final = np.radians(9)
 BRIGHT_HAIR: Final = 0.2
 """Hair of this linear brightness, or above, loses no reading (ours)."""
 EDGE_STEP: Final = 0.03
@@ -131,13 +134,10 @@ def _depth_edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
     return spread > EDGE_STEP * depth_m
 
 
-def _loses_light(
-    rendering: Rendering,
-    rays: NDArray[np.float32],
-    rng: np.random.Generator,
-    sensor: Sensor,
-) -> NDArray[np.bool_]:
-    """[H, W] True where too little light comes back: grazing rays, dark hair, bad luck."""
+def _chance_of_loss(
+    rendering: Rendering, rays: NDArray[np.float32], sensor: Sensor
+) -> NDArray[np.float32]:
+    """[H, W] chance that too little light comes back: grazing rays, dark hair, bad luck."""
     facing = -np.einsum("hwi,hwi->hw", rendering.normals, rays)
     facing /= np.sqrt(np.einsum("hwi,hwi->hw", rays, rays))
     begins, gone = np.cos(sensor.graze_rad), np.cos(sensor.graze_rad + GRAZE_BAND_RAD)
@@ -145,7 +145,7 @@ def _loses_light(
     is_hair = rendering.material == HAIR
     darkness = 1.0 - np.clip(rendering.albedo[is_hair].mean(-1) / BRIGHT_HAIR, 0.0, 1.0)
     loss[is_hair] += sensor.hair_loss * darkness * (rendering.depth_m[is_hair] / 3.0) ** 2
-    return rng.random(loss.shape, np.float32) < loss
+    return loss
 
 
 def _smooth_noise(
