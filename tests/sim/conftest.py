@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from topview.records import Camera
 from topview.sim import GroundTruth, Scene, scene_by_name, simulate_truth
-from topview.sim.render import NO_MATERIAL, NO_PART, Rendering
+from topview.sim.images import NO_MATERIAL, NO_PART, Rendering
 
 
 @pytest.fixture(scope="session")

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from topview.records import InputError
-from topview.sim.bodies import JOINT_NAMES, build_body, random_look
-from topview.sim.motions import Path
+from topview.sim.bodies import JOINT_NAMES, build_body
+from topview.sim.looks import random_look
+from topview.sim.paths import Path
 from topview.sim.scene import Actor
 from topview.sim.scenes import SCENES, scene_by_name
 from topview.sim.skeleton import LIMITS_RAD, SEGMENTS, Pose, segment_poses

@@ -9,7 +9,9 @@ from topview.camera.projection import project
 from topview.records import Camera
 from topview.sim import GroundTruth, Scene, scene_by_name
 from topview.sim.bodies import JOINT_NAMES, PART_NAMES
-from topview.sim.render import FURNITURE, Renderer, draw_people, render_room
+from topview.sim.images import FURNITURE
+from topview.sim.render import Renderer, draw_people
+from topview.sim.room import render_room
 from topview.sim.scene import Box, Cylinder, Mount, Room
 from topview.sim.skeleton import segment_poses
 from topview.sim.truth import frame_truth, stack_truth

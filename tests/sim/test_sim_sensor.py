@@ -10,7 +10,7 @@ import pytest
 from topview.camera.projection import pixel_rays
 from topview.records import Camera, Recording
 from topview.sim import SimulatedRecording, scene_by_name
-from topview.sim.bodies import HAIR, SHIRT
+from topview.sim.flesh import HAIR, SHIRT
 from topview.sim.render import Renderer
 from topview.sim.sensor import KINECT_V1, noise_generator, projector_shadow, sense_depth
 

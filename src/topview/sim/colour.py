@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.sim.render import FURNITURE, ROOM, Rendering
+from topview.sim.images import FURNITURE, ROOM, Rendering
 
 AMBIENT: Final = 0.36
 """Share of the light that comes from everywhere (ours)."""

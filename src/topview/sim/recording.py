@@ -12,7 +12,8 @@ from topview.camera.projection import pixel_rays
 from topview.records import Camera, Frame
 from topview.sim.bodies import JOINT_NAMES
 from topview.sim.colour import shade
-from topview.sim.render import FURNITURE, ROOM, Renderer
+from topview.sim.images import FURNITURE, ROOM
+from topview.sim.render import Renderer
 from topview.sim.scene import Scene
 from topview.sim.sensor import KINECT_V1, Sensor, noise_generator, sense_depth
 from topview.sim.truth import FrameTruth, frame_truth

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import Camera, InputError
-from topview.sim.bodies import Body, Rgb
+from topview.sim.bodies import Body
+from topview.sim.looks import Rgb
 from topview.sim.motions import Performance
 
 MAX_PEOPLE: Final = 6

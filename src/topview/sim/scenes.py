@@ -9,8 +9,11 @@ from typing import Final
 import numpy as np
 
 from topview.records import Camera, InputError
-from topview.sim.bodies import CLOTHS, Sex, build_body, random_look
-from topview.sim.motions import ActionName, Clip, Path, Performance, Style
+from topview.sim.actions import ActionName, Style
+from topview.sim.bodies import build_body
+from topview.sim.looks import CLOTHS, Sex, random_look
+from topview.sim.motions import Clip, Performance
+from topview.sim.paths import Path
 from topview.sim.scene import MAX_PEOPLE, Actor, Box, Cylinder, Furniture, Mount, Room, Scene
 
 KINECT_V1_HALF: Final = Camera(fx=262.5, fy=262.5, cx=159.5, cy=119.5, width=320, height=240)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from topview.records import Camera
-from topview.sim.bodies import HAIR
-from topview.sim.render import Rendering
+from topview.sim.flesh import HAIR
+from topview.sim.images import Rendering
 
 FULL_FOCAL_PX: Final = 525.0
 """Focal length of the Kinect v1 at 640 x 480, nominal."""

@@ -17,6 +17,10 @@ from scipy.spatial.transform import Rotation
 from topview.records import read_only
 
 
+Limits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+"""Least and greatest flexion, abduction and twist, in degrees."""
+
+
 @dataclass(frozen=True, slots=True)
 class Segment:
     """One rigid piece of the skeleton.
@@ -25,19 +29,16 @@ class Segment:
         name: with _l or _r for the person's left or right.
         hangs_from: segment whose frame holds this one's origin, "" for the root.
         turns_with: segment to which this one's angles are relative, "" for the room.
-        signs: of flexion, twist and abduction about the segment's x, y and z axis.
-        limits_deg: least and greatest flexion, abduction and twist, after the normal ranges of
-            the American Academy of Orthopaedic Surgeons (1965), slightly widened.
+        signs: of the rotations about the segment's x (flexion), y (twist) and z (abduction).
+        limits_deg: after the normal ranges of the American Academy of Orthopaedic Surgeons (1965),
+            slightly widened.
     """
 
     name: str
     hangs_from: str
     turns_with: str
     signs: tuple[int, int, int]
-    limits_deg: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-
-
-Limits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+    limits_deg: Limits
 
 
 def _upright(name: str, parent: str, limits: Limits) -> Segment:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from topview.camera.projection import project
 from topview.records import Camera, read_only
 from topview.sim.bodies import JOINT_NAMES, PART_NAMES, Body
-from topview.sim.render import FURNITURE, Renderer, Rendering
+from topview.sim.images import FURNITURE, Rendering
+from topview.sim.render import Renderer
 from topview.sim.scene import Scene
 
 _PARTS_OF_JOINT: Final = {
