@@ -16,7 +16,6 @@ from scipy.spatial.transform import Rotation
 
 from topview.records import read_only
 
-
 Limits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 """Least and greatest flexion, abduction and twist, in degrees."""
 
