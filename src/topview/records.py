@@ -131,7 +131,8 @@ class Person:
         joint_state: [J] uint8, a `JointState` each.
         joint_confidence: [J] float32 in 0..1.
         Ts_camera_part: [P, 4, 4] part poses; a part's frame has its origin at the joint nearer the
-            head, +y along its axis to the far end, x to the person's left, z to the person's front.
+            head (the head's own at the crown), +y along its axis to the far end, +x to the
+            person's right and +z to the front, when standing with the arms down.
     """
 
     id: int

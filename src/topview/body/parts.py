@@ -2,9 +2,10 @@
 
 Which part hangs from which, how far it may turn (Table 3.2) and how many of its hypotheses go on
 from frame to frame (Sec. 6.1.3). Sizes are in `topview.body.proportions`; a part's frame is
-described in `topview.records.Person`: origin at the joint nearer the head, +y along the part,
-+x to the person's left, +z to the front. For the lower limbs and the torso +y points down when
-the person stands.
+described in `topview.records.Person`: origin at the joint nearer the head, +y along the part to
+its far end, +x to the person's right, +z to the front. With every rotation at zero the person
+stands upright with the arms down; a positive rotation about x swings a part's far end to the
+front, one about z swings it to the person's left, as the signs of Table 3.2 want it.
 """
 
 from __future__ import annotations

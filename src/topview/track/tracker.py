@@ -1,9 +1,37 @@
-"""The tracker: one `update` per frame."""
+"""The tracker: find people, order them by depth, segment, then each body, nearest first."""
 
 from __future__ import annotations
 
-from topview.records import Frame, Person
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.kinematics import joints_from_parts
+from topview.body.model import BodyModel
+from topview.body.parts import JOINTS
+from topview.body.proportions import ANATOMICAL
+from topview.people.finder import PeopleFinder
+from topview.people.users import User
+from topview.records import Frame, JointState, Person
+from topview.score.utvr import DepthView
+from topview.track.body_tracker import BodySettings, BodyTracker
+from topview.track.evidence import gather, thin_view, working_stride
+from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
+from topview.track.timing import StageClock
+from topview.track.visibility import confidences, look
+
+HEIGHT_STEP_M = 0.01  # a body is rebuilt when its height estimate moves by this; ours
+
+
+@dataclass(slots=True)
+class _Tracked:
+    """One person's tracker, body and what is remembered of the joints."""
+
+    tracker: BodyTracker
+    model: BodyModel
+    last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
 class Tracker:
@@ -11,11 +39,78 @@ class Tracker:
 
     for frame in topview.open(path):
         people = tracker.update(frame)
+
+    Attributes:
+        settings: what it was made with.
+        clock: seconds spent in each stage of each frame.
     """
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
+    def __init__(
+        self, settings: TrackerSettings | None = None, body: BodySettings | None = None
+    ) -> None:
         self.settings = settings or TrackerSettings()
+        self.clock = StageClock()
+        self._body = body or BodySettings()
+        self._finder = PeopleFinder()
+        self._bodies: dict[int, _Tracked] = {}
+        self._people: list[Person] = []
 
     def update(self, frame: Frame) -> list[Person]:
         """The people in the next frame, nearest first."""
-        return []
+        with self.clock.stage("people"):
+            users = self._finder.update(frame, self._people)
+        self._bodies = {user.id: self._body_of(user) for user in users}
+        views: dict[int, DepthView] = {}
+        poses = [self._track(user, frame, views) for user in users]
+        with self.clock.stage("visibility"):
+            owner = _owners(users, frame)
+            self._people = [
+                self._person(user, pose, frame, owner)
+                for user, pose in zip(users, poses, strict=True)
+            ]
+        self.clock.end_frame()
+        return self._people
+
+    def _body_of(self, user: User) -> _Tracked:
+        """The person's tracker, with a body of the present height estimate."""
+        tracked = self._bodies.get(user.id)
+        if tracked is None:
+            tracker = BodyTracker(user.id, self.settings.seed, self._body, self.settings.threads)
+            return _Tracked(tracker, BodyModel.of(user.height_m, ANATOMICAL))
+        if abs(tracked.model.stature_m - user.height_m) > HEIGHT_STEP_M:
+            tracked.model = BodyModel.of(user.height_m, ANATOMICAL)
+        return tracked
+
+    def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:
+        """One person's pose, from the image thinned to what the person's distance needs."""
+        tracked = self._bodies[user.id]
+        stride = working_stride(frame.camera, float(user.head_camera[2]))
+        with self.clock.stage("evidence"):
+            if stride not in views:
+                views[stride] = thin_view(frame.depth_m, frame.camera, stride)
+            evidence = gather(user, views[stride], stride, frame.camera.width)
+        return tracked.tracker.update(tracked.model, evidence, frame.index, self.clock)
+
+    def _person(self, user: User, pose: Pose, frame: Frame, owner: NDArray[np.int32]) -> Person:
+        tracked = self._bodies[user.id]
+        Ts_camera_part = pose.transforms(tracked.model)
+        joints = joints_from_parts(tracked.model, Ts_camera_part)
+        visibility = look(joints, tracked.model, user.id, frame.depth_m, owner, frame.camera)
+        is_seen = visibility.joint_state == JointState.VISIBLE
+        tracked.last_seen_s[is_seen] = frame.timestamp_s
+        return Person(
+            user.id,
+            user.height_m,
+            joints,
+            visibility.joint_state,
+            confidences(visibility, frame.timestamp_s - tracked.last_seen_s),
+            Ts_camera_part,
+        )
+
+
+def _owners(users: list[User], frame: Frame) -> NDArray[np.int32]:
+    """[H, W] id of the user that each pixel belongs to, 0 for none; shared ones to the nearest."""
+    owner = np.zeros(frame.depth_m.shape, np.int32)
+    for user in reversed(users):
+        owner.ravel()[user.pixels] = user.id
+    return owner

@@ -1,0 +1,79 @@
+"""Rotations and rigid transforms, `T_a_b` mapping b-coordinates to a-coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def rotations_from_angles(angles_rad: Array) -> Array:
+    """[..., 3] rotations about x, y, z to [..., 3, 3] matrices Rx(x) Rz(z) Ry(y).
+
+    The turn about y, a part's own axis, comes first, so that x and z alone say where the part
+    points: `R @ (0, 1, 0) = (-sin z, cos x cos z, sin x cos z)`.
+    """
+    cx, cy, cz = np.moveaxis(np.cos(angles_rad), -1, 0)
+    sx, sy, sz = np.moveaxis(np.sin(angles_rad), -1, 0)
+    return np.stack(
+        [
+            np.stack([cz * cy, -sz, cz * sy], -1),
+            np.stack([cx * sz * cy + sx * sy, cx * cz, cx * sz * sy - sx * cy], -1),
+            np.stack([sx * sz * cy - cx * sy, sx * cz, sx * sz * sy + cx * cy], -1),
+        ],
+        -2,
+    )
+
+
+def angles_from_rotations(R: Array) -> Array:
+    """Inverse of `rotations_from_angles`, with z in -90..90 degrees: [..., 3, 3] to [..., 3]."""
+    z = np.arcsin(np.clip(-R[..., 0, 1], -1.0, 1.0))
+    x = np.arctan2(R[..., 2, 1], R[..., 1, 1])
+    y = np.arctan2(R[..., 0, 2], R[..., 0, 0])
+    return np.stack([x, y, z], -1)
+
+
+def rotations_from_vectors(vectors_rad: Array) -> Array:
+    """[..., 3] axis times angle to [..., 3, 3] (Rodrigues' formula)."""
+    angle = np.linalg.norm(vectors_rad, axis=-1)[..., None, None]
+    K = skew(vectors_rad)
+    small = angle < 1e-8
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0 - angle**2 / 6, np.sin(safe) / safe)
+    b = np.where(small, 0.5 - angle**2 / 24, (1.0 - np.cos(safe)) / safe**2)
+    return np.eye(3) + a * K + b * (K @ K)
+
+
+def vectors_from_rotations(R: Array) -> Array:
+    """Inverse of `rotations_from_vectors`, for angles below 180 degrees."""
+    w = np.stack(
+        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1
+    )
+    sine = np.linalg.norm(w, axis=-1) / 2
+    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
+    return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
+
+
+def skew(vectors: Array) -> Array:
+    """[..., 3] to [..., 3, 3] with `skew(a) @ b = a x b`."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    return np.stack(
+        [np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2
+    )
+
+
+def transform(R_a_b: Array, origin_a: Array) -> Array:
+    """[..., 3, 3] and [..., 3] to [..., 4, 4] `T_a_b`."""
+    T = np.zeros((*R_a_b.shape[:-2], 4, 4))
+    T[..., :3, :3] = R_a_b
+    T[..., :3, 3] = origin_a
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def unit(vectors: Array) -> Array:
+    """[..., 3] scaled to length one; zeros stay zeros."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)

@@ -1,0 +1,496 @@
+"""Gauss-Newton for many candidate poses of the whole body (articulated ICP, ours).
+
+Every point pulls the nearest part surface that faces the camera (point to plane). Parts that the
+image shows to be in free space are pushed out of it, back onto the user's silhouette; limbs are
+pushed out of the torso, joints back within their limits. Each candidate is refined on its own and
+all sums are taken in one fixed order, so the result does not depend on the number of threads.
+
+The tree hangs from the upper torso, whose origin is the neck joint; the table of degrees of
+freedom comes from `topview.track.refinement`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+BACK_FACING = 0.2  # cosine between normal and ray from which a surface cannot be the seen one
+LARGEST_TURN_RAD = 0.5  # of one step
+LARGEST_GAP_M = 0.15  # that one free-space sample may ask for
+UPPER_TORSO = 1
+HEAD = 0
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def surface_distance(x, y, z, length, rx, rz):
+    """Signed distance from a point to the cylinder with rounded ends, and the outward normal.
+
+    Returns (distance, nx, ny, nz), all in the cylinder's frame; the radial distance is measured
+    towards the axis.
+    """
+    rho = np.sqrt((x / rx) ** 2 + (z / rz) ** 2)
+    radial = np.sqrt(x * x + z * z)
+    gap = (rho - 1.0) * radial / max(rho, 1e-6)
+    gx, gz = x / (rx * rx), z / (rz * rz)
+    g = 1.0 / max(np.sqrt(gx * gx + gz * gz), 1e-9)
+    nx, nz = gx * g, gz * g
+    beyond = y if y < 0.0 else (y - length if y > length else 0.0)
+    outside = max(gap, 0.0)
+    if beyond != 0.0:
+        d = np.sqrt(outside * outside + beyond * beyond)
+        inv_d = 1.0 / max(d, 1e-9)
+        return d, nx * outside * inv_d, beyond * inv_d, nz * outside * inv_d
+    return gap, nx, 0.0, nz
+
+
+@njit(cache=True, error_model="numpy")
+def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
+    """Forward kinematics: fill `origins` [B, 3] from the neck joint and the parts' rotations."""
+    for i in range(3):
+        origins[UPPER_TORSO, i] = neck[i]
+        origins[HEAD, i] = neck[i] - Rs[HEAD, i, 1] * lengths[HEAD]
+    for k in range(2, Rs.shape[0]):
+        p = parents[k]
+        for i in range(3):
+            origins[k, i] = (
+                origins[p, i]
+                + Rs[p, i, 0] * joints_parent[k, 0]
+                + Rs[p, i, 1] * joints_parent[k, 1]
+                + Rs[p, i, 2] * joints_parent[k, 2]
+            )
+
+
+@njit(cache=True, error_model="numpy")
+def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances):
+    """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
+
+    Args:
+        points: [N, 3] metres, camera frame.
+        Rs, origins, lengths, radii: the body, [B, 3, 3], [B, 3], [B], [B, 2].
+        reach: metres.
+        labels, distances: [N] int32 and float64 metres, filled.
+    """
+    B = Rs.shape[0]
+    for i in range(points.shape[0]):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        limit = BACK_FACING * np.sqrt(px * px + py * py + pz * pz)
+        best = reach
+        label = -1
+        signed = 0.0
+        for k in range(B):
+            dx, dy, dz = px - origins[k, 0], py - origins[k, 1], pz - origins[k, 2]
+            y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
+            if y < -best or y > lengths[k] + best:
+                continue
+            x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
+            z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
+            widest = max(radii[k, 0], radii[k, 1]) + best
+            if x * x + z * z > widest * widest:
+                continue
+            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+            if abs(d) >= best:
+                continue
+            facing = (
+                (Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz) * px
+                + (Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz) * py
+                + (Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz) * pz
+            )
+            if facing > limit:
+                continue
+            best = abs(d)
+            label = k
+            signed = d
+        labels[i] = label
+        distances[i] = signed
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
+    """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz)."""
+    n = n_chain[part]
+    for a in range(n):
+        d = chain[part, a]
+        ax, ay, az = axes[d, 0], axes[d, 1], axes[d, 2]
+        if d < 3:
+            J[a] = ax * nx + ay * ny + az * nz
+        else:
+            rx, ry, rz = x - centers[d, 0], y - centers[d, 1], z - centers[d, 2]
+            J[a] = (ay * rz - az * ry) * nx + (az * rx - ax * rz) * ny + (ax * ry - ay * rx) * nz
+    for a in range(n):
+        wa = weight * J[a]
+        row = chain[part, a]
+        g[row] += wa * gap
+        for b in range(a + 1):
+            A[row, chain[part, b]] += wa * J[b]
+
+
+@njit(cache=True, error_model="numpy")
+def solve_lower(A, g):
+    """Solve A x = g for symmetric positive definite A given by its lower triangle (Cholesky)."""
+    n = A.shape[0]
+    L = np.zeros_like(A)
+    for i in range(n):
+        for j in range(i + 1):
+            s = A[i, j]
+            for k in range(j):
+                s -= L[i, k] * L[j, k]
+            if i == j:
+                L[i, i] = np.sqrt(max(s, 1e-12))
+            else:
+                L[i, j] = s / L[j, j]
+    x = g.copy()
+    for i in range(n):
+        for k in range(i):
+            x[i] -= L[i, k] * x[k]
+        x[i] /= L[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= L[k, i] * x[k]
+        x[i] /= L[i, i]
+    return x
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _multiply(A, B, transpose_a, out):
+    for i in range(3):
+        for j in range(3):
+            s = 0.0
+            for k in range(3):
+                s += (A[k, i] if transpose_a else A[i, k]) * B[k, j]
+            out[i, j] = s
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _rotation(wx, wy, wz, out):
+    """Rodrigues' formula."""
+    angle = np.sqrt(wx * wx + wy * wy + wz * wz)
+    if angle < 1e-8:
+        a, b = 1.0, 0.5
+    else:
+        a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / (angle * angle)
+    out[0, 0] = 1.0 - b * (wy * wy + wz * wz)
+    out[1, 1] = 1.0 - b * (wx * wx + wz * wz)
+    out[2, 2] = 1.0 - b * (wx * wx + wy * wy)
+    out[0, 1], out[1, 0] = b * wx * wy - a * wz, b * wx * wy + a * wz
+    out[0, 2], out[2, 0] = b * wx * wz + a * wy, b * wx * wz - a * wy
+    out[1, 2], out[2, 1] = b * wy * wz - a * wx, b * wy * wz + a * wx
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _vector(R, out):
+    """Inverse of `_rotation`, for angles below 180 degrees."""
+    x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    sine = 0.5 * np.sqrt(x * x + y * y + z * z)
+    angle = np.arctan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))
+    scale = 0.5 * angle / sine if sine > 1e-9 else 0.5
+    out[0], out[1], out[2] = x * scale, y * scale, z * scale
+
+
+@njit(cache=True, error_model="numpy")
+def relative_rotations(Rs, tree, out):
+    """[B, 3, 3] camera-frame rotations to those in the tree that hangs from the upper torso."""
+    for k in range(Rs.shape[0]):
+        if tree[k] < 0:
+            out[k] = Rs[k]
+        else:
+            _multiply(Rs[tree[k]], Rs[k], True, out[k])
+
+
+@njit(cache=True, error_model="numpy")
+def align_hinges(Rs, hinges, bends, straight):
+    """Turn the upper part of each hinge pair about its own axis until the joint is a hinge.
+
+    Args:
+        hinges: [P, 2] upper and lower part; bends: [P] +1 for elbows, -1 for knees.
+        straight: sine of the flexion below which the plane is kept.
+    """
+    x = np.empty(3)
+    for h in range(hinges.shape[0]):
+        up, low = hinges[h, 0], hinges[h, 1]
+        nx = bends[h] * (Rs[up, 1, 1] * Rs[low, 2, 1] - Rs[up, 2, 1] * Rs[low, 1, 1])
+        ny = bends[h] * (Rs[up, 2, 1] * Rs[low, 0, 1] - Rs[up, 0, 1] * Rs[low, 2, 1])
+        nz = bends[h] * (Rs[up, 0, 1] * Rs[low, 1, 1] - Rs[up, 1, 1] * Rs[low, 0, 1])
+        norm = np.sqrt(nx * nx + ny * ny + nz * nz)
+        w = min(norm / straight, 1.0)
+        inv = w / max(norm, 1e-9)
+        x[0] = nx * inv + (1.0 - w) * Rs[up, 0, 0]
+        x[1] = ny * inv + (1.0 - w) * Rs[up, 1, 0]
+        x[2] = nz * inv + (1.0 - w) * Rs[up, 2, 0]
+        for part in (up, low):
+            along = x[0] * Rs[part, 0, 1] + x[1] * Rs[part, 1, 1] + x[2] * Rs[part, 2, 1]
+            px = x[0] - along * Rs[part, 0, 1]
+            py = x[1] - along * Rs[part, 1, 1]
+            pz = x[2] - along * Rs[part, 2, 1]
+            n = np.sqrt(px * px + py * py + pz * pz)
+            if n < 1e-6:
+                continue
+            Rs[part, 0, 0], Rs[part, 1, 0], Rs[part, 2, 0] = px / n, py / n, pz / n
+            Rs[part, 0, 2] = Rs[part, 1, 0] * Rs[part, 2, 1] - Rs[part, 2, 0] * Rs[part, 1, 1]
+            Rs[part, 1, 2] = Rs[part, 2, 0] * Rs[part, 0, 1] - Rs[part, 0, 0] * Rs[part, 2, 1]
+            Rs[part, 2, 2] = Rs[part, 0, 0] * Rs[part, 1, 1] - Rs[part, 1, 0] * Rs[part, 0, 1]
+
+
+@njit(cache=True, error_model="numpy")
+def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
+    """Push joints back within Table 3.2: turns about the parent's x, then about z, then y.
+
+    A limb's turn about its own axis is not free but follows from its hinge, so a hip that has to
+    turn too far means a knee that bends the wrong way: it is the knee that is pushed, to straight.
+    """
+    R = np.empty((3, 3))
+    about = np.empty((3, 3))
+    overturned = np.zeros(Rs.shape[0])
+    for k in range(1, Rs.shape[0]):
+        p = parents[k]
+        _multiply(Rs[p], Rs[k], True, R)
+        z = np.arcsin(min(max(-R[0, 1], -1.0), 1.0))
+        x = np.arctan2(R[2, 1], R[1, 1])
+        y = np.arctan2(R[0, 2], R[0, 0])
+        # the other decomposition of the same rotation, where it fits the limits better
+        ex = max(limits[k, 0, 0] - x, x - limits[k, 0, 1], 0.0)
+        ez = max(limits[k, 2, 0] - z, z - limits[k, 2, 1], 0.0)
+        x2 = x + np.pi if x < 0 else x - np.pi
+        z2 = np.pi - z if z > 0 else -np.pi - z
+        ex2 = max(limits[k, 0, 0] - x2, x2 - limits[k, 0, 1], 0.0)
+        ez2 = max(limits[k, 2, 0] - z2, z2 - limits[k, 2, 1], 0.0)
+        if ex2 + ez2 < ex + ez:
+            x, z = x2, z2
+            y = y + np.pi if y < 0 else y - np.pi
+        angles = (x, y, z)
+        overturned[k] = max(limits[k, 1, 0] - y, y - limits[k, 1, 1], 0.0)
+        # axes of the three turns in the camera frame
+        for i in range(3):
+            about[0, i] = Rs[p, i, 0]
+            about[1, i] = Rs[k, i, 1]
+            about[2, i] = np.cos(x) * Rs[p, i, 2] - np.sin(x) * Rs[p, i, 1]
+        for turn in range(3):
+            low, high = limits[k, turn, 0], limits[k, turn, 1]
+            if high - low > 6.28:
+                continue
+            beyond = max(angles[turn] - high, 0.0) - max(low - angles[turn], 0.0)
+            is_knee = low < -1.0 and high < 1.0 and turn == 0
+            if is_knee and overturned[p] > 0.35:
+                beyond = angles[turn]
+            if beyond == 0.0:
+                continue
+            for a in range(n_dof_of[k]):
+                i = dof_of[k, a]
+                ja = (
+                    axes[i, 0] * about[turn, 0]
+                    + axes[i, 1] * about[turn, 1]
+                    + axes[i, 2] * about[turn, 2]
+                )
+                g[i] -= weight * ja * beyond
+                for b in range(a + 1):
+                    j = dof_of[k, b]
+                    jb = (
+                        axes[j, 0] * about[turn, 0]
+                        + axes[j, 1] * about[turn, 1]
+                        + axes[j, 2] * about[turn, 2]
+                    )
+                    A[i, j] += weight * ja * jb
+
+
+@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+def refine_bodies(
+    necks, Rs_all, neck_predicted, Rs_predicted, lengths, radii, joints_parent, parents, tree,
+    limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
+    points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight,
+    reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
+    iterations, costs,
+):  # fmt: skip
+    """Refine M candidate poses in place and fill `costs` [M, 3].
+
+    Args:
+        necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
+        neck_predicted, Rs_predicted: [3] and [B, 3, 3], the pose that the priors hold to, its
+            rotations relative to the tree.
+        lengths, radii, joints_parent: the body in metres; parents: [B] of the table of parts.
+        tree: [B] parents in the tree that hangs from the upper torso.
+        limits: [B, 3, 2] radians; hinges, bends: as in `align_hinges`.
+        dof_part, dof_axis: [D] which part each degree of freedom turns, about which of its axes;
+            the first three move the neck joint along the camera's axes.
+        chain, n_chain: [B, C] and [B], the degrees of freedom that move each part.
+        dof_of, n_dof_of: [B, 3] and [B], those that turn the part itself.
+        prior_weights: [D].
+        points: [N, 3] the user's points, metres, camera frame.
+        depth: [H, W] float32 metres, 0 without a reading; mine: [H, W] bool, the user's pixels;
+            nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel.
+        head, head_weight: [3] measured centre of the head, and its weight, 0 for none.
+        reach, scale: metres; points farther off do not pull, and the width of the robust weight.
+        margin: metres that a part's axis may lie in front of what is seen.
+        costs: unexplained share of the points, share of axis samples in free space, and mean
+            squared departure from the prediction.
+    """
+    H, W = depth.shape
+    B = Rs_all.shape[1]
+    D = dof_part.shape[0]
+    N = points.shape[0]
+    for m in prange(necks.shape[0]):
+        neck = necks[m]
+        Rs = Rs_all[m]
+        origins = np.empty((B, 3))
+        relative = np.empty((B, 3, 3))
+        R = np.empty((3, 3))
+        R2 = np.empty((3, 3))
+        away = np.empty(3)
+        axes = np.empty((D, 3))
+        centers = np.zeros((D, 3))
+        A = np.empty((D, D))
+        g = np.empty(D)
+        J = np.empty(D)
+        labels = np.empty(N, np.int32)
+        distances = np.empty(N)
+        unexplained = 0.0
+        free = 0.0
+        departure = 0.0
+        # the last round only measures
+        for iteration in range(iterations + 1):
+            place_parts(neck, Rs, lengths, joints_parent, parents, origins)
+            assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
+            for d in range(D):
+                k = dof_part[d]
+                for i in range(3):
+                    axes[d, i] = Rs[k, i, dof_axis[d]] if d >= 3 else (1.0 if i == d else 0.0)
+                    centers[d, i] = neck[i] if k == HEAD else origins[k, i]
+            A[:] = 0.0
+            g[:] = 0.0
+
+            unexplained = 0.0
+            for i in range(N):
+                k = labels[i]
+                if k < 0:
+                    unexplained += 1.0
+                    continue
+                dx = points[i, 0] - origins[k, 0]
+                dy = points[i, 1] - origins[k, 1]
+                dz = points[i, 2] - origins[k, 2]
+                x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
+                y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
+                z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
+                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+                w = 1.0 / (1.0 + (d / scale) ** 2)
+                unexplained += 1.0 - w
+                _pull(
+                    A, g, J, k, chain, n_chain, axes, centers,
+                    points[i, 0], points[i, 1], points[i, 2],
+                    Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz,
+                    Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz,
+                    Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz,
+                    d, w * w * point_weight,
+                )  # fmt: skip
+
+            free = 0.0
+            for k in range(B):
+                radius = min(radii[k, 0], radii[k, 1])
+                for s in range(samples):
+                    t = (s + 0.5) / samples * lengths[k]
+                    x = origins[k, 0] + t * Rs[k, 0, 1]
+                    y = origins[k, 1] + t * Rs[k, 1, 1]
+                    z = origins[k, 2] + t * Rs[k, 2, 1]
+                    if k > 2:
+                        for torso in range(1, 3):
+                            dx = x - origins[torso, 0]
+                            dy = y - origins[torso, 1]
+                            dz = z - origins[torso, 2]
+                            q = Rs[torso]
+                            ly = q[0, 1] * dx + q[1, 1] * dy + q[2, 1] * dz
+                            if ly < 0.0 or ly > lengths[torso]:
+                                continue
+                            d, nx, ny, nz = surface_distance(
+                                q[0, 0] * dx + q[1, 0] * dy + q[2, 0] * dz,
+                                ly,
+                                q[0, 2] * dx + q[1, 2] * dy + q[2, 2] * dz,
+                                lengths[torso], radii[torso, 0], radii[torso, 1],
+                            )  # fmt: skip
+                            gap = min(0.5 * radius - d, 0.1)
+                            if gap > 0.0:
+                                _pull(
+                                    A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                                    q[0, 0] * nx + q[0, 2] * nz,
+                                    q[1, 0] * nx + q[1, 2] * nz,
+                                    q[2, 0] * nx + q[2, 2] * nz,
+                                    gap, collision_weight,
+                                )  # fmt: skip
+                    if z < 0.1:
+                        continue
+                    u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
+                    if u < 0 or v < 0 or u >= W or v >= H:
+                        continue
+                    seen = depth[v, u]
+                    front = z - radius
+                    if not mine[v, u]:
+                        target = nearest[v, u]
+                        if target < 0 or (seen > 0.0 and seen < front + margin):
+                            continue
+                        du = (target % W - u) * z / fx
+                        dv = (target // W - v) * z / fy
+                        distance = np.sqrt(du * du + dv * dv)
+                        gap = distance - 0.25 * radius
+                        if gap > 0.0:
+                            free += min(gap / 0.05, 1.0)
+                            _pull(
+                                A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                                du / distance, dv / distance, 0.0,
+                                min(gap, LARGEST_GAP_M), free_weight,
+                            )  # fmt: skip
+                    elif seen > front + margin:
+                        gap = seen - front
+                        free += min((gap - margin) / 0.05, 1.0)
+                        norm = np.sqrt(x * x + y * y + z * z)
+                        _pull(
+                            A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                            x / norm, y / norm, z / norm, min(gap, LARGEST_GAP_M), free_weight,
+                        )  # fmt: skip
+
+            if head_weight > 0.0:
+                half = 0.5 * lengths[HEAD]
+                x = neck[0] - half * Rs[HEAD, 0, 1]
+                y = neck[1] - half * Rs[HEAD, 1, 1]
+                z = neck[2] - half * Rs[HEAD, 2, 1]
+                for i in range(3):
+                    gap = head[i] - (x if i == 0 else (y if i == 1 else z))
+                    w = head_weight / (1.0 + (gap / 0.1) ** 2)
+                    _pull(
+                        A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
+                        1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,
+                        gap, w,
+                    )  # fmt: skip
+
+            _add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
+            relative_rotations(Rs, tree, relative)
+            departure = 0.0
+            for i in range(3):
+                offset = neck[i] - neck_predicted[i]
+                A[i, i] += prior_weights[i]
+                g[i] -= prior_weights[i] * offset
+            for k in range(B):
+                _multiply(Rs_predicted[k], relative[k], True, R)
+                _vector(R, away)
+                for a in range(n_dof_of[k]):
+                    d = dof_of[k, a]
+                    A[d, d] += prior_weights[d]
+                    g[d] -= prior_weights[d] * away[dof_axis[d]]
+                    departure += away[dof_axis[d]] ** 2
+            if iteration == iterations:
+                break
+
+            step = solve_lower(A, g)
+            for i in range(3):
+                neck[i] += step[i]
+            for k in range(B):
+                away[:] = 0.0
+                for a in range(n_dof_of[k]):
+                    d = dof_of[k, a]
+                    away[dof_axis[d]] = min(max(step[d], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
+                _rotation(away[0], away[1], away[2], R)
+                _multiply(relative[k], R, False, R2)
+                relative[k] = R2
+            Rs[UPPER_TORSO] = relative[UPPER_TORSO]
+            _multiply(Rs[UPPER_TORSO], relative[HEAD], False, Rs[HEAD])
+            for k in range(2, B):
+                _multiply(Rs[tree[k]], relative[k], False, Rs[k])
+            align_hinges(Rs, hinges, bends, 0.25)
+        costs[m, 0] = unexplained / max(N, 1)
+        costs[m, 1] = free / (B * samples)
+        costs[m, 2] = departure / D

@@ -1,0 +1,45 @@
+"""Scalar leaf functions of closed elliptic cylinders, shared by every loop over hypotheses.
+
+A cylinder lies in its own frame: axis along y from 0 to `length`, semi-axes `rx` and `rz`. The
+NumPy definition is `topview.geometry.cylinders`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+NO_HIT = np.float32(np.inf)
+
+
+@njit(inline="always", error_model="numpy")
+def hit_depth(ox, oy, oz, dx, dy, dz, length, inv_rx2, inv_rz2):
+    """Depth along a ray `o + t d`, from outside, where it first meets the closed cylinder.
+
+    Nearest root of the side's quadratic (Eq. 4.14) between the end planes, or the facing end disc;
+    infinity where the ray misses. Branch-free, so that loops over rays vectorise.
+    """
+    a = dx * dx * inv_rx2 + dz * dz * inv_rz2
+    b = ox * dx * inv_rx2 + oz * dz * inv_rz2
+    c = ox * ox * inv_rx2 + oz * oz * inv_rz2 - np.float32(1.0)
+    discriminant = b * b - a * c
+    t_side = (-b - np.sqrt(max(discriminant, np.float32(0.0)))) / a
+    y_side = oy + t_side * dy
+    side = (discriminant >= 0) & (y_side >= 0) & (y_side <= length) & (t_side > 0)
+    y_end = np.float32(0.0) if oy < 0 else length
+    t_end = (y_end - oy) / dy
+    x_end = ox + t_end * dx
+    z_end = oz + t_end * dz
+    outside_slab = (oy < 0) | (oy > length)
+    end = (
+        outside_slab
+        & (x_end * x_end * inv_rx2 + z_end * z_end * inv_rz2 <= np.float32(1.0))
+        & (t_end > 0)
+    )
+    return t_side if side else (t_end if end else NO_HIT)
+
+
+@njit(inline="always", error_model="numpy")
+def is_inside(x, y, z, length, inv_rx2, inv_rz2):
+    """True for a point, in the cylinder's frame, within it."""
+    return (y >= 0) & (y <= length) & (x * x * inv_rx2 + z * z * inv_rz2 <= np.float32(1.0))

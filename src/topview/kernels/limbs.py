@@ -1,0 +1,185 @@
+"""Gauss-Newton for many candidate poses of one limb: two circular cylinders in a row.
+
+Each candidate is refined on its own, so the result does not depend on the number of threads. A
+limb's parts are round, so that two directions say all: four degrees of freedom.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from topview.kernels.body import BACK_FACING, solve_lower
+
+LARGEST_STEP_RAD = 0.5
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _tangents(axis, out):
+    """Two unit vectors across `axis` and each other, as rows of `out`."""
+    k = 0
+    if abs(axis[1]) < abs(axis[k]):
+        k = 1
+    if abs(axis[2]) < abs(axis[k]):
+        k = 2
+    h = np.zeros(3)
+    h[k] = 1.0
+    out[0, 0] = axis[1] * h[2] - axis[2] * h[1]
+    out[0, 1] = axis[2] * h[0] - axis[0] * h[2]
+    out[0, 2] = axis[0] * h[1] - axis[1] * h[0]
+    norm = np.sqrt(out[0, 0] ** 2 + out[0, 1] ** 2 + out[0, 2] ** 2)
+    for i in range(3):
+        out[0, i] /= norm
+    out[1, 0] = axis[1] * out[0, 2] - axis[2] * out[0, 1]
+    out[1, 1] = axis[2] * out[0, 0] - axis[0] * out[0, 2]
+    out[1, 2] = axis[0] * out[0, 1] - axis[1] * out[0, 0]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, gap, weight, J):
+    """Add the wish that a place on the limb moves by `gap` along (nx, ny, nz)."""
+    n = 2
+    for a in range(2):
+        J[a] = along_upper * (upper[a, 0] * nx + upper[a, 1] * ny + upper[a, 2] * nz)
+    if is_lower:
+        n = 4
+        for a in range(2):
+            J[2 + a] = along_lower * (lower[a, 0] * nx + lower[a, 1] * ny + lower[a, 2] * nz)
+    for a in range(n):
+        g[a] += weight * J[a] * gap
+        for b in range(a + 1):
+            A[a, b] += weight * J[a] * J[b]
+
+
+@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+def refine_limbs(
+    axes, joint, lengths, radii, points, depth, mine, nearest, fx, fy, cx, cy,
+    reach, scale, margin, free_weight, prior_weight, samples, iterations,
+):  # fmt: skip
+    """Move [M, 2, 3] directions `axes`, in place, onto the points and out of free space.
+
+    Args:
+        joint: [3] the limb's proximal joint, metres, camera frame.
+        lengths, radii: [2] of upper and lower part, metres.
+        points: [N, 3] that the limb may explain.
+        depth, mine, nearest, fx, fy, cx, cy, margin: as in `body.refine_bodies`.
+        reach, scale: metres; farther points do not pull, and the width of the robust weight.
+        prior_weight: against leaving the candidate, per square radian.
+        samples: places on each part's axis that are tested against free space.
+    """
+    H, W = depth.shape
+    for m in prange(axes.shape[0]):
+        A = np.empty((4, 4))
+        g = np.empty(4)
+        J = np.empty(4)
+        upper = np.empty((2, 3))
+        lower = np.empty((2, 3))
+        elbow = np.empty(3)
+        for _ in range(iterations):
+            _tangents(axes[m, 0], upper)
+            _tangents(axes[m, 1], lower)
+            for a in range(4):
+                g[a] = 0.0
+                for b in range(4):
+                    A[a, b] = prior_weight if a == b else 0.0
+            for i in range(3):
+                elbow[i] = joint[i] + lengths[0] * axes[m, 0, i]
+            for i in range(points.shape[0]):
+                px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+                best = reach
+                part = -1
+                bt, bd, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0
+                for k in range(2):
+                    ox = joint[0] if k == 0 else elbow[0]
+                    oy = joint[1] if k == 0 else elbow[1]
+                    oz = joint[2] if k == 0 else elbow[2]
+                    dx, dy, dz = px - ox, py - oy, pz - oz
+                    t = dx * axes[m, k, 0] + dy * axes[m, k, 1] + dz * axes[m, k, 2]
+                    t = min(max(t, 0.0), lengths[k])
+                    ex, ey, ez = (
+                        dx - t * axes[m, k, 0],
+                        dy - t * axes[m, k, 1],
+                        dz - t * axes[m, k, 2],
+                    )
+                    r = max(np.sqrt(ex * ex + ey * ey + ez * ez), 1e-6)
+                    d = r - radii[k]
+                    facing = (ex * px + ey * py + ez * pz) / (
+                        r * np.sqrt(px * px + py * py + pz * pz)
+                    )
+                    if abs(d) < best and facing <= BACK_FACING:
+                        best = abs(d)
+                        part = k
+                        bt, bd, bx, by, bz = t, d, ex / r, ey / r, ez / r
+                if part < 0:
+                    continue
+                w = 1.0 / (1.0 + (bd / scale) ** 2)
+                _pull(
+                    A, g, upper, lower, part == 1, bt if part == 0 else lengths[0],
+                    bt, bx, by, bz, bd, w * w, J,
+                )  # fmt: skip
+            for k in range(2):
+                for s in range(samples):
+                    t = (s + 0.5) / samples * lengths[k]
+                    x = (joint[0] if k == 0 else elbow[0]) + t * axes[m, k, 0]
+                    y = (joint[1] if k == 0 else elbow[1]) + t * axes[m, k, 1]
+                    z = (joint[2] if k == 0 else elbow[2]) + t * axes[m, k, 2]
+                    if z < 0.1:
+                        continue
+                    u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
+                    if u < 0 or v < 0 or u >= W or v >= H:
+                        continue
+                    seen = depth[v, u]
+                    front = z - radii[k]
+                    along = t if k == 0 else lengths[0]
+                    if not mine[v, u]:
+                        target = nearest[v, u]
+                        if target < 0 or (seen > 0.0 and seen < front + margin):
+                            continue
+                        du = (target % W - u) * z / fx
+                        dv = (target // W - v) * z / fy
+                        distance = np.sqrt(du * du + dv * dv)
+                        gap = min(distance - 0.25 * radii[k], 0.15)
+                        if gap > 0.0:
+                            _pull(
+                                A, g, upper, lower, k == 1, along, t,
+                                du / distance, dv / distance, 0.0, gap, free_weight, J,
+                            )  # fmt: skip
+                    elif seen > front + margin:
+                        norm = np.sqrt(x * x + y * y + z * z)
+                        _pull(
+                            A, g, upper, lower, k == 1, along, t,
+                            x / norm, y / norm, z / norm, min(seen - front, 0.15), free_weight, J,
+                        )  # fmt: skip
+            step = solve_lower(A, g)
+            for k in range(2):
+                basis = upper if k == 0 else lower
+                a = min(max(step[2 * k], -LARGEST_STEP_RAD), LARGEST_STEP_RAD)
+                b = min(max(step[2 * k + 1], -LARGEST_STEP_RAD), LARGEST_STEP_RAD)
+                norm = 0.0
+                for i in range(3):
+                    axes[m, k, i] += a * basis[0, i] + b * basis[1, i]
+                    norm += axes[m, k, i] ** 2
+                for i in range(3):
+                    axes[m, k, i] /= np.sqrt(norm)
+
+
+@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+def count_explained(axes, joint, lengths, radii, points, tolerance, out):
+    """Fill `out` [M] with how many of [N, 3] points lie within `tolerance` metres of the limb."""
+    limit_upper = (radii[0] + tolerance) ** 2
+    limit_lower = (radii[1] + tolerance) ** 2
+    for m in prange(axes.shape[0]):
+        ux, uy, uz = axes[m, 0, 0], axes[m, 0, 1], axes[m, 0, 2]
+        lx, ly, lz = axes[m, 1, 0], axes[m, 1, 1], axes[m, 1, 2]
+        n = 0
+        for i in range(points.shape[0]):
+            dx, dy, dz = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
+            t = min(max(dx * ux + dy * uy + dz * uz, 0.0), lengths[0])
+            near_upper = (dx - t * ux) ** 2 + (dy - t * uy) ** 2 + (dz - t * uz) ** 2 <= limit_upper
+            dx -= lengths[0] * ux
+            dy -= lengths[0] * uy
+            dz -= lengths[0] * uz
+            t = min(max(dx * lx + dy * ly + dz * lz, 0.0), lengths[1])
+            near_lower = (dx - t * lx) ** 2 + (dy - t * ly) ** 2 + (dz - t * lz) ** 2 <= limit_lower
+            n += np.int64(near_upper | near_lower)
+        out[m] = n

@@ -1,0 +1,177 @@
+"""The counts behind the uTVR score, for many hypotheses of one part at once.
+
+One hypothesis is one closed elliptic cylinder. Points and rays come as structure of arrays; the
+inner loops are branch-free and allocate nothing. Each hypothesis is counted on its own, so the
+result does not depend on the number of threads. Definition: `topview.score.definition`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from topview.kernels.cylinders import NO_HIT, hit_depth, is_inside
+
+GRID = 64  # cells of the top view along each side; one bit each in a row of 64
+N_COUNTS = 7
+N_3D, N_PR, N_CYL, P_IN, P_OCCL, P_OUT, N_COLL = range(N_COUNTS)
+
+
+@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+def count_hypotheses(
+    px,
+    py,
+    pz,
+    depth,
+    fx,
+    fy,
+    cx,
+    cy,
+    Rs,
+    origins,
+    length,
+    rx,
+    rz,
+    cell,
+    tolerance,
+    placed,
+    chunks,
+    out,
+):
+    """Fill `out` [M, 7] with N_3D, N_Pr, N_Dcyl, P_in, P_occl, P_out and N_coll.
+
+    Args:
+        px, py, pz: [N] float32, the user's remaining points, metres, camera frame.
+        depth: [H, W] float32 metres, D_3D and D_all together, 0 without a reading.
+        fx, fy, cx, cy: its intrinsics in pixels.
+        Rs, origins: [M, 3, 3] and [M, 3] float32, `R_camera_part` and origin of each hypothesis.
+        length, rx, rz: float32 metres, the part's size.
+        cell: float32 metres, side of a cell of the top view.
+        tolerance: float32 metres, the T of Sec. 5.2.1.
+        placed: [K, 15] float32, parts already placed: R_camera_part row by row, origin, length,
+            1 / rx^2, 1 / rz^2.
+        chunks: how many pieces the hypotheses are dealt to, one scratch memory each; at least the
+            number of threads. The counts do not depend on it.
+        out: [M, 7] int32.
+    """
+    M = Rs.shape[0]
+    N = px.shape[0]
+    H, W = depth.shape
+    K = placed.shape[0]
+    cells = np.empty((chunks, max(N, 1)), np.int32)
+    hits = np.empty((chunks, W), np.float32)
+    grids = np.empty((chunks, GRID), np.uint64)
+    inv_rx2 = np.float32(1.0) / (rx * rx)
+    inv_rz2 = np.float32(1.0) / (rz * rz)
+    inv_cell = np.float32(1.0) / cell
+    half = np.float32(GRID // 2)
+    for chunk in prange(chunks):
+        cell_of = cells[chunk]
+        hit = hits[chunk]
+        grid = grids[chunk]
+        for m in range(chunk, M, chunks):
+            r00, r01, r02 = Rs[m, 0, 0], Rs[m, 0, 1], Rs[m, 0, 2]
+            r10, r11, r12 = Rs[m, 1, 0], Rs[m, 1, 1], Rs[m, 1, 2]
+            r20, r21, r22 = Rs[m, 2, 0], Rs[m, 2, 1], Rs[m, 2, 2]
+            ox, oy, oz = origins[m, 0], origins[m, 1], origins[m, 2]
+
+            # the points inside, and the cell of the top view that each falls on
+            n_inside = 0
+            for i in range(N):
+                dx, dy, dz = px[i] - ox, py[i] - oy, pz[i] - oz
+                x = r00 * dx + r10 * dy + r20 * dz
+                y = r01 * dx + r11 * dy + r21 * dz
+                z = r02 * dx + r12 * dy + r22 * dz
+                inside = is_inside(x, y, z, length, inv_rx2, inv_rz2)
+                col = np.int32(min(max(x * inv_cell + half, np.float32(0)), np.float32(GRID - 1)))
+                row = np.int32(min(max(z * inv_cell + half, np.float32(0)), np.float32(GRID - 1)))
+                cell_of[i] = row * GRID + col if inside else -1
+                n_inside += np.int32(inside)
+            n_cells = 0
+            for i in range(GRID):
+                grid[i] = 0
+            for i in range(N):
+                if cell_of[i] >= 0:
+                    row, col = cell_of[i] >> 6, cell_of[i] & 63
+                    bit = np.uint64(1) << np.uint64(col)
+                    n_cells += np.int32((grid[row] & bit) == 0)
+                    grid[row] |= bit
+
+            # the pixels that the cylinder can cover: its bounding box
+            ex = abs(r01) * length * np.float32(0.5) + rx * abs(r00) + rz * abs(r02)
+            ey = abs(r11) * length * np.float32(0.5) + rx * abs(r10) + rz * abs(r12)
+            ez = abs(r21) * length * np.float32(0.5) + rx * abs(r20) + rz * abs(r22)
+            mx = ox + r01 * length * np.float32(0.5)
+            my = oy + r11 * length * np.float32(0.5)
+            mz = oz + r21 * length * np.float32(0.5)
+            near = max(mz - ez, np.float32(0.05))
+            far = max(mz + ez, np.float32(0.05))
+            u_low = fx * min((mx - ex) / near, (mx - ex) / far) + cx
+            u_high = fx * max((mx + ex) / near, (mx + ex) / far) + cx
+            v_low = fy * min((my - ey) / near, (my - ey) / far) + cy
+            v_high = fy * max((my + ey) / near, (my + ey) / far) + cy
+            u0 = np.int32(min(max(np.floor(u_low), np.float32(0)), np.float32(W)))
+            u1 = np.int32(min(max(np.ceil(u_high) + 1, np.float32(0)), np.float32(W)))
+            v0 = np.int32(min(max(np.floor(v_low), np.float32(0)), np.float32(H)))
+            v1 = np.int32(min(max(np.ceil(v_high) + 1, np.float32(0)), np.float32(H)))
+
+            # camera centre and ray directions in the part's frame
+            qx = -(r00 * ox + r10 * oy + r20 * oz)
+            qy = -(r01 * ox + r11 * oy + r21 * oz)
+            qz = -(r02 * ox + r12 * oy + r22 * oz)
+            n_cyl = 0
+            n_in = 0
+            n_occl = 0
+            n_coll = 0
+            width = u1 - u0
+            for v in range(v0, v1):
+                ry = (np.float32(v) - cy) / fy
+                ax, ay, az = r10 * ry + r20, r11 * ry + r21, r12 * ry + r22
+                seen_row = depth[v, u0:u1]
+                for i in range(width):
+                    ray_x = (np.float32(u0 + i) - cx) / fx
+                    t = hit_depth(
+                        qx,
+                        qy,
+                        qz,
+                        ax + r00 * ray_x,
+                        ay + r01 * ray_x,
+                        az + r02 * ray_x,
+                        length,
+                        inv_rx2,
+                        inv_rz2,
+                    )
+                    seen = seen_row[i]
+                    covered = t < NO_HIT
+                    valid = covered & (seen > 0)
+                    n_cyl += np.int32(covered)
+                    n_in += np.int32(valid & (abs(seen - t) <= tolerance))
+                    n_occl += np.int32(valid & (seen < t - tolerance))
+                    hit[i] = t
+                for k in range(K):
+                    n_coll += _collisions(hit, width, u0, ry, fx, cx, placed[k])
+            out[m, N_3D] = n_inside
+            out[m, N_PR] = n_cells
+            out[m, N_CYL] = n_cyl
+            out[m, P_IN] = n_in
+            out[m, P_OCCL] = n_occl
+            out[m, P_OUT] = n_cyl - n_in - n_occl
+            out[m, N_COLL] = min(n_coll, n_cyl)
+
+
+@njit(inline="always", error_model="numpy")
+def _collisions(hit, width, u0, ray_y, fx, cx, part):
+    """How many hits of one image row lie inside one placed part."""
+    n = 0
+    for i in range(width):
+        t = hit[i]
+        covered = t < NO_HIT
+        depth = t if covered else np.float32(0.0)
+        dx = (np.float32(u0 + i) - cx) / fx * depth - part[9]
+        dy = ray_y * depth - part[10]
+        dz = depth - part[11]
+        x = part[0] * dx + part[3] * dy + part[6] * dz
+        y = part[1] * dx + part[4] * dy + part[7] * dz
+        z = part[2] * dx + part[5] * dy + part[8] * dz
+        n += np.int32(covered & is_inside(x, y, z, part[12], part[13], part[14]))
+    return n

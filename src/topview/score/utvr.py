@@ -1,0 +1,147 @@
+"""The unified TVR score of Sec. 5.2: every factor on its own, for many hypotheses at once.
+
+`topview.score.definition` says the same in plain NumPy, one hypothesis at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.kernels import utvr as kernel
+
+# With fewer points than this inside, a hypothesis has no evidence and no score (method, part 7);
+# ours: the smallest number whose top view can tell an axis.
+MIN_POINTS = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthView:
+    """A depth image as the kernels want it.
+
+    Attributes:
+        depth_m: [H, W] float32, 0 without a reading.
+        fx, fy, cx, cy: intrinsics of this image in pixels.
+    """
+
+    depth_m: NDArray[np.float32]
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def cell_m(self, distance_m: float) -> float:
+        """Side of a top-view cell: the distance between neighbouring points there (Sec. 3.1)."""
+        return distance_m / min(self.fx, self.fy)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UtvrTerms:
+    """The factors of Eq. 5.7 - 5.9 of M hypotheses, [M] each; lower is better throughout.
+
+    Attributes:
+        n_points: N_3D, the user's points inside.
+        n_pixels: N_Dcyl, pixels of the rendered cylinder.
+        n_inliers, n_occluded, n_outliers: what the pixels turned out to be (Sec. 5.2.1).
+        reproj, align, occl, ovl, coll: the factors; infinite without evidence.
+        score: their product f_uTVR.
+    """
+
+    n_points: NDArray[np.int32]
+    n_pixels: NDArray[np.int32]
+    n_inliers: NDArray[np.int32]
+    n_occluded: NDArray[np.int32]
+    n_outliers: NDArray[np.int32]
+    reproj: NDArray[np.float64]
+    align: NDArray[np.float64]
+    occl: NDArray[np.float64]
+    ovl: NDArray[np.float64]
+    coll: NDArray[np.float64]
+    score: NDArray[np.float64]
+
+    @property
+    def has_evidence(self) -> NDArray[np.bool_]:
+        """[M] True where points say anything at all."""
+        return (self.n_points >= MIN_POINTS) & (self.n_inliers > 0)
+
+    @classmethod
+    def from_counts(cls, counts: NDArray[np.int32]) -> UtvrTerms:
+        """[M, 7] counts of the kernel, or of the definition, to factors."""
+        n_points, n_cells, n_pixels, n_in, n_occl, n_out, n_coll = counts.T
+        pixels = np.maximum(n_pixels, 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reproj = np.where(n_points > 0, n_cells / n_points, np.inf)  # Eq. 3.1
+            align = np.where(n_points > 0, n_pixels / n_points, np.inf)  # Eq. 5.2
+            ovl = np.where(n_in > 0, 1.0 + n_out / n_in, np.inf)  # Eq. 5.9
+        occl = 2.0 - n_occl / pixels  # Eq. 5.9
+        coll = 1.0 + n_coll / pixels  # Eq. 5.9
+        score = reproj * align * occl * ovl * coll  # Eq. 5.7, 5.8
+        return cls(n_points, n_pixels, n_in, n_occl, n_out, reproj, align, occl, ovl, coll, score)
+
+
+def score_hypotheses(
+    Rs_camera_part: NDArray[np.float64],
+    origins_camera: NDArray[np.float64],
+    length_m: float,
+    radii_m: NDArray[np.float64],
+    points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+    view: DepthView,
+    placed: NDArray[np.float32],
+    tolerance_m: float,
+    threads: int,
+) -> UtvrTerms:
+    """Score M hypotheses of one part.
+
+    Args:
+        Rs_camera_part, origins_camera: [M, 3, 3] and [M, 3] (or [3] for all), metres.
+        length_m, radii_m: size of the part.
+        points: x, y and z [N] of the user's remaining points, camera frame.
+        view: the whole scene's depth.
+        placed: [K, 15] parts already placed, from `placed_parts`.
+        tolerance_m: the T of Sec. 5.2.1.
+        threads: how many share the work; it does not change the result.
+    """
+    M = len(Rs_camera_part)
+    origins = np.ascontiguousarray(np.broadcast_to(origins_camera, (M, 3)), np.float32)
+    counts = np.empty((M, kernel.N_COUNTS), np.int32)
+    f4 = np.float32
+    kernel.count_hypotheses(
+        *points,
+        view.depth_m,
+        f4(view.fx),
+        f4(view.fy),
+        f4(view.cx),
+        f4(view.cy),
+        np.ascontiguousarray(Rs_camera_part, np.float32),
+        origins,
+        f4(length_m),
+        f4(radii_m[0]),
+        f4(radii_m[1]),
+        f4(max(view.cell_m(float(origins[:, 2].mean())) if M else 1.0, 2 * max(radii_m) / 62)),
+        f4(tolerance_m),
+        placed,
+        max(1, min(threads, M)),
+        counts,
+    )
+    return UtvrTerms.from_counts(counts)
+
+
+def placed_parts(
+    Rs_camera_part: NDArray[np.float64],
+    origins_camera: NDArray[np.float64],
+    lengths_m: NDArray[np.float64],
+    radii_m: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """[K, ...] parts to the [K, 15] rows that the kernel tests for collisions."""
+    K = len(Rs_camera_part)
+    return np.concatenate(
+        [
+            Rs_camera_part.reshape(K, 9),
+            origins_camera.reshape(K, 3),
+            lengths_m.reshape(K, 1),
+            1.0 / radii_m.reshape(K, 2) ** 2,
+        ],
+        axis=1,
+    ).astype(np.float32)

@@ -1,0 +1,93 @@
+"""What one frame says about one user, prepared once for every step of the tracker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.people.users import User
+from topview.records import Camera
+from topview.score.utvr import DepthView
+
+WORKING_SPACING_M = 0.008  # the image is thinned while neighbours stay nearer than this; ours
+MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """A user in one frame; images are at the working resolution.
+
+    Attributes:
+        view: the scene's depth.
+        mine: [H, W] bool, pixels of the user.
+        nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel; -1 for none.
+        all_points_camera: [A, 3] the user's points, metres.
+        points_camera: [N, 3] an even choice of them, for refinement.
+        point_area_m2: surface that one of `points_camera` stands for, seen face on.
+        head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
+    """
+
+    view: DepthView
+    mine: NDArray[np.bool_]
+    nearest: NDArray[np.int32]
+    all_points_camera: NDArray[np.float64]
+    points_camera: NDArray[np.float64]
+    point_area_m2: float
+    head_camera: NDArray[np.float64]
+    head_is_seen: bool
+
+
+def working_stride(camera: Camera, nearest_m: float) -> int:
+    """By how much to thin the image so that neighbouring points lie `WORKING_SPACING_M` apart."""
+    return max(1, round(WORKING_SPACING_M * min(camera.fx, camera.fy) / max(nearest_m, 0.3)))
+
+
+def thin_view(depth_m: NDArray[np.float32], camera: Camera, stride: int) -> DepthView:
+    """Every `stride`-th pixel of every `stride`-th row."""
+    return DepthView(
+        np.ascontiguousarray(depth_m[::stride, ::stride]),
+        camera.fx / stride,
+        camera.fy / stride,
+        camera.cx / stride,
+        camera.cy / stride,
+    )
+
+
+def gather(user: User, view: DepthView, stride: int, width: int) -> Evidence:
+    """The evidence for one user; `width` is that of the full image."""
+    rows, columns = np.divmod(user.pixels, width)
+    kept = (rows % stride == 0) & (columns % stride == 0)
+    v, u = rows[kept] // stride, columns[kept] // stride
+    z = view.depth_m[v, u]
+    v, u, z = v[z > 0], u[z > 0], z[z > 0].astype(np.float64)
+    mine = np.zeros(view.depth_m.shape, np.bool_)
+    mine[v, u] = True
+    points = np.stack([(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1)
+    step = max(1, -(-len(points) // MAX_REFINEMENT_POINTS))
+    distance = float(np.median(z)) if len(z) else 1.0
+    return Evidence(
+        view,
+        mine,
+        nearest_pixels(mine),
+        points,
+        np.ascontiguousarray(points[::step]),
+        step * distance**2 / (view.fx * view.fy),
+        user.head_camera,
+        user.head_is_seen,
+    )
+
+
+def nearest_pixels(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """[H, W] flat index of the set pixel nearest to each pixel, -1 everywhere if none is set."""
+    if not mask.any():
+        return np.full(mask.shape, -1, np.int32)
+    _, labels = cv2.distanceTransformWithLabels(
+        (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    pixels = np.flatnonzero(mask)
+    index_of = np.zeros(labels.max() + 1, np.int32)
+    index_of[labels.ravel()[pixels]] = pixels
+    return index_of[labels]

@@ -1,0 +1,327 @@
+"""Search for a limb's pose: hypotheses from memory, motion and data, scored by uTVR (Sec. 5.3).
+
+A limb is a pair of parts, upper and lower, that hangs from the torso. The thesis's particle filter
+goes part by part and steers the second part by the best hypothesis of the first alone; a fast arm
+is then lost at the elbow. Here (ours) a hypothesis is the pair, 4 degrees of freedom as in Table
+5.1, and hypotheses come from three places: the N best of the frame before, the pose predicted from
+motion, and the points that no other part explains: a palm or foot among them puts the elbow or
+knee on a circle (Eq. 5.4 - 5.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.limits import excess_rad
+from topview.body.model import BodyModel
+from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.filter.particles import n_best
+from topview.geometry.rotations import unit
+from topview.kernels import body as body_kernel
+from topview.kernels import limbs as limb_kernel
+from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
+from topview.track.evidence import Evidence
+from topview.track.pose import HINGE_PAIRS, Pose
+
+Array = NDArray[np.float64]
+
+LIMBS = tuple(upper for upper, _ in HINGE_PAIRS)
+
+
+@dataclass(frozen=True, slots=True)
+class LimbSettings:
+    """Ours where not said otherwise; metres, radians.
+
+    Attributes:
+        tolerance_m: the T of Sec. 5.2.1.
+        clothing_m: added to the radii for the score, so that the points on the surface lie inside.
+        kept: hypotheses that go on to the next frame (Sec. 6.1.3: 10 for mobile parts).
+        jittered, jitter_rad: hypotheses drawn around the kept ones, and how widely.
+        palms, turns: points taken as ends of the limb, and elbows on each one's circle.
+        wide: hypotheses from anywhere.
+        refined: best distinct hypotheses that are refined and scored again.
+        taken_m: a point this near to another part's surface is that part's.
+        explained_m: a point this near to the limb's surface is explained by it.
+        unexplained_weight: of a limb's worth of unexplained points, in units of log score.
+        no_evidence: log score of a part without evidence and not in free space.
+        margin: by which another hypothesis must beat the present pose, log score.
+    """
+
+    tolerance_m: float = 0.05
+    clothing_m: float = 0.015
+    kept: int = 10
+    jittered: int = 80
+    jitter_rad: float = 0.5
+    palms: int = 10
+    turns: int = 8
+    wide: int = 40
+    refined: int = 10
+    refine_iterations: int = 6
+    reach_m: float = 0.12
+    scale_m: float = 0.04
+    free_space_margin_m: float = 0.06
+    free_space_weight: float = 6.0
+    prior_weight: float = 2.0
+    samples_per_part: int = 5
+    taken_m: float = 0.04
+    exclusive_m: float = 0.08
+    explained_m: float = 0.04
+    unexplained_weight: float = 4.0
+    no_evidence: float = 0.5
+    free_space_penalty: float = 5.0
+    motion_rad: float = 0.7
+    motion_weight: float = 0.4
+    limit_weight: float = 3.0
+    distinct_rad: float = 0.35
+    margin: float = 0.15
+
+
+def limb_rotations(upper: int, axes: Array, x_hint: Array) -> Array:
+    """[M, 2, 3] directions of upper and lower part to [M, 2, 3, 3] rotations, camera frame.
+
+    The hinge's axis x stands across both (Table 3.2); where they are parallel it is `x_hint`.
+    """
+    bend = 1.0 if PARTS[upper + 1].limits_rad[0][1] > 1.0 else -1.0
+    normal = bend * np.cross(axes[:, 0], axes[:, 1])
+    weight = np.clip(np.linalg.norm(normal, axis=1, keepdims=True) / 0.25, 0.0, 1.0)
+    x = weight * unit(normal) + (1.0 - weight) * x_hint
+    x = x[:, None, :] - axes * np.einsum("mk,mpk->mp", x, axes)[..., None]
+    x = unit(x)
+    return np.stack([x, axes, np.cross(x, axes)], axis=-1)
+
+
+def elbows_on_circle(
+    shoulder: Array, palms: Array, length_upper: float, length_lower: float, turns: int
+) -> Array:
+    """[P, 3] palms to [P * turns, 2, 3] directions of both parts (Eq. 5.4 - 5.6).
+
+    Palms out of reach, or too near, are taken at the nearest distance that the limb can have.
+    """
+    reach = palms - shoulder
+    distance = np.linalg.norm(reach, axis=1)
+    axis = unit(reach)
+    low = abs(length_upper - length_lower) + 0.02
+    span = np.clip(distance, low, (length_upper + length_lower) * 0.998)
+    i = (span**2 + length_upper**2 - length_lower**2) / (2 * span)
+    r = np.sqrt(np.maximum(length_upper**2 - i**2, 0.0))
+    helper = np.where(np.abs(axis[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
+    v1 = unit(np.cross(axis, helper))
+    v2 = np.cross(axis, v1)
+    t = 2 * np.pi * np.arange(turns) / turns
+    across = v1[:, None] * np.cos(t)[None, :, None] + v2[:, None] * np.sin(t)[None, :, None]
+    elbows = axis[:, None] * i[:, None, None] + across * r[:, None, None]
+    lower = axis[:, None] * span[:, None, None] - elbows
+    return unit(np.stack([elbows, lower], axis=2)).reshape(-1, 2, 3)
+
+
+def spread_points(points: Array, start: Array, count: int) -> Array:
+    """Up to `count` of the [N, 3] points, farthest-first: each next one lies farthest from `start`
+    and from those already taken."""
+    if len(points) == 0:
+        return points
+    distance = np.linalg.norm(points - start, axis=1)
+    taken = np.empty((min(count, len(points)), 3))
+    for n in range(len(taken)):
+        best = int(distance.argmax())
+        taken[n] = points[best]
+        distance = np.minimum(distance, np.linalg.norm(points - points[best], axis=1))
+    return taken
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Limb:
+    """One limb's surroundings in one frame."""
+
+    upper: int
+    joint_camera: Array
+    lengths_m: Array
+    radii_m: Array
+    R_camera_parent: Array
+    predicted: Array  # [2, 3] directions
+    open_points: Array  # [N, 3] that no other part explains well, thinned
+    exclusive_points: Array  # [N, 3] that no other part explains at all, thinned
+    score_points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+    placed: NDArray[np.float32]
+    full_count: float  # how many thinned points a whole limb shows, seen from the side
+
+
+class LimbSearch:
+    """Searches one user's limbs, and remembers the N best of each from frame to frame."""
+
+    def __init__(self, settings: LimbSettings, threads: int) -> None:
+        self.settings = settings
+        self.threads = threads
+        self._kept: dict[int, Array] = {}  # [n, 2, 3] directions in the parent's frame
+
+    def forget(self) -> None:
+        """Drop what was kept, as for a pose that starts anew."""
+        self._kept.clear()
+
+    def search(
+        self,
+        pose: Pose,
+        predicted: Pose,
+        model: BodyModel,
+        evidence: Evidence,
+        generators: Mapping[int, np.random.Generator],
+    ) -> Pose:
+        """The pose with every limb replaced for which something clearly better was found."""
+        origins = pose.origins(model)
+        labelling = [
+            _label(points, pose, origins, model)
+            for points in (evidence.points_camera, evidence.all_points_camera)
+        ]
+        Rs = pose.Rs.copy()
+        for upper in LIMBS:
+            limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted,
+                                      model, evidence, labelling)  # fmt: skip
+            current = Rs[[upper, upper + 1], :, 1]
+            axes, scores = self._hypotheses(limb, current, evidence, generators[upper])
+            best = n_best(scores, self.settings.kept)
+            self._kept[upper] = axes[best] @ limb.R_camera_parent
+            if scores[best[0]] < scores[0] - self.settings.margin:
+                Rs[[upper, upper + 1]] = limb_rotations(
+                    upper, axes[best[:1]], limb.R_camera_parent[:, 0]
+                )[0]
+        return Pose(pose.neck_camera, Rs)
+
+    def _surroundings(
+        self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,
+        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]],
+    ) -> _Limb:  # fmt: skip
+        s = self.settings
+        parts = [upper, upper + 1]
+        parent = PARTS[upper].parent
+        joint = origins[parent] + pose.Rs[parent] @ model.joints_parent[upper]
+        lengths, radii = model.lengths_m[parts], model.radii_m[parts, 0]
+        (labels, distances), (all_labels, all_distances) = labelling
+        thinned, points = evidence.points_camera, evidence.all_points_camera
+        reach = (1.1 * lengths.sum()) ** 2
+        near = ((thinned - joint) ** 2).sum(1) < reach
+        others = ~np.isin(labels, (*parts, -1))
+        is_open = near & ~(others & (np.abs(distances) < s.taken_m))
+        is_exclusive = near & ~(others & (np.abs(distances) < s.exclusive_m))
+        all_others = ~np.isin(all_labels, (*parts, -1))
+        scored = ((points - joint) ** 2).sum(1) < reach
+        scored &= ~(all_others & (np.abs(all_distances) < s.taken_m))
+        placed = [HEAD, UPPER_TORSO, LOWER_TORSO]
+        return _Limb(
+            upper,
+            joint,
+            lengths,
+            radii,
+            pose.Rs[parent],
+            predicted.Rs[parts, :, 1],
+            np.ascontiguousarray(thinned[is_open]),
+            np.ascontiguousarray(thinned[is_exclusive]),
+            tuple(np.ascontiguousarray(points[scored].T, np.float32)),  # type: ignore[arg-type]
+            placed_parts(
+                pose.Rs[placed],
+                origins[placed],
+                model.lengths_m[placed],
+                0.8 * model.radii_m[placed],
+            ),  # fmt: skip
+            float(2 * (lengths * radii).sum() / evidence.point_area_m2),
+        )
+
+    def _hypotheses(
+        self, limb: _Limb, current: Array, evidence: Evidence, rng: np.random.Generator
+    ) -> tuple[Array, Array]:
+        """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
+        s = self.settings
+        kept = self._kept.get(limb.upper)
+        memory = limb.predicted[None] if kept is None else kept @ limb.R_camera_parent.T
+        seeds = np.concatenate([current[None], limb.predicted[None], memory])
+        parents = rng.integers(0, len(seeds), s.jittered)
+        jitter = s.jitter_rad * rng.standard_normal((s.jittered, 2, 3))
+        groups = [seeds, unit(seeds[parents] + jitter), unit(rng.standard_normal((s.wide, 2, 3)))]
+        palms = spread_points(limb.exclusive_points, limb.joint_camera, s.palms)
+        if len(palms):
+            palms = palms + unit(palms) * limb.radii_m[1]
+            groups.append(elbows_on_circle(limb.joint_camera, palms, *limb.lengths_m, s.turns))
+        axes = np.concatenate(groups)
+        scores = self._scores(limb, axes, evidence)
+        chosen = _distinct(axes, scores, s.refined, s.distinct_rad)
+        refined = axes[chosen].copy()
+        view = evidence.view
+        limb_kernel.refine_limbs(
+            refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
+            view.depth_m, evidence.mine, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
+            s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight, s.prior_weight,
+            s.samples_per_part, s.refine_iterations,
+        )  # fmt: skip
+        refined_scores = self._scores(limb, refined, evidence)
+        scores[0] = min(scores[0], refined_scores[0])
+        return np.concatenate([axes, refined]), np.concatenate([scores, refined_scores])
+
+    def _scores(self, limb: _Limb, axes: Array, evidence: Evidence) -> Array:
+        """[M] log f_uTVR of both parts, with what speaks against a hypothesis besides (ours)."""
+        s = self.settings
+        Rs = limb_rotations(limb.upper, axes, limb.R_camera_parent[:, 0])
+        elbows = limb.joint_camera + axes[:, 0] * limb.lengths_m[0]
+        log_score = np.zeros(len(axes))
+        for part, origins in enumerate((limb.joint_camera, elbows)):
+            radius = limb.radii_m[part] + s.clothing_m
+            log_score += self._log_score(
+                score_hypotheses(
+                    Rs[:, part],
+                    origins,
+                    limb.lengths_m[part],
+                    np.array([radius, radius]),
+                    limb.score_points,
+                    evidence.view,
+                    limb.placed,
+                    s.tolerance_m,
+                    self.threads,
+                )  # fmt: skip
+            )
+        explained = np.empty(len(axes), np.int64)
+        limb_kernel.count_explained(
+            axes, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.exclusive_points,
+            s.explained_m, explained,
+        )  # fmt: skip
+        unexplained = (len(limb.exclusive_points) - explained) / limb.full_count
+        turn = np.arccos(np.clip((axes * limb.predicted).sum(-1), -1.0, 1.0))
+        beyond = excess_rad(limb.upper, limb.R_camera_parent.T @ Rs[:, 0])
+        beyond += excess_rad(limb.upper + 1, np.swapaxes(Rs[:, 0], 1, 2) @ Rs[:, 1])
+        return (
+            log_score
+            + s.unexplained_weight * unexplained
+            + s.motion_weight * np.log1p((turn / s.motion_rad) ** 2).sum(1)
+            + s.limit_weight * beyond
+        )
+
+    def _log_score(self, terms: UtvrTerms) -> Array:
+        """[M] log f_uTVR; without evidence neither best nor worst, unless in free space."""
+        s = self.settings
+        in_free_space = terms.n_outliers / np.maximum(terms.n_pixels, 1)
+        without = s.no_evidence + np.log1p(s.free_space_penalty * in_free_space)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
+
+
+def _label(
+    points: Array, pose: Pose, origins: Array, model: BodyModel
+) -> tuple[NDArray[np.int32], Array]:
+    labels = np.empty(len(points), np.int32)
+    distances = np.empty(len(points))
+    body_kernel.assign_points(
+        points, pose.Rs, origins, model.lengths_m, model.radii_m, 0.15, labels, distances
+    )
+    return labels, distances
+
+
+def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
+    """The present pose, and the best hypotheses that differ from each other."""
+    chosen = [0]
+    cosine = np.cos(apart_rad)
+    for index in np.argsort(scores, kind="stable"):
+        if len(chosen) >= count:
+            break
+        if ((axes[chosen] * axes[index]).sum(-1).min(1) < cosine).all():
+            chosen.append(int(index))
+    return chosen

@@ -1,0 +1,65 @@
+"""The pose that the full-body tracker carries from frame to frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import HEAD, PARTS, UPPER_TORSO
+from topview.geometry.rotations import transform
+
+Array = NDArray[np.float64]
+
+# The table of parts hangs from the head, as the thesis walks it. Refinement and motion hang the
+# same tree from the upper torso, which is seen best: only head and upper torso swap their roles.
+TREE_PARENT = tuple(
+    -1 if index == UPPER_TORSO else UPPER_TORSO if index == HEAD else part.parent
+    for index, part in enumerate(PARTS)
+)
+TREE_ORDER = (UPPER_TORSO, HEAD, *range(2, len(PARTS)))
+HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Where the neck joint is and how every part is turned.
+
+    Attributes:
+        neck_camera: [3] metres.
+        Rs: [11, 3, 3] `Rs_camera_part`.
+    """
+
+    neck_camera: Array
+    Rs: Array
+
+    def relative(self) -> Array:
+        """[11, 3, 3] rotations in the tree that hangs from the upper torso."""
+        Rs = self.Rs.copy()
+        for part in TREE_ORDER[1:]:
+            Rs[part] = self.Rs[TREE_PARENT[part]].T @ self.Rs[part]
+        return Rs
+
+    @staticmethod
+    def from_relative(neck_camera: Array, Rs_relative: Array) -> Pose:
+        """Inverse of `relative`."""
+        Rs = Rs_relative.copy()
+        for part in TREE_ORDER[1:]:
+            Rs[part] = Rs[TREE_PARENT[part]] @ Rs_relative[part]
+        return Pose(neck_camera, Rs)
+
+    def origins(self, model: BodyModel) -> Array:
+        """[11, 3] proximal joints in metres, camera frame."""
+        origins = np.empty((len(PARTS), 3))
+        origins[UPPER_TORSO] = self.neck_camera
+        origins[HEAD] = self.neck_camera - self.Rs[HEAD][:, 1] * model.lengths_m[HEAD]
+        for part in TREE_ORDER[2:]:
+            parent = PARTS[part].parent
+            origins[part] = origins[parent] + self.Rs[parent] @ model.joints_parent[part]
+        return origins
+
+    def transforms(self, model: BodyModel) -> Array:
+        """[11, 4, 4] `Ts_camera_part`."""
+        return transform(self.Rs, self.origins(model))

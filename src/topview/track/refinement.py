@@ -1,0 +1,153 @@
+"""Refinement: all parts at once, by Gauss-Newton on the user's points and silhouette (ours).
+
+The thesis optimises part by part and names global optimisation as future work (Sec. 7.1). This
+moves all 28 degrees of freedom of candidate poses together: 6 of the root, 3 each of neck and
+waist, and 2 for the direction of each limb's part (the turn of an upper limb about its own axis
+follows from where its elbow or knee bends to).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.kernels import body as kernel
+from topview.track.evidence import Evidence
+from topview.track.pose import HINGE_PAIRS, TREE_PARENT, Pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementSettings:
+    """Ours, all of it: lengths in metres, weights against that of 4 cm2 of seen surface."""
+
+    iterations: int = 5
+    reach_m: float = 0.15
+    scale_m: float = 0.04
+    free_space_margin_m: float = 0.06
+    free_space_weight: float = 6.0
+    collision_weight: float = 10.0
+    limit_weight: float = 50.0
+    place_prior_weight: float = 32.0
+    turn_prior_weight: float = 4.0
+    twist_prior_weight: float = 40.0
+    head_weight: float = 30.0
+    samples_per_part: int = 5
+
+
+def _padded(lists: list[list[int]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    width = max(map(len, lists))
+    return (
+        np.array([items + [0] * (width - len(items)) for items in lists]),
+        np.array([len(items) for items in lists]),
+    )
+
+
+def _chain(part: int) -> list[int]:
+    return [] if part < 0 else [part, *_chain(TREE_PARENT[part])]
+
+
+_LIMB_PARTS = [part for part in range(len(PARTS)) if part not in (HEAD, UPPER_TORSO, LOWER_TORSO)]
+DOF_PART = np.array(
+    [UPPER_TORSO] * 6 + [HEAD] * 3 + [LOWER_TORSO] * 3 + [p for p in _LIMB_PARTS for _ in range(2)]
+)
+DOF_AXIS = np.array([0, 1, 2] * 4 + [0, 2] * len(_LIMB_PARTS))
+N_DOFS = len(DOF_PART)
+_DOF_OF, _N_DOF_OF = _padded(
+    [[d for d in range(3, N_DOFS) if DOF_PART[d] == part] for part in range(len(PARTS))]
+)
+_CHAIN, _N_CHAIN = _padded(
+    [[d for d in range(N_DOFS) if DOF_PART[d] in _chain(part)] for part in range(len(PARTS))]
+)
+_PARENTS = np.array([part.parent for part in PARTS])
+_TREE = np.array(TREE_PARENT)
+_LIMITS = np.array([part.limits_rad for part in PARTS])
+_HINGES = np.array(HINGE_PAIRS)
+_BENDS = np.array(
+    [1.0 if PARTS[lower].limits_rad[0][1] > 1.0 else -1.0 for _, lower in HINGE_PAIRS]
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refined:
+    """Refined candidates, in the order they came in.
+
+    Attributes:
+        poses: M poses.
+        unexplained: [M] share of the user's points that lie on no part, robustly counted.
+        in_free_space: [M] share of the body's axis that the image shows to be in free space.
+        departure: [M] mean squared turn away from the prediction, square radians.
+    """
+
+    poses: list[Pose]
+    unexplained: Array
+    in_free_space: Array
+    departure: Array
+
+
+def refine(
+    candidates: Sequence[Pose],
+    predicted: Pose,
+    model: BodyModel,
+    evidence: Evidence,
+    settings: RefinementSettings,
+    iterations: int | None = None,
+) -> Refined:
+    """Refine candidate poses against the evidence, each on its own."""
+    s = settings
+    necks = np.array([pose.neck_camera for pose in candidates])
+    Rs = np.array([pose.Rs for pose in candidates])
+    costs = np.empty((len(candidates), 3))
+    priors = np.full(N_DOFS, s.turn_prior_weight)
+    priors[:3] = s.place_prior_weight
+    priors[(DOF_PART == HEAD) & (DOF_AXIS == 1)] = s.twist_prior_weight
+    view = evidence.view
+    kernel.refine_bodies(
+        necks,
+        Rs,
+        predicted.neck_camera,
+        predicted.relative(),
+        model.lengths_m,
+        model.radii_m,
+        model.joints_parent,
+        _PARENTS,
+        _TREE,
+        _LIMITS,
+        _HINGES,
+        _BENDS,
+        DOF_PART,
+        DOF_AXIS,
+        _CHAIN,
+        _N_CHAIN,
+        _DOF_OF,
+        _N_DOF_OF,
+        priors,
+        evidence.points_camera,
+        view.depth_m,
+        evidence.mine,
+        evidence.nearest,
+        view.fx,
+        view.fy,
+        view.cx,
+        view.cy,
+        evidence.head_camera,
+        s.head_weight if evidence.head_is_seen else 0.0,
+        s.reach_m,
+        s.scale_m,
+        evidence.point_area_m2 / 4e-4,
+        s.free_space_margin_m,
+        s.free_space_weight,
+        s.collision_weight,
+        s.limit_weight,
+        s.samples_per_part,
+        s.iterations if iterations is None else iterations,
+        costs,
+    )
+    poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
+    return Refined(poses, *costs.T)

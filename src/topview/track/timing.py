@@ -1,0 +1,33 @@
+"""Where the time goes, stage by stage; read by `topview bench`."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+
+
+class StageClock:
+    """Seconds per stage and frame.
+
+    Attributes:
+        seconds: for each stage, one sum per frame in which it ran.
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, list[float]] = defaultdict(list)
+        self._frame: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Count what happens inside towards `name`."""
+        start = perf_counter()
+        yield
+        self._frame[name] = self._frame.get(name, 0.0) + perf_counter() - start
+
+    def end_frame(self) -> None:
+        """Close the frame's sums."""
+        for name, seconds in self._frame.items():
+            self.seconds[name].append(seconds)
+        self._frame.clear()
