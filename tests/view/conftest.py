@@ -10,7 +10,7 @@ import pytest
 from topview.body.kinematics import R_CAMERA_FACING, forward_kinematics, joints_from_parts
 from topview.body.model import BodyModel
 from topview.body.parts import JOINTS, PARTS
-from topview.body.proportions import THESIS
+from topview.body.proportions import ANATOMICAL
 from topview.records import Camera, Frame, JointState, Person
 
 MakePerson = Callable[..., Person]
@@ -25,7 +25,7 @@ def make_person() -> MakePerson:
         state: JointState = JointState.VISIBLE,
     ) -> Person:
         """Someone of 1.75 m who stands upright and faces the camera."""
-        body = BodyModel.of(1.75, THESIS)
+        body = BodyModel.of(1.75, ANATOMICAL)
         Rs = np.repeat(R_CAMERA_FACING[None], len(PARTS), axis=0)
         Ts_camera_part = forward_kinematics(body, np.array(crown), Rs)
         return Person(

@@ -107,7 +107,7 @@ def _people_table(summary: Summary) -> Table:
         "false people": str(people.false_people),
         "id swaps": str(people.id_swaps),
         "frames lost (nobody found)": str(people.frames_lost),
-        "frames per second (one thread)": _number(summary.frames_per_second),
+        "frames per second (tracker alone)": _number(summary.frames_per_second),
     }
     for name, value in rows.items():
         table.add_row(name, value)

@@ -135,6 +135,7 @@ class ContactSheet:
         for state, meaning in LEGEND:
             draw_joint(sheet, np.array([x + 6, 70.0]), state, TEXT, 5.0)
             x += 18 + draw_text(sheet, meaning, (x + 18, 75), 10, MUTED) + 22
+        draw_text(sheet, "dark in 3D: not visible", (x, 75), 10, MUTED)
         x = float(sheet.shape[1] - MARGIN_PX - 2)
         ids = sorted({person.id for moment in moments for person in moment.people})
         for person_id in reversed(ids):

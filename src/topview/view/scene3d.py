@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from topview.body import JOINTS, PARTS
 from topview.body.model import BodyModel
-from topview.body.proportions import THESIS
+from topview.body.proportions import ANATOMICAL
 from topview.camera import pixel_rays, project, unproject_depth
 from topview.records import Camera, Frame, JointState, Person
 from topview.view.drawing import Image, draw_line, draw_text, resized
@@ -260,7 +260,7 @@ def _paint_floor(painting: Painting, stage: Stage, T_eye_camera: NDArray[np.floa
 
 def _paint_person(painting: Painting, person: Person, T_eye_camera: NDArray[np.float64]) -> None:
     """Every part as a solid; parts none of whose joints is visible are darkened."""
-    body = BodyModel.of(person.height_m, THESIS)
+    body = BodyModel.of(person.height_m, ANATOMICAL)
     color = person_color(person.id)
     seen = {
         joint.part
