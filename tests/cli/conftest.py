@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +36,8 @@ def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
     """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
 
     def run(*arguments: object) -> Finished:
-        with pytest.raises(SystemExit) as ended:
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as ended:
+            warnings.simplefilter("error")  # a user would see it on stderr
             main([str(argument) for argument in arguments])
         printed = capsys.readouterr()
         complaints = printed.err.splitlines()
