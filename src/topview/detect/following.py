@@ -13,7 +13,7 @@ from topview.detect.cloud import Cloud
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
     HEAD_HALF_HEIGHT_M,
-    HEAD_RADIUS_M,
+    TILT_PENALTY,
     HeadCandidate,
     head_evidence,
     points_near,
@@ -34,9 +34,8 @@ UNLIKE_M2: Final = 0.025
 # A head moves about this much between two frames other than predicted.
 MOTION_M: Final = 0.1
 CANDIDATES: Final = 32
-# People lean to the side; the template leans with them, at some cost per radian.
+# Ours: a head that is known may lean further than one that is new.
 TILTS_RAD: Final = (-1.2, -0.6, 0.0, 0.6, 1.2)
-TILT_PENALTY: Final = 0.15
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
 LIKENESS: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.15
@@ -98,14 +97,16 @@ def follow_head(
     down, across = np.unravel_index(best, cost.shape)
 
     row, column = _nearest_pixel(cloud, predicted_camera)
-    surface_m = _surface_depth(cloud, predicted_camera)
-    if surface_m is None:
-        return None
-    depth_m = surface_m + CENTER_BEHIND_SURFACE_M
     camera = cloud.camera
+    rows, columns = row + down - search_px, column + across - search_px
+    height, width = cloud.depth_m.shape
+    depth_m = cloud.depth_m[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+    depth_m = depth_m.astype(np.float64) + CENTER_BEHIND_SURFACE_M
+    is_off = np.abs(depth_m - predicted_camera[2]) > RELIEF_M
+    depth_m[is_off] = predicted_camera[2]
     centers = np.empty((len(best), 3))
-    centers[:, 0] = (column + across - search_px - camera.cx) / camera.fx * depth_m
-    centers[:, 1] = (row + down - search_px - camera.cy) / camera.fy * depth_m
+    centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
+    centers[:, 1] = (rows - camera.cy) / camera.fy * depth_m
     centers[:, 2] = depth_m
     confidence = np.maximum.reduce(
         [
@@ -119,12 +120,6 @@ def follow_head(
         return None
     center = _settle(cloud, centers[chosen])
     return None if center is None else HeadCandidate(center, float(confidence[chosen]))
-
-
-def _surface_depth(cloud: Cloud, center_camera: Vector) -> float | None:
-    """Median depth of the points where a head is expected."""
-    points = points_near(cloud, center_camera, HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M)
-    return float(np.median(points[:, 2])) if len(points) else None
 
 
 def _settle(cloud: Cloud, center_camera: Vector) -> Vector | None:

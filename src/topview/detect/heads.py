@@ -140,6 +140,11 @@ def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> He
     )
 
 
+# Ours: people lean to the side; the template leans with them, at some cost per radian.
+TILTS_RAD: Final = (-0.5, 0.0, 0.5)
+TILT_PENALTY: Final = 0.15
+
+
 @dataclass(frozen=True, slots=True)
 class DepthHeadDetector:
     """Heads by their shape in the depth image.
@@ -154,14 +159,18 @@ class DepthHeadDetector:
 
     def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
         tops = self._tops(cloud)
-        centers = tops - HEAD_HALF_HEIGHT_M * up_camera
-        depth, in_view = cloud.lookup(centers)
-        is_full = in_view & (np.abs(depth - centers[:, 2]) < 0.2)
-        centers = centers[is_full]
-        if not len(centers):
-            return []
-        confidence = head_evidence(cloud, centers, up_camera).confidence
-        return _strongest(centers, confidence, self.min_confidence)
+        all_centers, all_confidence = [], []
+        for tilt in TILTS_RAD:
+            tilted = tilted_up(up_camera, tilt)
+            centers = tops - HEAD_HALF_HEIGHT_M * tilted
+            depth, in_view = cloud.lookup(centers)
+            centers = centers[in_view & (np.abs(depth - centers[:, 2]) < 0.2)]
+            confidence = head_evidence(cloud, centers, tilted).confidence
+            all_centers.append(centers)
+            all_confidence.append((1.0 - TILT_PENALTY * abs(tilt)) * confidence)
+        return _strongest(
+            np.concatenate(all_centers), np.concatenate(all_confidence), self.min_confidence
+        )
 
     def _tops(self, cloud: Cloud) -> Vector:
         """[N, 3] points with nothing at their depth right above them in the image."""

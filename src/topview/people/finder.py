@@ -12,12 +12,15 @@ from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import (
     HEAD_HALF_HEIGHT_M,
+    HEAD_RADIUS_M,
     DepthHeadDetector,
     HeadCandidate,
     HeadDetector,
+    head_evidence,
     refine_center,
 )
-from topview.people.floor import FloorSettings, FloorTracker
+from topview.people.background import Background
+from topview.people.floor import FloorPlane, FloorSettings, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.identity import KnownUser, assign
 from topview.people.segmentation import (
@@ -41,9 +44,14 @@ SURE_SCORE = 0.75
 # Ours: what is this near to somebody's head over the surface is that person's, if it is not
 # clearly another head.
 OWN_HEAD_M = 0.4
-# Ours: a limb whose connection with the body is hidden seems further away from the head by this
-# much in each second, until it is out of reach.
-FADING_M_PER_S = 1.5
+# Ours: closer together are no two heads' centres.
+SAME_HEAD_M = 0.2
+# Ours: one who was hidden for longer must look like a person again; and for longer yet, the head's
+# looks of then are no more followed.
+BRIEFLY_S = 0.15
+FOLLOWED_S = 0.5
+# Ours: how much more confidence makes a head out of something else on a body.
+MUCH_MORE = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +61,12 @@ class PeopleSettings:
     Attributes:
         first_confidence: a head's, from which it makes a user in the very first frame.
         new_confidence: a head's, from which it makes a user once it was seen often enough.
+        upright_confidence: that a new head stands upright; furniture often seems to lean.
         frames_until_new: consecutive frames in which a new head must be seen.
         least_apart_m: two heads, seen from above; a shoulder is nearer to its own head.
         grace_s: how long a user who is hidden is waited for.
+        out_s: the same for one who went out of the picture.
+        border_m: a head this near to the border may have gone out of the picture.
         floor: which planes may be a floor.
         segmentation: which points are whose.
         limits: what a person measures.
@@ -63,9 +74,12 @@ class PeopleSettings:
 
     first_confidence: float = 0.75
     new_confidence: float = 0.65
-    frames_until_new: int = 4
+    upright_confidence: float = 0.55
+    frames_until_new: int = 3
     least_apart_m: float = 0.33
     grace_s: float = 5.0
+    out_s: float = 0.5
+    border_m: float = 0.15
     floor: FloorSettings = field(default_factory=FloorSettings)
     segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)
     limits: PersonLimits = field(default_factory=PersonLimits)
@@ -80,6 +94,7 @@ class PeopleFinder:
         self.settings = settings or PeopleSettings()
         self._detector = detector or DepthHeadDetector()
         self._floor = FloorTracker(self.settings.floor)
+        self._background = Background()
         self._known: list[KnownUser] = []
         self._waiting: list[KnownUser] = []
         self._next_id = 1
@@ -87,18 +102,29 @@ class PeopleFinder:
         self._last_depth_m: NDArray[np.float32] | None = None
         self._last_s = 0.0
 
+    @property
+    def floor(self) -> FloorPlane | None:
+        """The floor as far as it is known, None where it was not in view."""
+        return self._floor.plane
+
     def update(self, frame: Frame, tracked: Sequence[Person] = ()) -> list[User]:
         """The people in the next frame, nearest first; `tracked` as they were in the last one."""
         time_s = frame.timestamp_s
         cloud = Cloud.from_frame(frame)
-        scene = Scene.of(cloud, self._floor.update(cloud), self.settings.segmentation)
+        is_background = self._background.is_seen_in(cloud.depth_m)
+        floor = self._floor.update(cloud)
+        scene = Scene.of(cloud, floor, is_background, self.settings.segmentation)
         heads = self._detect(scene)
         heads, bodies = self._find_again(scene, heads, time_s)
         heads = self._correct(scene, heads, bodies, time_s)
         self._welcome(scene, heads, bodies, time_s)
         self._is_first_frame = False
         users = self._users(scene, bodies, time_s)
-        self._dismiss(time_s)
+        is_somebodys = np.zeros(cloud.depth_m.shape, np.bool_)
+        for body in bodies:
+            is_somebodys |= np.isfinite(body)
+        self._background.update(cloud.depth_m, is_somebodys)
+        self._dismiss(scene, time_s)
         return users
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
@@ -122,7 +148,8 @@ class PeopleFinder:
         known, options = self._known, list(heads)
         scores = [[user.score(head, time_s) for head in heads] for user in known]
         for index, user in enumerate(known):
-            if max(scores[index], default=-np.inf) > SURE_SCORE:
+            is_lost = time_s - user.seen_s > FOLLOWED_S
+            if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
                 continue
             head = follow_head(scene.cloud, user.view, user.predicted(time_s), scene.up_camera)
             if head is not None:
@@ -134,57 +161,106 @@ class PeopleFinder:
         matches = assign(np.array(scores))
 
         bodies: dict[int, Distance] = {}
-        by_score = sorted(matches, key=lambda i: -scores[i][matches[i]])
-        for index in by_score:
+        for index in sorted(matches, key=lambda i: -scores[i][matches[i]]):
             user, head = known[index], options[matches[index]]
-            if head.confidence < self.settings.first_confidence and any(
-                _reached(scene, head.center_camera, body) < OWN_HEAD_M for body in bodies.values()
+            others = list(bodies.values())
+            other_heads = [known[other].head_camera for other in bodies]
+            if self._is_taken(scene, head, others, other_heads):
+                continue
+            if time_s - user.seen_s > BRIEFLY_S and (
+                self._person_under(scene, head, others, other_heads) is None
             ):
-                continue  # It is the shoulder of one who stands in front.
+                continue
             user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
             bodies[index] = self._body_of(scene, user)
         for index, user in enumerate(known):
             if index not in bodies:
-                user.miss(time_s)
+                user.miss(time_s, is_empty=_is_empty(scene, user.predicted(time_s)))
                 bodies[index] = self._body_of(scene, user)
-        left = [head for i, head in enumerate(heads) if i not in matches.values()]
+        taken = {matches[index] for index in matches if known[index].seen_s == time_s}
+        left = [head for i, head in enumerate(heads) if i not in taken]
         return left, [bodies[index] for index in range(len(known))]
 
+    def _is_taken(
+        self,
+        scene: Scene,
+        head: HeadCandidate,
+        others: list[Distance],
+        other_heads: list[Vector],
+    ) -> bool:
+        """Whether a head is another's head already, or the shoulder of one who stands in front."""
+        center = head.center_camera
+        if any(np.linalg.norm(center - other) < SAME_HEAD_M for other in other_heads):
+            return True
+        return head.confidence < self.settings.first_confidence and any(
+            _reached(scene, center, body) < OWN_HEAD_M for body in others
+        )
+
+    def _person_under(
+        self,
+        scene: Scene,
+        head: HeadCandidate,
+        others: list[Distance],
+        other_heads: list[Vector],
+    ) -> Distance | None:
+        """The body that a new head stands over, if what of it is nobody else's measures like a
+        person's and the head is far enough from other heads."""
+        settings = self.settings
+        center = head.center_camera
+        is_touching = any(_reached(scene, center, body) < np.inf for body in others)
+        least = settings.first_confidence if is_touching else settings.new_confidence
+        if head.confidence < least or any(
+            np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
+            for other in other_heads
+        ):
+            return None
+        upright = head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0]
+        if upright < settings.upright_confidence:
+            return None
+        body = body_distance(scene, center, PRIOR_HEIGHT_M, settings.segmentation)
+        own = np.where(np.minimum.reduce([body, *others]) < body, np.float32(np.inf), body)
+        return body if looks_like_person(scene, head, own, settings.limits) else None
+
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
+        is_seen = user.seen_s == scene.cloud.frame.timestamp_s
         return body_distance(
             scene,
             user.head_camera,
             max(user.height.height_m, PRIOR_HEIGHT_M),
-            scene.is_free_standing,
-            self._remembered(scene, user),
             self.settings.segmentation,
+            self._remembered(scene, user, 1.5 if is_seen else 0.0),
+            from_head=is_seen,
         )
 
-    def _remembered(self, scene: Scene, user: KnownUser) -> Distance | None:
-        """[h, w] the distances of the last frame where the depth has stayed; they fade."""
+    def _remembered(self, scene: Scene, user: KnownUser, fading_m_per_s: float) -> Distance | None:
+        """[h, w] the distances of the last frame where the depth has stayed.
+
+        They grow by `fading_m_per_s`: a limb whose connection with the body is hidden is out of
+        reach after a while.
+        """
         if user.body_m is None or self._last_depth_m is None:
             return None
         depth_m = scene.cloud.depth_m
         stays = np.abs(depth_m - self._last_depth_m) < JUMP_M + JUMP_PER_SQUARE_M * depth_m**2
-        elapsed_s = scene.cloud.frame.timestamp_s - self._last_s
-        return np.where(stays, user.body_m + np.float32(FADING_M_PER_S * elapsed_s), np.inf)
+        faded_m = fading_m_per_s * (scene.cloud.frame.timestamp_s - self._last_s)
+        return np.where(stays, user.body_m + np.float32(faded_m), np.float32(np.inf))
 
     def _correct(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float
     ) -> list[HeadCandidate]:
-        """Where something on a user's body looks much more like a head, for several frames, than
-        what has been followed: that is the head. The heads that are left."""
-        left: list[HeadCandidate] = list(heads)
+        """Where something higher on a user's body looks much more like a head, for two frames, than
+        what has been followed: that is the head. Gives the heads that are left."""
+        left = list(heads)
         for index, user in enumerate(self._known):
-            if user.confidence > 0.6:
-                user.rival_frames = 0
-                continue
+            others = [body for i, body in enumerate(bodies) if i != index]
+            other_heads = [u.head_camera for i, u in enumerate(self._known) if i != index]
             rivals = [
                 head
                 for head in left
-                if head.confidence > max(user.confidence + 0.25, self.settings.first_confidence)
-                and scene.height_of(head.center_camera - user.head_camera) > 0.0
-                and self._is_head_of(scene, head, bodies[index])
+                if head.confidence > user.confidence_now + MUCH_MORE
+                and (head.center_camera - user.head_camera) @ scene.up_camera > 0.0
+                and _reached(scene, head.center_camera, bodies[index]) < np.inf
+                and self._person_under(scene, head, others, other_heads) is not None
             ]
             user.rival_frames = user.rival_frames + 1 if rivals else 0
             if user.rival_frames >= 2:
@@ -193,42 +269,26 @@ class PeopleFinder:
                 left.remove(rivals[0])
         return left
 
-    def _is_head_of(self, scene: Scene, head: HeadCandidate, body: Distance) -> bool:
-        """Whether a head lies on a body, and the body seen from there is a person's."""
-        if not np.isfinite(_reached(scene, head.center_camera, body)):
-            return False
-        own = body_distance(
-            scene,
-            head.center_camera,
-            PRIOR_HEIGHT_M,
-            scene.is_free_standing,
-            None,
-            self.settings.segmentation,
-        )
-        return looks_like_person(scene, head.center_camera, own, self.settings.limits)
-
     def _welcome(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float
     ) -> None:
         """Make users of new heads that stand over a person's body, once they are sure; their
         bodies are added to `bodies`."""
         settings = self.settings
+        doubtful = [
+            body
+            for user, body in zip(self._known, bodies, strict=True)
+            if user.confidence_now < settings.first_confidence
+        ]
         waiting: list[KnownUser] = []
         others = list(bodies)
         other_heads = [user.head_camera for user in self._known]
         for head in heads:
             center = head.center_camera
-            is_touching = any(_reached(scene, center, body) < np.inf for body in others)
-            least = settings.first_confidence if is_touching else settings.new_confidence
-            if head.confidence < least or any(
-                scene.aside_m(center, other) < settings.least_apart_m for other in other_heads
-            ):
-                continue
-            body = body_distance(
-                scene, center, PRIOR_HEIGHT_M, scene.is_free_standing, None, settings.segmentation
-            )
-            own = np.where(np.minimum.reduce([body, *others]) < body, np.float32(np.inf), body)
-            if not looks_like_person(scene, center, own, settings.limits):
+            if any(_reached(scene, center, body) < np.inf for body in doubtful):
+                continue  # It may be that user's own head, see `_correct`.
+            body = self._person_under(scene, head, others, other_heads)
+            if body is None:
                 continue
             others.append(body)
             other_heads.append(center)
@@ -239,6 +299,7 @@ class PeopleFinder:
                 user.id = self._next_id
                 self._next_id += 1
                 self._known.append(user)
+                self._background.forget(np.isfinite(body))
                 bodies.append(body)
             else:
                 waiting.append(user)
@@ -253,10 +314,18 @@ class PeopleFinder:
                 return user
         return KnownUser(0, head, view, time_s)
 
-    def _dismiss(self, time_s: float) -> None:
-        self._known = [
-            user for user in self._known if time_s - user.seen_s <= self.settings.grace_s
-        ]
+    def _dismiss(self, scene: Scene, time_s: float) -> None:
+        """Forget who has been away for too long: soon if he went out of the picture."""
+        settings = self.settings
+        staying: list[KnownUser] = []
+        for user in self._known:
+            away_s = time_s - user.seen_s
+            is_out = scene.is_out(user.head_camera, settings.border_m)
+            if is_out and user.body_m is not None and np.isfinite(user.body_m).any():
+                is_out = False
+            if away_s <= (settings.out_s if is_out else settings.grace_s):
+                staying.append(user)
+        self._known = staying
 
     def _users(self, scene: Scene, bodies: list[Distance], time_s: float) -> list[User]:
         masks = split_users(bodies, self.settings.segmentation)
@@ -278,6 +347,12 @@ class PeopleFinder:
                 )
             )
         return sorted(users, key=lambda user: (float(user.head_camera[2]), user.id))
+
+
+def _is_empty(scene: Scene, point_camera: Vector) -> bool:
+    """Whether a point is seen to be in free space."""
+    depth_m, in_view = scene.cloud.lookup(point_camera)
+    return bool(in_view and (depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M))
 
 
 def _reached(scene: Scene, point_camera: Vector, body: Distance) -> float:

@@ -16,9 +16,13 @@ Vector = NDArray[np.float64]
 VELOCITY_DECAY_S = 0.5
 # A sprinting start; a head that moves faster is another's.
 MAX_SPEED_M_PER_S = 4.0
+# How much the walk of one who is hidden may change, metres per second; ours.
+STRAYING_M_PER_S = 1.5
 # How wrong the measured centre of a head may be from one frame to the next, metres; ours.
 JITTER_M = 0.15
 MAX_GATE_M = 1.2
+# Heads of less confidence are only believed where they are expected; ours.
+SURE = 0.7
 
 
 class KnownUser:
@@ -32,7 +36,7 @@ class KnownUser:
         seen_s: when the head was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
-        confidence: that what is followed is the head, over the last frames.
+        confidence_now: that what is followed is the head, 0 while it is not seen.
         view: what the head looked like when it was last seen.
         body_m: [h, w] distance of the user's points from the head in the last frame, or None.
         rival_frames: for how long something else has looked more like it.
@@ -41,7 +45,7 @@ class KnownUser:
     def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         self.id = id
         self.head_camera = head.center_camera
-        self.confidence = head.confidence
+        self.confidence_now = head.confidence
         self.view = view
         self.velocity = np.zeros(3)
         self.time_s = time_s
@@ -61,19 +65,20 @@ class KnownUser:
     def gate_m(self, time_s: float) -> float:
         """How far from the prediction the head may be."""
         hidden_s = max(time_s - self.seen_s, 0.0)
-        return min(JITTER_M + MAX_SPEED_M_PER_S * hidden_s, MAX_GATE_M)
+        return min(JITTER_M + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
 
     def score(self, head: HeadCandidate, time_s: float) -> float:
         """How well a head continues this user's: its confidence less its distance from the
         prediction in gates; -inf outside of the gate."""
-        gate_m = self.gate_m(time_s)
         moved_m = float(np.linalg.norm(head.center_camera - self.predicted(time_s)))
-        return head.confidence - moved_m / gate_m if moved_m < gate_m else -np.inf
+        gate_m = self.gate_m(time_s)
+        is_near = moved_m < (gate_m if head.confidence > SURE else JITTER_M)
+        return head.confidence - moved_m / gate_m if is_near else -np.inf
 
     def see(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         """The head has been measured."""
         head_camera = head.center_camera
-        self.confidence += 0.3 * (head.confidence - self.confidence)
+        self.confidence_now = head.confidence
         if head.confidence > 0.5:
             self.view = view
         elapsed_s = time_s - self.time_s
@@ -91,14 +96,18 @@ class KnownUser:
         """What was followed was not the head; this is."""
         self.head_camera = head.center_camera
         self.velocity = np.zeros(3)
-        self.confidence = head.confidence
+        self.confidence_now = head.confidence
         self.view = view
         self.time_s = self.seen_s = time_s
         self.rival_frames = 0
 
-    def miss(self, time_s: float) -> None:
-        """The head has not been measured: go on as predicted."""
+    def miss(self, time_s: float, is_empty: bool) -> None:
+        """The head has not been measured: go on as predicted, or, where that is seen to be empty
+        space, stay."""
         ahead_s = max(time_s - self.time_s, 0.0)
+        self.confidence_now = 0.0
+        if is_empty:
+            self.velocity = np.zeros(3)
         self.head_camera = self.predicted(time_s)
         self.velocity = self.velocity * np.exp(-ahead_s / VELOCITY_DECAY_S)
         self.time_s = time_s

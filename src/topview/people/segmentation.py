@@ -22,7 +22,7 @@ from topview.people.floor import CAMERA_UP, FloorPlane
 
 # Depths of neighbouring pixels on one surface differ by up to this, plus three standard deviations
 # of the noise of both (`depth_noise_m`); ours: a hand on a hip is further away from what is behind.
-JUMP_M = 0.05
+JUMP_M = 0.04
 JUMP_PER_SQUARE_M = 0.0035
 
 
@@ -61,7 +61,8 @@ class Scene:
         up_camera: [3] the floor's normal, else the camera's own up.
         heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
         overview_m: [h, w, 2] the points seen from above (right, forward).
-        is_free_standing: [h, w] pixels with a reading that are neither floor nor wall.
+        is_free_standing: [h, w] pixels with a reading that are neither floor, wall nor known
+            background.
         inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
         is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
             but no limb.
@@ -77,11 +78,18 @@ class Scene:
     is_bulky: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, cloud: Cloud, floor: FloorPlane | None, settings: SegmentationSettings) -> Scene:
+    def of(
+        cls,
+        cloud: Cloud,
+        floor: FloorPlane | None,
+        is_background: NDArray[np.bool_],
+        settings: SegmentationSettings,
+    ) -> Scene:
+        """`is_background` [h, w]: what is known to be the room's."""
         up_camera = CAMERA_UP if floor is None else floor.normal_camera
         points = cloud.points_camera
         heights_m = points @ up_camera.astype(np.float32)
-        is_free_standing = cloud.has_reading
+        is_free_standing = cloud.has_reading & ~is_background
         if floor is not None:
             heights_m += np.float32(floor.distance_m)
             margin = floor_margin_m(cloud.depth_m, heights_m, floor, settings)
@@ -101,9 +109,23 @@ class Scene:
             is_bulky,
         )
 
-    def aside_m(self, point_camera: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-        """Distance of two [3] points seen from above, metres."""
-        return float(np.linalg.norm(self.overview_of(point_camera - other)))
+    def aside_m(self, point_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """[h, w] distance of every point from a [3] point, seen from above, metres."""
+        offset = self.overview_m - self.overview_of(point_camera).astype(np.float32)
+        return np.sqrt((offset**2).sum(-1))
+
+    def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
+        """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
+        z = float(point_camera[2])
+        camera = self.cloud.camera
+        if z <= 0.1:
+            return True
+        u = point_camera[0] / z * camera.fx + camera.cx
+        v = point_camera[1] / z * camera.fy + camera.cy
+        border_px = border_m / z * camera.fx
+        return not (
+            border_px <= u < camera.width - border_px and border_px <= v < camera.height - border_px
+        )
 
     def overview_of(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[..., 2] right and forward of [..., 3] points."""
@@ -142,6 +164,7 @@ def inset_of_surfaces(cloud: Cloud, is_allowed: NDArray[np.bool_]) -> NDArray[np
     is_inner[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > jump[:, 1:]] = 0
     is_inner[1:][np.abs(depth[1:] - depth[:-1]) > jump[1:]] = 0
     inset_px = cv2.distanceTransform(is_inner, cv2.DIST_L2, 3)
+    inset_px = np.minimum(inset_px, max(inset_px.shape))  # without an edge it is all but infinite
     return inset_px * depth / np.float32(cloud.camera.fx)
 
 
@@ -172,11 +195,12 @@ def surface_distance(
     is_allowed: NDArray[np.bool_],
     is_seed: NDArray[np.bool_],
     limit_m: float,
-    start_m: NDArray[np.float32] | np.float32 = np.float32(0.0),
+    start_m: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """[h, w] length of the shortest way over the allowed surface from the seeds, which are
     `start_m` away themselves; infinity where there is none up to `limit_m`."""
-    distance_m = np.where(is_seed, start_m, np.float32(np.inf))
+    start = np.float32(0.0) if start_m is None else start_m
+    distance_m = np.where(is_seed, start, np.float32(np.inf))
     geodesic_distance(
         cloud.depth_m,
         is_allowed,
@@ -195,9 +219,10 @@ def body_distance(
     scene: Scene,
     head_camera: NDArray[np.float64],
     height_m: float,
-    is_allowed: NDArray[np.bool_],
-    remembered_m: NDArray[np.float32] | None,
     settings: SegmentationSettings,
+    remembered_m: NDArray[np.float32] | None = None,
+    *,
+    from_head: bool = True,
 ) -> NDArray[np.float32]:
     """[h, w] how far each pixel is from the head over the body's surface, infinity if too far.
 
@@ -205,32 +230,46 @@ def body_distance(
         scene: what is seen.
         head_camera: [3] the head's centre.
         height_m: the user's stature.
-        is_allowed: [h, w] what may belong to the user.
-        remembered_m: [h, w] how far the pixels that are known to be the user's are, infinity
-            elsewhere; or None.
         settings: sizes.
+        remembered_m: [h, w] how far the pixels that are known to be the user's are, infinity
+            elsewhere.
+        from_head: whether what is seen at the head and under it is the user's; else only what is
+            remembered, and what hangs together with it.
     """
-    cloud = scene.cloud
-    points = cloud.points_camera
-    from_head_m = np.sqrt(((points - head_camera.astype(np.float32)) ** 2).sum(-1))
-    across = scene.overview_m - scene.overview_of(head_camera).astype(np.float32)
-    aside_m = np.sqrt((across**2).sum(-1))
+    aside_m = scene.aside_m(head_camera)
     head_height_m = scene.height_of(head_camera) if scene.floor is not None else 0.7 * height_m
-    is_allowed = is_allowed & (~scene.is_bulky | (aside_m < torso_reach_m(head_height_m, height_m)))
-    is_head = is_allowed & (from_head_m < HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2)
-    start = is_head.copy()
-    head_top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-    is_core = (
-        is_allowed
-        & (aside_m < settings.core_radius * height_m)
-        & (scene.heights_m < head_top_m)
-        & (scene.heights_m > head_top_m - 1.1 * height_m)
+    is_allowed = scene.is_free_standing & (
+        ~scene.is_bulky | (aside_m < torso_reach_m(head_height_m, height_m))
     )
-    start |= is_core
+    offset = scene.cloud.points_camera - head_camera.astype(np.float32)
+    from_head_m = np.sqrt((offset**2).sum(-1))
+    is_head = from_head_m < HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2
+    is_start = is_head | is_under(scene, head_camera, height_m, settings, aside_m)
+    if not from_head:
+        is_start[:] = False
     if remembered_m is not None:
-        from_head_m = np.where(start, from_head_m, remembered_m)
-        start |= np.isfinite(remembered_m) & is_allowed
-    return surface_distance(cloud, is_allowed, start, settings.reach * height_m, from_head_m)
+        from_head_m = np.where(is_start, from_head_m, remembered_m)
+        is_start |= np.isfinite(remembered_m)
+    return surface_distance(
+        scene.cloud, is_allowed, is_start & is_allowed, settings.reach * height_m, from_head_m
+    )
+
+
+def is_under(
+    scene: Scene,
+    head_camera: NDArray[np.float64],
+    height_m: float,
+    settings: SegmentationSettings,
+    aside_m: NDArray[np.float32] | None = None,
+) -> NDArray[np.bool_]:
+    """[h, w] the points of the cylinder under a head; `aside_m` is `scene.aside_m` of it."""
+    aside_m = scene.aside_m(head_camera) if aside_m is None else aside_m
+    top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
+    return (
+        (aside_m < settings.core_radius * height_m)
+        & (scene.heights_m < top_m)
+        & (scene.heights_m > top_m - 1.1 * height_m)
+    )
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:

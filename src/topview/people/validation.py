@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.heads import HEAD_HALF_HEIGHT_M
-from topview.people.segmentation import Scene
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
+from topview.people.segmentation import JUMP_PER_SQUARE_M, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,9 @@ class PersonLimits:
         above_m2: what is higher than the head: two raised arms show 0.09 m^2.
         area_m2: the whole; a big person in front view shows 0.8 m^2.
         below_top_m: how far down the body must be seen at least.
-        bust_edges: share of the pixels there that lie on depth edges or holes: a head and
-            shoulders are smooth, leaves are not.
+        bust_edges: pixels there that lie on upper or left depth edges or on holes, over the root
+            of all its pixels: the outline of a disc has 1.8, of head and shoulders up to 3, leaves
+            have more.
         torso_radius_m: of a disc that must fit into the torso, seen from the side; a hanger with
             clothes, a lamp or a plant is thinner.
         border_m: how much of the picture there must be at both sides of the head.
@@ -35,9 +36,9 @@ class PersonLimits:
 
     top_over_floor_m: tuple[float, float] = (0.6, 2.2)
     bust_m2: tuple[float, float] = (0.035, 0.14)
-    bust_edges: float = 0.3
+    bust_edges: float = 3.4
     torso_radius_m: float = 0.09
-    border_m: float = 0.2
+    border_m: float = 0.1
     above_m2: float = 0.1
     area_m2: float = 1.2
     below_top_m: float = 0.4
@@ -47,15 +48,23 @@ class PersonLimits:
 # How far over the surface from the head's centre the bust and the chest reach; ours.
 BUST_M = 0.3
 TORSO_M = 0.55
+# Smaller jumps than between limbs count as roughness; ours.
+EDGE_M = 0.03
+# Ours: under a head beyond doubt a body may be rougher and larger by this factor: what stands
+# close to it, a wall say, may hang together with it.
+SURE = 0.95
+LENIENCE = 1.4
 
 
 def looks_like_person(
     scene: Scene,
-    head_camera: NDArray[np.float64],
+    head: HeadCandidate,
     distance_m: NDArray[np.float32],
     limits: PersonLimits,
 ) -> bool:
     """Whether the body found from a head (`body_distance`, [h, w]) measures like a person's."""
+    head_camera = head.center_camera
+    lenience = LENIENCE if head.confidence > SURE else 1.0
     is_body = np.isfinite(distance_m)
     if not is_body.any():
         return False
@@ -63,8 +72,7 @@ def looks_like_person(
     area = (depth / scene.cloud.camera.fx) ** 2
     heights = scene.heights_m[is_body]
     top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-    offset = scene.overview_m[is_body] - scene.overview_of(head_camera)
-    aside_m = np.hypot(offset[:, 0], offset[:, 1])
+    aside_m = scene.aside_m(head_camera)[is_body]
     bust_m2 = area[distance_m[is_body] < BUST_M].sum()
     is_bust = distance_m < BUST_M
     camera = scene.cloud.camera
@@ -75,10 +83,20 @@ def looks_like_person(
         (not has_floor or limits.top_over_floor_m[0] < top_m < limits.top_over_floor_m[1])
         and limits.bust_m2[0] < bust_m2 < limits.bust_m2[1]
         and border_px < column < camera.width - border_px
-        and (scene.inset_m[is_bust] == 0.0).mean() < limits.bust_edges
+        and _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(is_bust.sum())
+        < lenience * limits.bust_edges
         and scene.inset_m[distance_m < TORSO_M].max(initial=0.0) > limits.torso_radius_m
         and area[heights > top_m + 0.1].sum() < limits.above_m2
-        and area.sum() < limits.area_m2
+        and area.sum() < lenience * limits.area_m2
         and top_m - np.min(heights) > limits.below_top_m
         and (aside_m < limits.aside_m).mean() > 0.9
     )
+
+
+def _edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """[h, w] pixels whose depth is not their left and upper neighbours', or who have none."""
+    jump = EDGE_M + JUMP_PER_SQUARE_M * depth_m * depth_m
+    is_edge = depth_m == 0.0
+    is_edge[:, 1:] |= np.abs(depth_m[:, 1:] - depth_m[:, :-1]) > jump[:, 1:]
+    is_edge[1:] |= np.abs(depth_m[1:] - depth_m[:-1]) > jump[1:]
+    return is_edge

@@ -1,0 +1,53 @@
+"""What has been seen of the room while nobody stood before it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import depth_noise_m
+
+# All ours: frames until a depth is believed; how much of a new depth goes into the mean; and how
+# far a reading may be from the mean, besides 2.5 standard deviations of the noise.
+FRAMES_UNTIL_KNOWN = 10
+LEARNING_RATE = 0.1
+TOLERANCE_M = 0.05
+
+
+class Background:
+    """The farthest steady depth of each pixel of the small cloud; users are never learnt."""
+
+    def __init__(self) -> None:
+        self._mean_m: NDArray[np.float32] | None = None
+        self._frames: NDArray[np.int32] | None = None
+
+    def update(self, depth_m: NDArray[np.float32], is_somebodys: NDArray[np.bool_]) -> None:
+        """Learn from one [h, w] frame where it is nobody's."""
+        if self._mean_m is None or self._mean_m.shape != depth_m.shape:
+            self._mean_m = np.zeros_like(depth_m)
+            self._frames = np.zeros(depth_m.shape, np.int32)
+        assert self._frames is not None
+        is_new = (depth_m > 0.0) & ~is_somebodys
+        ahead_m = self._mean_m - depth_m
+        is_farther = is_new & (ahead_m < -_tolerance_m(depth_m))
+        is_steady = is_new & ~is_farther & (ahead_m < _tolerance_m(depth_m))
+        self._mean_m[is_steady] -= LEARNING_RATE * ahead_m[is_steady]
+        self._frames += is_steady
+        self._mean_m[is_farther] = depth_m[is_farther]
+        self._frames[is_farther] = 1
+
+    def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
+        """Somebody turned out to have been standing there."""
+        if self._frames is not None:
+            self._frames[is_somebodys] = 0
+
+    def is_seen_in(self, depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """[h, w] where a frame shows the known background."""
+        if self._mean_m is None or self._frames is None:
+            return np.zeros(depth_m.shape, np.bool_)
+        is_known = self._frames >= FRAMES_UNTIL_KNOWN
+        return is_known & (depth_m > self._mean_m - _tolerance_m(depth_m))
+
+
+def _tolerance_m(depth_m: NDArray[np.float32]) -> NDArray[np.floating]:
+    return TOLERANCE_M + 2.5 * depth_noise_m(depth_m)
