@@ -42,7 +42,8 @@ class Cloud:
     @classmethod
     def from_frame(cls, frame: Frame) -> Cloud:
         stride = max(1, round(frame.camera.fx / TARGET_FOCAL_LENGTH_PX))
-        depth_m = cv2.medianBlur(np.ascontiguousarray(frame.depth_m[::stride, ::stride]), 3)
+        every = np.ascontiguousarray(frame.depth_m[::stride, ::stride])
+        depth_m = np.asarray(cv2.medianBlur(every, 3), np.float32)
         height, width = depth_m.shape
         full = frame.camera
         camera = Camera(
@@ -64,19 +65,21 @@ class Cloud:
     def lookup(
         self, points_camera: NDArray[np.floating]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """The depth seen in the direction of each of [..., 3] points, and whether it is in view."""
+        """The depth seen in the direction of each of [3, ...] points, and whether it is in view."""
         row, column, is_inside = self.pixel_of(points_camera)
         return self.depth_m[row, column], is_inside
 
     def pixel_of(
         self, points_camera: NDArray[np.floating]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-        """Row and column (clipped into the image) of [..., 3] points, and whether it is in view."""
-        z = np.maximum(points_camera[..., 2], 1e-3)
-        u = points_camera[..., 0] / z * self.camera.fx + self.camera.cx
-        v = points_camera[..., 1] / z * self.camera.fy + self.camera.cy
-        height, width = self.depth_m.shape
-        column = np.clip(np.rint(u), -1, width).astype(np.intp)
-        row = np.clip(np.rint(v), -1, height).astype(np.intp)
-        is_inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1), is_inside
+        """Row and column (clipped into the image) of [3, ...] points, and whether it is in view."""
+        x, y, z = points_camera
+        camera = self.camera
+        z = np.maximum(z, 1e-3)
+        last_row, last_column = camera.height - 1, camera.width - 1
+        u = x / z * camera.fx + camera.cx
+        v = y / z * camera.fy + camera.cy
+        is_inside = (u > -0.5) & (u < last_column + 0.5) & (v > -0.5) & (v < last_row + 0.5)
+        column = np.rint(np.minimum(np.maximum(u, 0.0), last_column)).astype(np.intp)
+        row = np.rint(np.minimum(np.maximum(v, 0.0), last_row)).astype(np.intp)
+        return row, column, is_inside

@@ -34,6 +34,7 @@ UNLIKE_M2: Final = 0.025
 # A head moves about this much between two frames other than predicted.
 MOTION_M: Final = 0.1
 CANDIDATES: Final = 32
+MAX_DEPTH_CHANGE_M: Final = 0.15
 # Ours: a head that is known may lean further than one that is new.
 TILTS_RAD: Final = (-1.2, -0.6, 0.0, 0.6, 1.2)
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
@@ -102,7 +103,7 @@ def follow_head(
     height, width = cloud.depth_m.shape
     depth_m = cloud.depth_m[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
     depth_m = depth_m.astype(np.float64) + CENTER_BEHIND_SURFACE_M
-    is_off = np.abs(depth_m - predicted_camera[2]) > RELIEF_M
+    is_off = np.abs(depth_m - predicted_camera[2]) > MAX_DEPTH_CHANGE_M
     depth_m[is_off] = predicted_camera[2]
     centers = np.empty((len(best), 3))
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m

@@ -83,8 +83,7 @@ _SHOULDERS: Final = slice(_FREE.stop, _FREE.stop + len(SHOULDERS))
 
 def right_of(up_camera: Vector) -> Vector:
     """[3] the image's right, across `up_camera`."""
-    right = np.cross((0.0, 0.0, 1.0), up_camera)
-    return right / np.linalg.norm(right)
+    return np.array([-up_camera[1], up_camera[0], 0.0]) / np.hypot(up_camera[0], up_camera[1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,13 +116,14 @@ def tilted_up(up_camera: Vector, angle_rad: float) -> Vector:
 
 
 def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> HeadEvidence:
-    """Compare the depth image around each of [N, 3] head centres with the template."""
+    """Compare the depth image around each of [N, 3] head centres with the template, upright along
+    `up_camera` [3]."""
     right = right_of(up_camera)
     offsets_camera = _OFFSETS[:, :1] * right + _OFFSETS[:, 1:] * up_camera
-    samples = centers_camera[:, None, :] + offsets_camera
+    samples = centers_camera.T[:, :, None] + offsets_camera.T[:, None, :]
     seen_depth, in_view = cloud.lookup(samples)
-    behind_m = seen_depth - samples[..., 2]
-    noise = 2.0 * depth_noise_m(samples[..., 2])
+    behind_m = seen_depth - samples[2]
+    noise = 2.0 * depth_noise_m(centers_camera[:, 2:])
     is_empty = (seen_depth == 0.0) | (behind_m > 0.12 + noise)
     is_hidden = ~in_view | (~is_empty & (behind_m < -0.20 - noise))
 
@@ -154,7 +154,7 @@ class DepthHeadDetector:
         max_depth_m: further away a head is only noise.
     """
 
-    min_confidence: float = 0.45
+    min_confidence: float = 0.5
     max_depth_m: float = 7.0
 
     def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
@@ -163,7 +163,7 @@ class DepthHeadDetector:
         for tilt in TILTS_RAD:
             tilted = tilted_up(up_camera, tilt)
             centers = tops - HEAD_HALF_HEIGHT_M * tilted
-            depth, in_view = cloud.lookup(centers)
+            depth, in_view = cloud.lookup(centers.T)
             centers = centers[in_view & (np.abs(depth - centers[:, 2]) < 0.2)]
             confidence = head_evidence(cloud, centers, tilted).confidence
             all_centers.append(centers)
@@ -217,12 +217,17 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
 
 def points_near(cloud: Cloud, center_camera: Vector, radius_m: float) -> Vector:
     """[N, 3] points of the cloud within a ball."""
-    row, column, _ = cloud.pixel_of(center_camera)
-    reach = int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), 0.3))) + 1
-    window = (
-        slice(max(int(row) - reach, 0), int(row) + reach + 1),
-        slice(max(int(column) - reach, 0), int(column) + reach + 1),
-    )
-    points = cloud.points_camera[window].reshape(-1, 3).astype(np.float64)
-    distance = np.linalg.norm(points - center_camera, axis=1)
-    return points[(distance < radius_m) & (points[:, 2] > 0.0)]
+    x, y, z = center_camera.tolist()
+    if z <= 0.0:
+        return np.empty((0, 3))
+    camera = cloud.camera
+    reach_x, reach_y = (radius_m * focal / z + 1.0 for focal in (camera.fx, camera.fy))
+    column, row = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+    window = cloud.points_camera[
+        max(int(row - reach_y), 0) : max(int(row + reach_y) + 2, 0),
+        max(int(column - reach_x), 0) : max(int(column + reach_x) + 2, 0),
+    ]
+    points = window.reshape(-1, 3).astype(np.float64)
+    offset = points - center_camera
+    square = np.einsum("ij,ij->i", offset, offset)
+    return points[(square < radius_m * radius_m) & (points[:, 2] > 0.0)]

@@ -73,3 +73,118 @@ def geodesic_distance(
                         tail = head + count
                         queue[tail if tail < size else tail - size] = i * width + j
                         count += 1
+
+
+@njit(cache=True, nogil=True)
+def seed_body(
+    points_camera: NDArray[np.float32],
+    overview_m: NDArray[np.float32],
+    heights_m: NDArray[np.float32],
+    is_free_standing: NDArray[np.bool_],
+    is_bulky: NDArray[np.bool_],
+    head_camera: NDArray[np.float32],
+    head_overview_m: NDArray[np.float32],
+    head_radius_m: float,
+    core_radius_m: float,
+    bottom_m: float,
+    top_m: float,
+    torso_reach_m: float,
+    out_is_allowed: NDArray[np.bool_],
+    out_start_m: NDArray[np.float32],
+) -> None:
+    """Which pixels may be a body's, and how far those that surely are lie from its head.
+
+    Allowed is what stands free, and is not bulky further aside of the head than `torso_reach_m`,
+    seen from above. Sure is what of that lies in a ball about the head, or in the upright cylinder
+    under it.
+
+    Args:
+        points_camera: [h, w, 3] metres.
+        overview_m: [h, w, 2] the same seen from above.
+        heights_m: [h, w] along up.
+        is_free_standing: [h, w].
+        is_bulky: [h, w].
+        head_camera: [3] the head's centre.
+        head_overview_m: [2] the same seen from above.
+        head_radius_m: of the ball.
+        core_radius_m: of the cylinder.
+        bottom_m: of the cylinder, along up.
+        top_m: of the cylinder, along up.
+        torso_reach_m: see above.
+        out_is_allowed: [h, w].
+        out_start_m: [h, w] straight distance from the head where sure, infinity elsewhere.
+    """
+    height, width = heights_m.shape
+    for row in range(height):
+        for column in range(width):
+            out_start_m[row, column] = np.inf
+            out_is_allowed[row, column] = False
+            if not is_free_standing[row, column]:
+                continue
+            right = overview_m[row, column, 0] - head_overview_m[0]
+            forward = overview_m[row, column, 1] - head_overview_m[1]
+            aside_m = np.sqrt(right * right + forward * forward)
+            if is_bulky[row, column] and aside_m >= torso_reach_m:
+                continue
+            out_is_allowed[row, column] = True
+            x = points_camera[row, column, 0] - head_camera[0]
+            y = points_camera[row, column, 1] - head_camera[1]
+            z = points_camera[row, column, 2] - head_camera[2]
+            from_head_m = np.sqrt(x * x + y * y + z * z)
+            is_core = aside_m < core_radius_m and bottom_m < heights_m[row, column] < top_m
+            if is_core or from_head_m < head_radius_m:
+                out_start_m[row, column] = from_head_m
+
+
+@njit(cache=True, nogil=True)
+def full_pixels_of(
+    full_depth_m: NDArray[np.float32],
+    small_depth_m: NDArray[np.float32],
+    is_users: NDArray[np.bool_],
+    stride: int,
+    jump_m: float,
+    jump_per_square_m: float,
+    out_pixels: NDArray[np.int32],
+) -> int:
+    """Which full pixels the small pixels of a user stand for; their number.
+
+    A full pixel is the user's if one of the four small pixels around it is, and their depths
+    differ by less than `jump_m + jump_per_square_m * z^2`, z the full pixel's.
+
+    Args:
+        full_depth_m: [H, W] metres, 0 where there is no reading.
+        small_depth_m: [h, w]; small pixel (i, j) lies at full pixel (i, j) * stride.
+        is_users: [h, w].
+        stride: full pixels per small pixel.
+        jump_m: see above.
+        jump_per_square_m: see above.
+        out_pixels: [H * W] flat indices, ascending, as many as are returned.
+    """
+    full_height, full_width = full_depth_m.shape
+    height, width = small_depth_m.shape
+    top, bottom, left, right = height, -1, width, -1
+    for i in range(height):
+        for j in range(width):
+            if is_users[i, j]:
+                top, bottom = min(top, i), i
+                left, right = min(left, j), max(right, j)
+    count = 0
+    for row in range(max((top - 1) * stride, 0), min((bottom + 1) * stride + 1, full_height)):
+        i = row // stride
+        for column in range(max((left - 1) * stride, 0), min((right + 1) * stride + 1, full_width)):
+            z = full_depth_m[row, column]
+            if z <= 0.0:
+                continue
+            j = column // stride
+            tolerance = jump_m + jump_per_square_m * z * z
+            for k in range(i, min(i + 2, height)):
+                is_found = False
+                for m in range(j, min(j + 2, width)):
+                    if is_users[k, m] and abs(small_depth_m[k, m] - z) < tolerance:
+                        is_found = True
+                        break
+                if is_found:
+                    out_pixels[count] = row * full_width + column
+                    count += 1
+                    break
+    return count

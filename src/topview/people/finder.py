@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import (
-    HEAD_HALF_HEIGHT_M,
     HEAD_RADIUS_M,
     DepthHeadDetector,
     HeadCandidate,
@@ -21,7 +20,7 @@ from topview.detect.heads import (
 )
 from topview.people.background import Background
 from topview.people.floor import FloorPlane, FloorSettings, FloorTracker
-from topview.people.height import PRIOR_HEIGHT_M
+from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
 from topview.people.segmentation import (
     JUMP_M,
@@ -335,8 +334,8 @@ class PeopleFinder:
         users: list[User] = []
         for user, is_users in zip(self._known, masks, strict=True):
             is_seen = user.seen_s == time_s
-            if is_seen and scene.floor is not None:
-                user.height.add(scene.height_of(user.head_camera) + HEAD_HALF_HEIGHT_M)
+            if is_seen:
+                user.height.add(measured_height(scene, user.head_camera, is_users))
             users.append(
                 User(
                     user.id,

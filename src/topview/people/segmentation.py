@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud, depth_noise_m
-from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
-from topview.kernels.segmentation import geodesic_distance
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, right_of
+from topview.kernels.segmentation import full_pixels_of, geodesic_distance, seed_body
 from topview.people.floor import CAMERA_UP, FloorPlane
 
 # Depths of neighbouring pixels on one surface differ by up to this, plus three standard deviations
@@ -59,6 +59,7 @@ class Scene:
         cloud: the small cloud.
         floor: the floor if one is in view.
         up_camera: [3] the floor's normal, else the camera's own up.
+        basis_camera: [2, 3] unit vectors along the floor: to the camera's right, and forward.
         heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
         overview_m: [h, w, 2] the points seen from above (right, forward).
         is_free_standing: [h, w] pixels with a reading that are neither floor, wall nor known
@@ -71,6 +72,7 @@ class Scene:
     cloud: Cloud
     floor: FloorPlane | None
     up_camera: NDArray[np.float64]
+    basis_camera: NDArray[np.float64]
     heights_m: NDArray[np.float32]
     overview_m: NDArray[np.float32]
     is_free_standing: NDArray[np.bool_]
@@ -97,13 +99,14 @@ class Scene:
         inset_m = inset_of_surfaces(cloud, is_free_standing)
         is_bulky, is_huge = bulky_surfaces(cloud, is_free_standing, inset_m, settings)
         is_free_standing = is_free_standing & ~is_huge
-        basis = overview_basis(up_camera).astype(np.float32)
+        basis_camera = overview_basis(up_camera)
         return cls(
             cloud,
             floor,
             up_camera,
+            basis_camera,
             heights_m,
-            points @ basis.T,
+            points @ basis_camera.T.astype(np.float32),
             is_free_standing,
             inset_m,
             is_bulky,
@@ -111,8 +114,8 @@ class Scene:
 
     def aside_m(self, point_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """[h, w] distance of every point from a [3] point, seen from above, metres."""
-        offset = self.overview_m - self.overview_of(point_camera).astype(np.float32)
-        return np.sqrt((offset**2).sum(-1))
+        right, forward = self.overview_of(point_camera).astype(np.float32)
+        return np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
 
     def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
         """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
@@ -129,7 +132,7 @@ class Scene:
 
     def overview_of(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[..., 2] right and forward of [..., 3] points."""
-        return points_camera @ overview_basis(self.up_camera).T
+        return points_camera @ self.basis_camera.T
 
     def height_of(self, point_camera: NDArray[np.float64]) -> float:
         """Metres along up of a [3] point, as `heights_m`."""
@@ -151,8 +154,7 @@ def floor_margin_m(
 
 def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     """[2, 3] unit vectors along the floor: to the camera's right, and forward."""
-    right = np.cross((0.0, 0.0, 1.0), up_camera)
-    right /= np.linalg.norm(right)
+    right = right_of(up_camera)
     return np.stack([right, np.cross(up_camera, right)])
 
 
@@ -178,29 +180,30 @@ def bulky_surfaces(
     opening), and what of it is part of something larger than any person."""
     pixel_m = cloud.depth_m / np.float32(cloud.camera.fx)
     is_core = inset_m > settings.bulk_radius_m
-    is_bulky = np.isfinite(surface_distance(cloud, is_allowed, is_core, settings.bulk_radius_m))
-    _, labels = cv2.connectedComponents(is_core.astype(np.uint8), connectivity=4)
+    is_bulky = np.isfinite(
+        surface_distance(cloud, is_allowed, _at(is_core), settings.bulk_radius_m)
+    )
+    _, numbers = cv2.connectedComponents(is_core.astype(np.uint8), connectivity=4)
+    labels = np.asarray(numbers, np.int32)
     area_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel())
     area_m2[0] = 0.0
     is_huge_core = (area_m2 > settings.huge_core_m2)[labels]
     if not is_huge_core.any():
         return is_bulky, np.zeros_like(is_bulky)
     return is_bulky, np.isfinite(
-        surface_distance(cloud, is_allowed, is_huge_core, settings.bulk_radius_m)
+        surface_distance(cloud, is_allowed, _at(is_huge_core), settings.bulk_radius_m)
     )
 
 
 def surface_distance(
     cloud: Cloud,
     is_allowed: NDArray[np.bool_],
-    is_seed: NDArray[np.bool_],
+    start_m: NDArray[np.float32],
     limit_m: float,
-    start_m: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """[h, w] length of the shortest way over the allowed surface from the seeds, which are
-    `start_m` away themselves; infinity where there is none up to `limit_m`."""
-    start = np.float32(0.0) if start_m is None else start_m
-    distance_m = np.where(is_seed, start, np.float32(np.inf))
+    """[h, w] length of the shortest way over the allowed surface from where `start_m` [h, w] is
+    finite, added to it; infinity where there is none up to `limit_m`."""
+    distance_m = np.where(is_allowed, start_m, np.float32(np.inf))
     geodesic_distance(
         cloud.depth_m,
         is_allowed,
@@ -213,6 +216,11 @@ def surface_distance(
         distance_m,
     )
     return distance_m
+
+
+def _at(is_seed: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """[h, w] 0 at the seeds, infinity elsewhere."""
+    return np.where(is_seed, np.float32(0.0), np.float32(np.inf))
 
 
 def body_distance(
@@ -236,40 +244,33 @@ def body_distance(
         from_head: whether what is seen at the head and under it is the user's; else only what is
             remembered, and what hangs together with it.
     """
-    aside_m = scene.aside_m(head_camera)
-    head_height_m = scene.height_of(head_camera) if scene.floor is not None else 0.7 * height_m
-    is_allowed = scene.is_free_standing & (
-        ~scene.is_bulky | (aside_m < torso_reach_m(head_height_m, height_m))
+    cloud = scene.cloud
+    height_along_up_m = scene.height_of(head_camera)
+    head_height_m = height_along_up_m if scene.floor is not None else 0.7 * height_m
+    top_m = height_along_up_m + HEAD_HALF_HEIGHT_M
+    is_allowed = np.empty(cloud.depth_m.shape, np.bool_)
+    start_m = np.empty(cloud.depth_m.shape, np.float32)
+    seed_body(
+        cloud.points_camera,
+        scene.overview_m,
+        scene.heights_m,
+        scene.is_free_standing,
+        scene.is_bulky,
+        head_camera.astype(np.float32),
+        scene.overview_of(head_camera).astype(np.float32),
+        HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2,
+        settings.core_radius * height_m,
+        top_m - 1.1 * height_m,
+        top_m,
+        torso_reach_m(head_height_m, height_m),
+        is_allowed,
+        start_m,
     )
-    offset = scene.cloud.points_camera - head_camera.astype(np.float32)
-    from_head_m = np.sqrt((offset**2).sum(-1))
-    is_head = from_head_m < HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2
-    is_start = is_head | is_under(scene, head_camera, height_m, settings, aside_m)
-    if not from_head:
-        is_start[:] = False
     if remembered_m is not None:
-        from_head_m = np.where(is_start, from_head_m, remembered_m)
-        is_start |= np.isfinite(remembered_m)
-    return surface_distance(
-        scene.cloud, is_allowed, is_start & is_allowed, settings.reach * height_m, from_head_m
-    )
-
-
-def is_under(
-    scene: Scene,
-    head_camera: NDArray[np.float64],
-    height_m: float,
-    settings: SegmentationSettings,
-    aside_m: NDArray[np.float32] | None = None,
-) -> NDArray[np.bool_]:
-    """[h, w] the points of the cylinder under a head; `aside_m` is `scene.aside_m` of it."""
-    aside_m = scene.aside_m(head_camera) if aside_m is None else aside_m
-    top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-    return (
-        (aside_m < settings.core_radius * height_m)
-        & (scene.heights_m < top_m)
-        & (scene.heights_m > top_m - 1.1 * height_m)
-    )
+        start_m = np.where(np.isfinite(start_m) & from_head, start_m, remembered_m)
+    elif not from_head:
+        start_m[:] = np.inf
+    return surface_distance(cloud, is_allowed, start_m, settings.reach * height_m)
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:
@@ -298,37 +299,18 @@ def full_pixels(
 ) -> NDArray[np.int32]:
     """Flat indices into the full image of what the cloud pixels [h, w] of a user stand for: the
     full pixels around each whose depth is the same surface's."""
-    rows = np.flatnonzero(is_users.any(1))
-    if not len(rows):
-        return np.empty(0, np.int32)
-    columns = np.flatnonzero(is_users.any(0))
-    cloud, stride = scene.cloud, scene.cloud.stride
-    full = cloud.frame.depth_m
-    top = max(int(rows[0]) - 1, 0) * stride
-    left = max(int(columns[0]) - 1, 0) * stride
-    bottom = min((int(rows[-1]) + 1) * stride + 1, full.shape[0])
-    right = min((int(columns[-1]) + 1) * stride + 1, full.shape[1])
-    depth = full[top:bottom, left:right]
-    tolerance = JUMP_M + JUMP_PER_SQUARE_M * depth * depth
-    last_row, last_column = is_users.shape[0] - 1, is_users.shape[1] - 1
-    row, column = np.arange(top, bottom) // stride, np.arange(left, right) // stride
-    users_depth = np.where(is_users, cloud.depth_m, np.float32(-1e3))
-    is_inside = np.zeros(depth.shape, np.bool_)
-    for down in (0, 1):
-        for across in (0, 1):
-            corner = users_depth[
-                np.minimum(row + down, last_row)[:, None],
-                np.minimum(column + across, last_column),
-            ]
-            is_inside |= np.abs(depth - corner) < tolerance
-    is_inside &= depth > 0.0
-    local_row, local_column = np.nonzero(is_inside)
-    if scene.floor is not None:
-        z = depth[local_row, local_column]
-        camera = cloud.frame.camera
-        x = (local_column + left - camera.cx) / camera.fx * z
-        y = (local_row + top - camera.cy) / camera.fy * z
-        heights = scene.floor.height_of(np.stack([x, y, z], -1).astype(np.float32))
-        keep = heights > floor_margin_m(z, heights, scene.floor, settings)
-        local_row, local_column = local_row[keep], local_column[keep]
-    return ((local_row + top) * full.shape[1] + local_column + left).astype(np.int32)
+    cloud = scene.cloud
+    full_depth_m, camera = cloud.frame.depth_m, cloud.frame.camera
+    pixels = np.empty(full_depth_m.size, np.int32)
+    count = full_pixels_of(
+        full_depth_m, cloud.depth_m, is_users, cloud.stride, JUMP_M, JUMP_PER_SQUARE_M, pixels
+    )
+    pixels = pixels[:count].copy()
+    if scene.floor is None:
+        return pixels
+    row, column = np.divmod(pixels, full_depth_m.shape[1])
+    depth_m = full_depth_m.ravel()[pixels]
+    up = scene.floor.normal_camera
+    rise = (column - camera.cx) * (up[0] / camera.fx) + (row - camera.cy) * (up[1] / camera.fy)
+    heights_m = (rise + up[2]) * depth_m + scene.floor.distance_m
+    return pixels[heights_m > floor_margin_m(depth_m, heights_m, scene.floor, settings)]

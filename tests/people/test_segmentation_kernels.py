@@ -1,0 +1,127 @@
+"""Each kernel against its definition in NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from topview.kernels.segmentation import full_pixels_of, geodesic_distance, seed_body
+
+JUMP, JUMP2 = 0.05, 0.004
+
+
+@pytest.fixture(params=range(5))
+def generator(request: pytest.FixtureRequest) -> np.random.Generator:
+    return np.random.default_rng(request.param)
+
+
+def bumpy_depth(generator: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.float32]:
+    coarse = generator.uniform(1.5, 2.2, (4, 5))
+    rows = np.linspace(0, 3.999, shape[0]).astype(int)
+    columns = np.linspace(0, 4.999, shape[1]).astype(int)
+    depth = coarse[rows[:, None], columns] + generator.normal(0, 0.02, shape)
+    return depth.astype(np.float32)
+
+
+def geodesic_by_relaxation(
+    depth: NDArray[np.float32],
+    allowed: NDArray[np.bool_],
+    focal: float,
+    limit: float,
+    start: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    """Bellman and Ford: let every pixel hear from its 8 neighbours until nothing changes."""
+    height, width = depth.shape
+    distance = np.where(allowed & (start <= limit), start, np.inf).astype(np.float64)
+    padded_z = np.pad(depth.astype(np.float64), 1, constant_values=np.nan)
+    while True:
+        padded = np.pad(distance, 1, constant_values=np.inf)
+        best = distance.copy()
+        for i in range(3):
+            for j in range(3):
+                z = padded_z[i : i + height, j : j + width]
+                dz = np.abs(z - depth)
+                nearer = np.fmin(z, depth)
+                across = (nearer / focal) ** 2 * ((i != 1) + (j != 1))
+                way = padded[i : i + height, j : j + width] + np.sqrt(across + dz**2)
+                may = allowed & (dz <= JUMP + JUMP2 * nearer**2) & (way <= limit)
+                best = np.where(may & (way < best), way, best)
+        if np.array_equal(best, distance):
+            return distance
+        distance = best
+
+
+def test_geodesic_distance_is_the_shortest_way(generator: np.random.Generator) -> None:
+    depth = bumpy_depth(generator, (30, 40))
+    allowed = generator.uniform(size=depth.shape) > 0.15
+    start = np.full(depth.shape, np.inf, np.float32)
+    start[5, 5], start[20, 30] = 0.0, 0.1
+    allowed[5, 5] = allowed[20, 30] = True
+    expected = geodesic_by_relaxation(depth, allowed, 60.0, 0.8, start)
+    out = np.where(allowed, start, np.float32(np.inf))
+    queue = np.empty(depth.size, np.int32)
+    is_queued = np.zeros(depth.shape, np.bool_)
+    geodesic_distance(depth, allowed, 60.0, JUMP, JUMP2, 0.8, queue, is_queued, out)
+    # Single precision may fall on the other side of the limit.
+    is_clear = ~(np.abs(expected - 0.8) < 1e-4) & ~(np.abs(out - 0.8) < 1e-4)
+    np.testing.assert_allclose(out[is_clear], expected[is_clear], rtol=1e-4)
+    assert np.isfinite(out).sum() > 50
+    assert not is_queued.any()
+
+
+def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
+    shape = (20, 25)
+    points = generator.uniform(-0.5, 0.5, (*shape, 3)).astype(np.float32)
+    overview = points[..., [0, 2]].copy()
+    heights = (-points[..., 1]).copy()
+    free = generator.uniform(size=shape) > 0.2
+    bulky = generator.uniform(size=shape) > 0.5
+    head = np.array([0.05, -0.1, 0.1], np.float32)
+    allowed, start = np.empty(shape, np.bool_), np.empty(shape, np.float32)
+    seed_body(
+        points,
+        overview,
+        heights,
+        free,
+        bulky,
+        head,
+        head[[0, 2]],
+        0.15,
+        0.25,
+        -0.4,
+        0.2,
+        0.35,
+        allowed,
+        start,
+    )
+    aside = np.hypot(*(overview - head[[0, 2]]).transpose(2, 0, 1))
+    from_head = np.linalg.norm(points - head, axis=-1)
+    expected = free & ~(bulky & (aside >= 0.35))
+    core = (aside < 0.25) & (heights > -0.4) & (heights < 0.2)
+    sure = expected & (core | (from_head < 0.15))
+    np.testing.assert_array_equal(allowed, expected)
+    np.testing.assert_allclose(start, np.where(sure, from_head, np.inf), rtol=1e-5)
+
+
+@pytest.mark.parametrize("stride", [1, 2, 3])
+def test_full_pixels_are_those_next_to_a_small_one(
+    generator: np.random.Generator, stride: int
+) -> None:
+    full = bumpy_depth(generator, (41, 50))
+    full[generator.uniform(size=full.shape) < 0.1] = 0.0
+    small = np.ascontiguousarray(full[::stride, ::stride])
+    users = generator.uniform(size=small.shape) > 0.8
+    out = np.empty(full.size, np.int32)
+    count = full_pixels_of(full, small, users, stride, JUMP, JUMP2, out)
+    expected = []
+    for row in range(full.shape[0]):
+        for column in range(full.shape[1]):
+            z = full[row, column]
+            i, j = row // stride, column // stride
+            near = users[i : i + 2, j : j + 2] & (
+                np.abs(small[i : i + 2, j : j + 2] - z) < JUMP + JUMP2 * z * z
+            )
+            if z > 0.0 and near.any():
+                expected.append(row * full.shape[1] + column)
+    np.testing.assert_array_equal(out[:count], expected)
