@@ -14,7 +14,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
+from topview.kernels.heads import BEHIND, THERE, look_at_template
 
 Vector = NDArray[np.float64]
 
@@ -48,6 +49,13 @@ class HeadDetector(Protocol):
         The full frame, with its colour image if there is one, is `cloud.frame`.
         """
         ...
+
+
+# What belongs to a head lies between these around its centre's depth, two standard deviations of the
+# noise aside; a chest may lie further back, as people lean forward. Ours.
+BEFORE_M: Final = 0.20
+BEHIND_M: Final = 0.12
+CHEST_BEHIND_M: Final = 0.30
 
 
 def _grid(*rows: tuple[float, tuple[float, ...]]) -> NDArray[np.float64]:
@@ -119,24 +127,29 @@ def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> He
     """Compare the depth image around each of [N, 3] head centres with the template, upright along
     `up_camera` [3]."""
     right = right_of(up_camera)
-    offsets_camera = _OFFSETS[:, :1] * right + _OFFSETS[:, 1:] * up_camera
-    samples = centers_camera.T[:, :, None] + offsets_camera.T[:, None, :]
-    seen_depth, in_view = cloud.lookup(samples)
-    behind_m = seen_depth - samples[2]
-    noise = 2.0 * depth_noise_m(centers_camera[:, 2:])
-    is_empty = (seen_depth == 0.0) | (behind_m > 0.12 + noise)
-    is_hidden = ~in_view | (~is_empty & (behind_m < -0.20 - noise))
-
-    inside = ~is_empty & ~is_hidden
-    free, free_seen = is_empty[:, _FREE], ~is_hidden[:, _FREE]
-    # A chest may lie further back than the head: people lean forward.
-    chest = (seen_depth > 0.0) & (behind_m < 0.30 + noise) & ~is_hidden
-    shoulders_seen = ~is_hidden[:, _SHOULDERS]
+    camera = cloud.camera
+    seen = np.empty((len(centers_camera), len(_OFFSETS)), np.uint8)
+    look_at_template(
+        cloud.depth_m,
+        (camera.fx, camera.fy),
+        (camera.cx, camera.cy),
+        np.ascontiguousarray(centers_camera, np.float64),
+        _OFFSETS[:, :1] * right + _OFFSETS[:, 1:] * up_camera,
+        BEFORE_M,
+        BEHIND_M,
+        CHEST_BEHIND_M,
+        2.0 * NOISE_PER_SQUARE_M,
+        seen,
+    )
+    free, shoulders = seen[:, _FREE], seen[:, _SHOULDERS]
+    free_seen = np.count_nonzero(free, axis=1)
+    shoulders_seen = np.count_nonzero(shoulders, axis=1)
+    chest = np.count_nonzero((shoulders == THERE) | (shoulders == BEHIND), axis=1)
     return HeadEvidence(
-        inside=inside[:, _INSIDE].mean(1),
-        free=(free & free_seen).sum(1) / np.maximum(free_seen.sum(1), len(FREE) / 2),
-        shoulders=chest[:, _SHOULDERS].sum(1) / np.maximum(shoulders_seen.sum(1), 1),
-        shoulders_seen=shoulders_seen.mean(1),
+        inside=np.count_nonzero(seen[:, _INSIDE] == THERE, axis=1) / len(INSIDE),
+        free=np.count_nonzero(free >= BEHIND, axis=1) / np.maximum(free_seen, len(FREE) / 2),
+        shoulders=chest / np.maximum(shoulders_seen, 1),
+        shoulders_seen=shoulders_seen / len(SHOULDERS),
     )
 
 
@@ -154,7 +167,7 @@ class DepthHeadDetector:
         max_depth_m: further away a head is only noise.
     """
 
-    min_confidence: float = 0.5
+    min_confidence: float = 0.6
     max_depth_m: float = 7.0
 
     def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
@@ -187,14 +200,16 @@ def _strongest(
     centers_camera: Vector, confidence: NDArray[np.float64], min_confidence: float
 ) -> list[HeadCandidate]:
     """One candidate per head: the best of those within a head's size, averaged with its like."""
-    left = confidence >= min_confidence
+    is_good = confidence >= min_confidence
+    centers_camera, confidence = centers_camera[is_good], confidence[is_good]
+    left = np.ones(len(confidence), np.bool_)
     found: list[HeadCandidate] = []
     while left.any():
         best = int(np.argmax(np.where(left, confidence, -1.0)))
-        distance = np.linalg.norm(centers_camera - centers_camera[best], axis=1)
+        offset = centers_camera - centers_camera[best]
+        distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
         like = left & (distance < HEAD_RADIUS_M) & (confidence > 0.9 * confidence[best])
-        center = np.average(centers_camera[like], axis=0, weights=confidence[like])
-        found.append(HeadCandidate(center, float(confidence[best])))
+        found.append(HeadCandidate(centers_camera[like].mean(0), float(confidence[best])))
         # Ours: two heads are not nearer to each other than two heads' breadths.
         left &= distance > 4 * HEAD_RADIUS_M
     return found

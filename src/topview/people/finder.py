@@ -239,10 +239,13 @@ class PeopleFinder:
         """
         if user.body_m is None or self._last_depth_m is None:
             return None
-        depth_m = scene.cloud.depth_m
-        stays = np.abs(depth_m - self._last_depth_m) < JUMP_M + JUMP_PER_SQUARE_M * depth_m**2
+        is_body = np.isfinite(user.body_m)
+        depth_m, last_m = scene.cloud.depth_m[is_body], self._last_depth_m[is_body]
+        stays = np.abs(depth_m - last_m) < JUMP_M + JUMP_PER_SQUARE_M * depth_m**2
         faded_m = fading_m_per_s * (scene.cloud.frame.timestamp_s - self._last_s)
-        return np.where(stays, user.body_m + np.float32(faded_m), np.float32(np.inf))
+        remembered_m = np.full_like(user.body_m, np.inf)
+        remembered_m[is_body] = np.where(stays, user.body_m[is_body] + faded_m, np.inf)
+        return remembered_m
 
     def _correct(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float

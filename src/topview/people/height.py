@@ -52,7 +52,8 @@ def measured_height(
     if ground_m is None:
         return None
     height_m = top_m - ground_m
-    aside_m = scene.aside_m(head_camera)[is_body]
+    right, forward = (scene.overview_m[is_body] - scene.overview_of(head_camera)).T
+    aside_m = np.hypot(right, forward)
     is_upright = (aside_m < UPRIGHT_ASIDE * height_m).mean() > 0.9
     return height_m if is_upright and MIN_HEIGHT_M < height_m < MAX_HEIGHT_M else None
 

@@ -112,11 +112,6 @@ class Scene:
             is_bulky,
         )
 
-    def aside_m(self, point_camera: NDArray[np.float64]) -> NDArray[np.float32]:
-        """[h, w] distance of every point from a [3] point, seen from above, metres."""
-        right, forward = self.overview_of(point_camera).astype(np.float32)
-        return np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
-
     def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
         """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
         z = float(point_camera[2])

@@ -72,7 +72,8 @@ def looks_like_person(
     area = (depth / scene.cloud.camera.fx) ** 2
     heights = scene.heights_m[is_body]
     top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-    aside_m = scene.aside_m(head_camera)[is_body]
+    right, forward = (scene.overview_m[is_body] - scene.overview_of(head_camera)).T
+    aside_m = np.hypot(right, forward)
     bust_m2 = area[distance_m[is_body] < BUST_M].sum()
     is_bust = distance_m < BUST_M
     camera = scene.cloud.camera
