@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,10 @@ class BodyModel:
     radii_m: NDArray[np.float64]
     joints_parent: NDArray[np.float64]
     joints_part: NDArray[np.float64]
+
+    def with_girths(self, scales: NDArray[np.float64]) -> BodyModel:
+        """The same body with every part's radii scaled by [11] factors."""
+        return replace(self, radii_m=read_only(self.radii_m * scales[:, None]))
 
     @classmethod
     def of(cls, stature_m: float, proportions: Proportions) -> BodyModel:

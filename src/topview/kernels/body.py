@@ -17,6 +17,7 @@ from numba import njit, prange
 BACK_FACING = 0.2  # cosine between normal and ray from which a surface cannot be the seen one
 LARGEST_TURN_RAD = 0.5  # of one step
 LARGEST_GAP_M = 0.15  # that one free-space sample may ask for
+FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space sample
 UPPER_TORSO = 1
 HEAD = 0
 
@@ -186,6 +187,23 @@ def _vector(R, out):
     out[0], out[1], out[2] = x * scale, y * scale, z * scale
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _orthonormalise(R):
+    """Undo rounding, in place: y keeps its direction, x its plane with y (Gram and Schmidt)."""
+    n = 1.0 / np.sqrt(R[0, 1] ** 2 + R[1, 1] ** 2 + R[2, 1] ** 2)
+    for i in range(3):
+        R[i, 1] *= n
+    along = R[0, 0] * R[0, 1] + R[1, 0] * R[1, 1] + R[2, 0] * R[2, 1]
+    for i in range(3):
+        R[i, 0] -= along * R[i, 1]
+    n = 1.0 / np.sqrt(R[0, 0] ** 2 + R[1, 0] ** 2 + R[2, 0] ** 2)
+    for i in range(3):
+        R[i, 0] *= n
+    R[0, 2] = R[1, 0] * R[2, 1] - R[2, 0] * R[1, 1]
+    R[1, 2] = R[2, 0] * R[0, 1] - R[0, 0] * R[2, 1]
+    R[2, 2] = R[0, 0] * R[1, 1] - R[1, 0] * R[0, 1]
+
+
 @njit(cache=True, error_model="numpy")
 def relative_rotations(Rs, tree, out):
     """[B, 3, 3] camera-frame rotations to those in the tree that hangs from the upper torso."""
@@ -295,7 +313,7 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 def refine_bodies(
     necks, Rs_all, neck_predicted, Rs_predicted, lengths, radii, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
-    points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight,
+    points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
     iterations, costs,
 ):  # fmt: skip
@@ -317,6 +335,7 @@ def refine_bodies(
         depth: [H, W] float32 metres, 0 without a reading; mine: [H, W] bool, the user's pixels;
             nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel.
         head, head_weight: [3] measured centre of the head, and its weight, 0 for none.
+        floor: [4] upward normal and height of the camera, zeros for none: h = n . p + d >= 0.
         reach, scale: metres; points farther off do not pull, and the width of the robust weight.
         margin: metres that a part's axis may lie in front of what is seen.
         costs: unexplained share of the points, share of axis samples in free space, and mean
@@ -383,6 +402,16 @@ def refine_bodies(
             free = 0.0
             for k in range(B):
                 radius = min(radii[k, 0], radii[k, 1])
+                x = origins[k, 0] + lengths[k] * Rs[k, 0, 1]
+                y = origins[k, 1] + lengths[k] * Rs[k, 1, 1]
+                z = origins[k, 2] + lengths[k] * Rs[k, 2, 1]
+                below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
+                if below > 0.0:
+                    free += min(below / 0.05, 1.0)
+                    _pull(
+                        A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                        floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
+                    )  # fmt: skip
                 for s in range(samples):
                     t = (s + 0.5) / samples * lengths[k]
                     x = origins[k, 0] + t * Rs[k, 0, 1]
@@ -490,6 +519,8 @@ def refine_bodies(
             _multiply(Rs[UPPER_TORSO], relative[HEAD], False, Rs[HEAD])
             for k in range(2, B):
                 _multiply(Rs[tree[k]], relative[k], False, Rs[k])
+            for k in range(B):
+                _orthonormalise(Rs[k])
             align_hinges(Rs, hinges, bends, 0.25)
         costs[m, 0] = unexplained / max(N, 1)
         costs[m, 1] = free / (B * samples)

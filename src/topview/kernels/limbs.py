@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from topview.kernels.body import BACK_FACING, solve_lower
+from topview.kernels.body import BACK_FACING, FLOOR_WEIGHT, solve_lower
 
 LARGEST_STEP_RAD = 0.5
 
@@ -53,7 +53,7 @@ def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, ga
 
 @njit(parallel=True, cache=True, error_model="numpy", nogil=True)
 def refine_limbs(
-    axes, joint, lengths, radii, points, depth, mine, nearest, fx, fy, cx, cy,
+    axes, joint, lengths, radii, points, depth, mine, nearest, fx, fy, cx, cy, floor,
     reach, scale, margin, free_weight, prior_weight, samples, iterations,
 ):  # fmt: skip
     """Move [M, 2, 3] directions `axes`, in place, onto the points and out of free space.
@@ -62,7 +62,7 @@ def refine_limbs(
         joint: [3] the limb's proximal joint, metres, camera frame.
         lengths, radii: [2] of upper and lower part, metres.
         points: [N, 3] that the limb may explain.
-        depth, mine, nearest, fx, fy, cx, cy, margin: as in `body.refine_bodies`.
+        depth, mine, nearest, fx, fy, cx, cy, floor, margin: as in `body.refine_bodies`.
         reach, scale: metres; farther points do not pull, and the width of the robust weight.
         prior_weight: against leaving the candidate, per square radian.
         samples: places on each part's axis that are tested against free space.
@@ -118,6 +118,15 @@ def refine_limbs(
                     bt, bx, by, bz, bd, w * w, J,
                 )  # fmt: skip
             for k in range(2):
+                x = (joint[0] if k == 0 else elbow[0]) + lengths[k] * axes[m, k, 0]
+                y = (joint[1] if k == 0 else elbow[1]) + lengths[k] * axes[m, k, 1]
+                z = (joint[2] if k == 0 else elbow[2]) + lengths[k] * axes[m, k, 2]
+                below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
+                if below > 0.0:
+                    _pull(
+                        A, g, upper, lower, k == 1, lengths[0], lengths[1],
+                        floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight, J,
+                    )  # fmt: skip
                 for s in range(samples):
                     t = (s + 0.5) / samples * lengths[k]
                     x = (joint[0] if k == 0 else elbow[0]) + t * axes[m, k, 0]

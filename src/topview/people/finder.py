@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.parts import JOINT_NAMES
 from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import (
@@ -43,6 +44,9 @@ SURE_SCORE = 0.75
 # Ours: what is this near to somebody's head over the surface is that person's, if it is not
 # clearly another head.
 OWN_HEAD_M = 0.4
+# Ours: a tracked body whose head is further from the expected one has been lost itself.
+STRAYED_M = 0.5
+HEAD_JOINT = JOINT_NAMES.index("head")
 # Ours: closer together are no two heads' centres.
 SAME_HEAD_M = 0.2
 # Ours: one who was hidden for longer must look like a person again; and for longer yet, the head's
@@ -50,7 +54,7 @@ SAME_HEAD_M = 0.2
 BRIEFLY_S = 0.15
 FOLLOWED_S = 0.5
 # Ours: how much more confidence makes a head out of something else on a body.
-MUCH_MORE = 0.25
+MUCH_MORE = 0.12
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,18 +117,28 @@ class PeopleFinder:
         is_background = self._background.is_seen_in(cloud.depth_m)
         floor = self._floor.update(cloud)
         scene = Scene.of(cloud, floor, is_background, self.settings.segmentation)
+        joints = {person.id: person.joints_camera for person in tracked}
+        self._heed(joints)
         heads = self._detect(scene)
         heads, bodies = self._find_again(scene, heads, time_s)
         heads = self._correct(scene, heads, bodies, time_s)
         self._welcome(scene, heads, bodies, time_s)
         self._is_first_frame = False
-        users = self._users(scene, bodies, time_s)
+        users = self._users(scene, bodies, joints, time_s)
         is_somebodys = np.zeros(cloud.depth_m.shape, np.bool_)
         for body in bodies:
             is_somebodys |= np.isfinite(body)
         self._background.update(cloud.depth_m, is_somebodys)
         self._dismiss(scene, time_s)
         return users
+
+    def _heed(self, joints: dict[int, Vector]) -> None:
+        """Where a head was not seen in the last frame, the tracked body knows better."""
+        for user in self._known:
+            if user.confidence_now == 0.0 and user.id in joints:
+                head_camera = joints[user.id][HEAD_JOINT]
+                if np.linalg.norm(head_camera - user.head_camera) < STRAYED_M:
+                    user.head_camera = np.array(head_camera)
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first."""
@@ -145,7 +159,7 @@ class PeopleFinder:
         """Tell every known user where the head is now; gives the detected heads that nobody took,
         and the users' bodies."""
         known, options = self._known, list(heads)
-        scores = [[user.score(head, time_s) for head in heads] for user in known]
+        scores = [[user.score(head, scene.up_camera, time_s) for head in heads] for user in known]
         for index, user in enumerate(known):
             is_lost = time_s - user.seen_s > FOLLOWED_S
             if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
@@ -154,7 +168,9 @@ class PeopleFinder:
             if head is not None:
                 options.append(head)
                 for other, row in enumerate(scores):
-                    row.append(user.score(head, time_s) if other == index else -np.inf)
+                    row.append(
+                        user.score(head, scene.up_camera, time_s) if other == index else -np.inf
+                    )
         for row in scores:
             row.extend([-np.inf] * (len(options) - len(row)))
         matches = assign(np.array(scores))
@@ -222,13 +238,14 @@ class PeopleFinder:
 
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
         is_seen = user.seen_s == scene.cloud.frame.timestamp_s
+        is_hidden = not is_seen and _is_hidden(scene, user.head_camera)
         return body_distance(
             scene,
             user.head_camera,
             max(user.height.height_m, PRIOR_HEIGHT_M),
             self.settings.segmentation,
             self._remembered(scene, user, 1.5 if is_seen else 0.0),
-            from_head=is_seen,
+            from_head=is_seen or is_hidden,
         )
 
     def _remembered(self, scene: Scene, user: KnownUser, fading_m_per_s: float) -> Distance | None:
@@ -250,8 +267,8 @@ class PeopleFinder:
     def _correct(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float
     ) -> list[HeadCandidate]:
-        """Where something higher on a user's body looks much more like a head, for two frames, than
-        what has been followed: that is the head. Gives the heads that are left."""
+        """Where something higher on a user's body looks much more like a head, for several frames,
+        than what has been followed: that is the head. Gives the heads that are left."""
         left = list(heads)
         for index, user in enumerate(self._known):
             others = [body for i, body in enumerate(bodies) if i != index]
@@ -259,13 +276,14 @@ class PeopleFinder:
             rivals = [
                 head
                 for head in left
-                if head.confidence > user.confidence_now + MUCH_MORE
+                if head.confidence
+                > max(user.confidence_now + MUCH_MORE, self.settings.first_confidence)
                 and (head.center_camera - user.head_camera) @ scene.up_camera > 0.0
                 and _reached(scene, head.center_camera, bodies[index]) < np.inf
                 and self._person_under(scene, head, others, other_heads) is not None
             ]
             user.rival_frames = user.rival_frames + 1 if rivals else 0
-            if user.rival_frames >= 2:
+            if user.rival_frames >= self.settings.frames_until_new:
                 user.jump(rivals[0], HeadView.of(scene.cloud, rivals[0].center_camera), time_s)
                 bodies[index] = self._body_of(scene, user)
                 left.remove(rivals[0])
@@ -294,7 +312,9 @@ class PeopleFinder:
                 continue
             others.append(body)
             other_heads.append(center)
-            user = self._seen_before(head, HeadView.of(scene.cloud, center), time_s)
+            user = self._seen_before(
+                head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
+            )
             if user.frames_seen >= settings.frames_until_new or (
                 self._is_first_frame and head.confidence >= settings.first_confidence
             ):
@@ -307,10 +327,11 @@ class PeopleFinder:
                 waiting.append(user)
         self._waiting = waiting
 
-    def _seen_before(self, head: HeadCandidate, view: HeadView, time_s: float) -> KnownUser:
+    def _seen_before(
+        self, head: HeadCandidate, view: HeadView, up_camera: Vector, time_s: float
+    ) -> KnownUser:
         for user in self._waiting:
-            moved_m = np.linalg.norm(user.predicted(time_s) - head.center_camera)
-            if moved_m < user.gate_m(time_s):
+            if user.score(head, up_camera, time_s) > -np.inf:
                 self._waiting.remove(user)
                 user.see(head, view, time_s)
                 return user
@@ -329,8 +350,15 @@ class PeopleFinder:
                 staying.append(user)
         self._known = staying
 
-    def _users(self, scene: Scene, bodies: list[Distance], time_s: float) -> list[User]:
-        masks = split_users(bodies, self.settings.segmentation)
+    def _users(
+        self, scene: Scene, bodies: list[Distance], joints: dict[int, Vector], time_s: float
+    ) -> list[User]:
+        masks = split_users(
+            scene,
+            bodies,
+            [joints.get(user.id) for user in self._known],
+            self.settings.segmentation,
+        )
         for user, body, is_users in zip(self._known, bodies, masks, strict=True):
             user.body_m = np.where(is_users, body, np.float32(np.inf))
         self._last_depth_m, self._last_s = scene.cloud.depth_m, time_s
@@ -355,6 +383,12 @@ def _is_empty(scene: Scene, point_camera: Vector) -> bool:
     """Whether a point is seen to be in free space."""
     depth_m, in_view = scene.cloud.lookup(point_camera)
     return bool(in_view and (depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M))
+
+
+def _is_hidden(scene: Scene, point_camera: Vector) -> bool:
+    """Whether something nearer hides a point."""
+    depth_m, in_view = scene.cloud.lookup(point_camera)
+    return bool(in_view and 0.0 < depth_m < point_camera[2] - 2 * HEAD_RADIUS_M)
 
 
 def _reached(scene: Scene, point_camera: Vector, body: Distance) -> float:

@@ -27,6 +27,7 @@ from topview.geometry.rotations import (
     vectors_from_rotations,
 )
 from topview.track.evidence import Evidence
+from topview.track.girth import GirthEstimate
 from topview.track.limbs import LIMBS, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
@@ -52,8 +53,9 @@ class BodySettings:
     start_yaws_rad: tuple[float, ...] = (0.0, -0.6, 0.6, -1.2, 1.2)
     start_iterations: int = 15
     start_searched: int = 3
-    turned: int = 6
+    turned: int = 0
     turn_sigma_rad: tuple[float, float, float] = (0.25, 0.35, 0.15)
+    turned_margin: float = 0.03
     velocity_share: float = 0.6
     free_space_weight: float = 1.0
     departure_weight: float = 0.3
@@ -71,9 +73,11 @@ class BodyTracker:
         self.pose: Pose | None = None
         self._limbs = LimbSearch(settings.limbs, threads)
         self._before: Pose | None = None
+        self._girths = GirthEstimate()
 
     def update(self, model: BodyModel, evidence: Evidence, frame: int, clock: StageClock) -> Pose:
         """The pose in the next frame."""
+        model = self._girths.applied_to(model)
         if len(evidence.points_camera) < self.settings.least_points:
             pose = self._hidden(model, evidence)
         elif self.pose is None:
@@ -81,6 +85,7 @@ class BodyTracker:
                 pose = self._start(model, evidence, frame)
         else:
             pose = self._follow(self.pose, model, evidence, frame, clock)
+            self._girths.learn(pose, model, evidence)
         self._before, self.pose = self.pose, pose
         return pose
 
@@ -97,8 +102,11 @@ class BodyTracker:
         s = self.settings
         moving = self._extrapolated(last)
         with clock.stage("body"):
-            candidates = [last, moving, *self._turned(moving, frame)]
-            pose = self._best(refine(candidates, last, model, evidence, s.refinement))
+            candidates = [last, moving, *self._turned(moving, model, frame)]
+            refined = refine(candidates, last, model, evidence, s.refinement)
+            costs = self._costs(refined)
+            costs[2:] += s.turned_margin
+            pose = refined.poses[int(np.argmin(costs))]
         with clock.stage("limbs"):
             pose = self._limbs.search(pose, moving, model, evidence, self._generators(frame))
         with clock.stage("refinement"):
@@ -134,9 +142,6 @@ class BodyTracker:
             + s.departure_weight * refined.departure
         )
 
-    def _best(self, refined: Refined) -> Pose:
-        return refined.poses[int(np.argmin(self._costs(refined)))]
-
     def _extrapolated(self, last: Pose) -> Pose:
         """Constant velocity, damped."""
         if self._before is None:
@@ -149,16 +154,21 @@ class BodyTracker:
             now @ rotations_from_vectors(share * turn),
         )
 
-    def _turned(self, pose: Pose, frame: int) -> Sequence[Pose]:
-        """Candidates whose torso is turned, the limbs keeping their directions in the room."""
+    def _turned(self, pose: Pose, model: BodyModel, frame: int) -> Sequence[Pose]:
+        """Candidates whose torso is turned about the neck, or about the pelvis, by turns; the
+        limbs keep their directions in the room."""
         rng = generator(self.seed, self.person, UPPER_TORSO, frame)
         vectors = rng.standard_normal((self.settings.turned, 3)) * self.settings.turn_sigma_rad
+        to_pelvis = pose.Rs[UPPER_TORSO][:, 1] * model.lengths_m[UPPER_TORSO]
+        to_pelvis += pose.Rs[LOWER_TORSO][:, 1] * model.lengths_m[LOWER_TORSO]
         poses = []
-        for turn in rotations_from_vectors(vectors):
+        for index, turn in enumerate(rotations_from_vectors(vectors)):
             Rs = pose.Rs.copy()
+            turn_camera = Rs[UPPER_TORSO] @ turn @ Rs[UPPER_TORSO].T
             for part in (UPPER_TORSO, LOWER_TORSO):
-                Rs[part] = Rs[part] @ turn
-            poses.append(Pose(pose.neck_camera, Rs))
+                Rs[part] = turn_camera @ Rs[part]
+            shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
+            poses.append(Pose(pose.neck_camera + shift, Rs))
         return poses
 
     def _generators(self, frame: int) -> dict[int, np.random.Generator]:

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.people.floor import FloorPlane
 from topview.people.users import User
 from topview.records import Camera
 from topview.score.utvr import DepthView
@@ -28,6 +29,7 @@ class Evidence:
         points_camera: [N, 3] an even choice of them, for refinement.
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
+        floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
     """
 
     view: DepthView
@@ -38,6 +40,7 @@ class Evidence:
     point_area_m2: float
     head_camera: NDArray[np.float64]
     head_is_seen: bool
+    floor: NDArray[np.float64]
 
 
 def working_stride(camera: Camera, nearest_m: float) -> int:
@@ -56,7 +59,9 @@ def thin_view(depth_m: NDArray[np.float32], camera: Camera, stride: int) -> Dept
     )
 
 
-def gather(user: User, view: DepthView, stride: int, width: int) -> Evidence:
+def gather(
+    user: User, view: DepthView, stride: int, width: int, floor: FloorPlane | None
+) -> Evidence:
     """The evidence for one user; `width` is that of the full image."""
     rows, columns = np.divmod(user.pixels, width)
     kept = (rows % stride == 0) & (columns % stride == 0)
@@ -77,6 +82,7 @@ def gather(user: User, view: DepthView, stride: int, width: int) -> Evidence:
         step * distance**2 / (view.fx * view.fy),
         user.head_camera,
         user.head_is_seen,
+        np.zeros(4) if floor is None else np.append(floor.normal_camera, floor.distance_m),
     )
 
 

@@ -21,11 +21,11 @@ from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
-from topview.kernels import body as body_kernel
 from topview.kernels import limbs as limb_kernel
 from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence
 from topview.track.pose import HINGE_PAIRS, Pose
+from topview.track.refinement import label_points
 
 Array = NDArray[np.float64]
 
@@ -76,6 +76,7 @@ class LimbSettings:
     motion_rad: float = 0.7
     motion_weight: float = 0.4
     limit_weight: float = 3.0
+    floor_weight_per_m: float = 30.0
     distinct_rad: float = 0.35
     margin: float = 0.15
 
@@ -172,7 +173,7 @@ class LimbSearch:
         """The pose with every limb replaced for which something clearly better was found."""
         origins = pose.origins(model)
         labelling = [
-            _label(points, pose, origins, model)
+            label_points(points, pose, origins, model)
             for points in (evidence.points_camera, evidence.all_points_camera)
         ]
         Rs = pose.Rs.copy()
@@ -224,7 +225,7 @@ class LimbSearch:
                 origins[placed],
                 model.lengths_m[placed],
                 0.8 * model.radii_m[placed],
-            ),  # fmt: skip
+            ),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
 
@@ -251,6 +252,7 @@ class LimbSearch:
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
             view.depth_m, evidence.mine, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
+            evidence.floor,
             s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight, s.prior_weight,
             s.samples_per_part, s.refine_iterations,
         )  # fmt: skip
@@ -277,7 +279,7 @@ class LimbSearch:
                     limb.placed,
                     s.tolerance_m,
                     self.threads,
-                )  # fmt: skip
+                )
             )
         explained = np.empty(len(axes), np.int64)
         limb_kernel.count_explained(
@@ -286,6 +288,8 @@ class LimbSearch:
         )  # fmt: skip
         unexplained = (len(limb.exclusive_points) - explained) / limb.full_count
         turn = np.arccos(np.clip((axes * limb.predicted).sum(-1), -1.0, 1.0))
+        ends = elbows + axes[:, 1] * limb.lengths_m[1]
+        below = np.maximum(-(ends @ evidence.floor[:3] + evidence.floor[3]), 0.0)
         beyond = excess_rad(limb.upper, limb.R_camera_parent.T @ Rs[:, 0])
         beyond += excess_rad(limb.upper + 1, np.swapaxes(Rs[:, 0], 1, 2) @ Rs[:, 1])
         return (
@@ -293,6 +297,7 @@ class LimbSearch:
             + s.unexplained_weight * unexplained
             + s.motion_weight * np.log1p((turn / s.motion_rad) ** 2).sum(1)
             + s.limit_weight * beyond
+            + s.floor_weight_per_m * below
         )
 
     def _log_score(self, terms: UtvrTerms) -> Array:
@@ -302,17 +307,6 @@ class LimbSearch:
         without = s.no_evidence + np.log1p(s.free_space_penalty * in_free_space)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
-
-
-def _label(
-    points: Array, pose: Pose, origins: Array, model: BodyModel
-) -> tuple[NDArray[np.int32], Array]:
-    labels = np.empty(len(points), np.int32)
-    distances = np.empty(len(points))
-    body_kernel.assign_points(
-        points, pose.Rs, origins, model.lengths_m, model.radii_m, 0.15, labels, distances
-    )
-    return labels, distances
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:

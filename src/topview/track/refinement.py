@@ -138,6 +138,7 @@ def refine(
         view.cy,
         evidence.head_camera,
         s.head_weight if evidence.head_is_seen else 0.0,
+        evidence.floor,
         s.reach_m,
         s.scale_m,
         evidence.point_area_m2 / 4e-4,
@@ -151,3 +152,16 @@ def refine(
     )
     poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
     return Refined(poses, *costs.T)
+
+
+def label_points(
+    points_camera: Array, pose: Pose, origins: Array, model: BodyModel, reach_m: float = 0.15
+) -> tuple[NDArray[np.int32], Array]:
+    """[N, 3] points to the part whose visible surface is nearest, -1 beyond `reach_m`, and the
+    signed distance from it in metres."""
+    labels = np.empty(len(points_camera), np.int32)
+    distances = np.empty(len(points_camera))
+    kernel.assign_points(
+        points_camera, pose.Rs, origins, model.lengths_m, model.radii_m, reach_m, labels, distances
+    )
+    return labels, distances

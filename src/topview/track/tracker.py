@@ -11,6 +11,7 @@ from topview.body.kinematics import joints_from_parts
 from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
 from topview.body.proportions import ANATOMICAL
+from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
 from topview.people.users import User
 from topview.records import Frame, JointState, Person
@@ -52,11 +53,13 @@ class Tracker:
         self.clock = StageClock()
         self._body = body or BodySettings()
         self._finder = PeopleFinder()
+        self._threads = 1
         self._bodies: dict[int, _Tracked] = {}
         self._people: list[Person] = []
 
     def update(self, frame: Frame) -> list[Person]:
         """The people in the next frame, nearest first."""
+        self._threads = use_threads(self.settings.threads)
         with self.clock.stage("people"):
             users = self._finder.update(frame, self._people)
         self._bodies = {user.id: self._body_of(user) for user in users}
@@ -75,7 +78,7 @@ class Tracker:
         """The person's tracker, with a body of the present height estimate."""
         tracked = self._bodies.get(user.id)
         if tracked is None:
-            tracker = BodyTracker(user.id, self.settings.seed, self._body, self.settings.threads)
+            tracker = BodyTracker(user.id, self.settings.seed, self._body, self._threads)
             return _Tracked(tracker, BodyModel.of(user.height_m, ANATOMICAL))
         if abs(tracked.model.stature_m - user.height_m) > HEIGHT_STEP_M:
             tracked.model = BodyModel.of(user.height_m, ANATOMICAL)
@@ -88,7 +91,7 @@ class Tracker:
         with self.clock.stage("evidence"):
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
-            evidence = gather(user, views[stride], stride, frame.camera.width)
+            evidence = gather(user, views[stride], stride, frame.camera.width, self._finder.floor)
         return tracked.tracker.update(tracked.model, evidence, frame.index, self.clock)
 
     def _person(self, user: User, pose: Pose, frame: Frame, owner: NDArray[np.int32]) -> Person:
