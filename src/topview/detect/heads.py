@@ -51,8 +51,8 @@ class HeadDetector(Protocol):
         ...
 
 
-# What belongs to a head lies between these around its centre's depth, two standard deviations of the
-# noise aside; a chest may lie further back, as people lean forward. Ours.
+# What belongs to a head lies between these around its centre's depth, two standard deviations of
+# the noise aside; a chest may lie further back, as people lean forward. Ours.
 BEFORE_M: Final = 0.20
 BEHIND_M: Final = 0.12
 CHEST_BEHIND_M: Final = 0.30

@@ -21,6 +21,10 @@ STRAYING_M_PER_S = 1.5
 # How wrong the measured centre of a head may be from one frame to the next, metres; ours.
 JITTER_M = 0.15
 MAX_GATE_M = 1.2
+# Who is hidden mostly stays as high as he was: a head is further up or down from where it was by
+# no more than this, and this per second; ours.
+LEVEL_M = 0.2
+RISING_M_PER_S = 0.1
 # Heads of less confidence are only believed where they are expected; ours.
 SURE = 0.7
 
@@ -62,17 +66,15 @@ class KnownUser:
             1.0 - np.exp(-ahead_s / VELOCITY_DECAY_S)
         )
 
-    def gate_m(self, time_s: float) -> float:
-        """How far from the prediction the head may be."""
-        hidden_s = max(time_s - self.seen_s, 0.0)
-        return min(JITTER_M + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
-
-    def score(self, head: HeadCandidate, time_s: float) -> float:
+    def score(self, head: HeadCandidate, up_camera: Vector, time_s: float) -> float:
         """How well a head continues this user's: its confidence less its distance from the
         prediction in gates; -inf outside of the gate."""
-        moved_m = float(np.linalg.norm(head.center_camera - self.predicted(time_s)))
-        gate_m = self.gate_m(time_s)
-        is_near = moved_m < (gate_m if head.confidence > SURE else JITTER_M)
+        hidden_s = max(time_s - self.seen_s, 0.0)
+        gate_m = min(JITTER_M + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
+        offset = head.center_camera - self.predicted(time_s)
+        moved_m = float(np.linalg.norm(offset))
+        is_level = abs(offset @ up_camera) < LEVEL_M + RISING_M_PER_S * hidden_s
+        is_near = is_level and moved_m < (gate_m if head.confidence > SURE else JITTER_M)
         return head.confidence - moved_m / gate_m if is_near else -np.inf
 
     def see(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.parts import JOINTS
 from topview.detect.cloud import Cloud, depth_noise_m
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, right_of
 from topview.kernels.segmentation import full_pixels_of, geodesic_distance, seed_body
@@ -279,14 +280,51 @@ def torso_reach_m(head_height_m: float, height_m: float) -> float:
 
 
 def split_users(
-    distances_m: Sequence[NDArray[np.float32]], settings: SegmentationSettings
+    scene: Scene,
+    distances_m: Sequence[NDArray[np.float32]],
+    joints_camera: Sequence[NDArray[np.float64] | None],
+    settings: SegmentationSettings,
 ) -> list[NDArray[np.bool_]]:
     """[h, w] per user: the pixels that are nearer to this user than to the others, or about as
-    near."""
+    near.
+
+    Over the surface from the head (`body_distance`, `distances_m`); but among users whose bodies
+    are tracked (`joints_camera` [J, 3], else None) it is the distance to the bones that counts.
+    """
     if not distances_m:
         return []
     nearest = np.minimum.reduce(list(distances_m))
-    return [np.isfinite(own) & (own <= nearest + settings.share_m) for own in distances_m]
+    masks = [np.isfinite(own) & (own <= nearest + settings.share_m) for own in distances_m]
+    tracked = [index for index, joints in enumerate(joints_camera) if joints is not None]
+    reached = np.sum([np.isfinite(distances_m[index]) for index in tracked], axis=0)
+    is_contested = np.asarray(reached > 1)
+    if not is_contested.any():
+        return masks
+    points = scene.cloud.points_camera[is_contested].astype(np.float64)
+    to_bones_m = np.full((len(tracked), len(points)), np.inf)
+    for row, index in enumerate(tracked):
+        is_reached = np.isfinite(distances_m[index][is_contested])
+        joints = joints_camera[index]
+        assert joints is not None
+        to_bones_m[row, is_reached] = bone_distance(points[is_reached], joints)
+    is_own = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
+    for row, index in enumerate(tracked):
+        masks[index][is_contested] = is_own[row]
+    return masks
+
+
+def bone_distance(
+    points_camera: NDArray[np.float64], joints_camera: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[N] metres from [N, 3] points to the nearest of a body's bones (`topview.body.JOINTS`)."""
+    bones = [(joint.bone_to, end) for end, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+    starts, ends = (joints_camera[list(indices)] for indices in zip(*bones, strict=True))
+    along = ends - starts
+    offset = points_camera[:, None] - starts
+    square = np.maximum((along**2).sum(-1), 1e-9)
+    share = np.clip(np.einsum("nbi,bi->nb", offset, along) / square, 0.0, 1.0)
+    offset -= share[..., None] * along
+    return np.sqrt(np.einsum("nbi,nbi->nb", offset, offset).min(1))
 
 
 def full_pixels(
