@@ -16,6 +16,7 @@ from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skelet
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
 from topview.view.scene3d import Stage, paint_scene
 
+# The look of the sheet: all ours.
 EVEN_TILES = 8
 TELLING_TILES = 4  # at most: the frame of each quarter in which people hide most of each other
 MARGIN_PX = 16

@@ -21,6 +21,7 @@ from topview.view.palette import GROUND, MUTED, OUTLINE, PANEL, Color, mix, pers
 Image = NDArray[np.uint8]
 Align = Literal["left", "centre", "right"]
 
+# The look of the drawings: all ours.
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 TEXT_OVERSAMPLING = 4  # OpenCV's stroke fonts look ragged at reading size, clean when reduced
 SHIFT = 4  # fractional bits of the places that OpenCV draws at

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, radians, sin, tan
+from math import cos, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +20,20 @@ from topview.body.proportions import ANATOMICAL
 from topview.camera import pixel_rays, project, unproject_depth
 from topview.records import Camera, Frame, JointState, Person
 from topview.view.drawing import Image, draw_line, draw_text, resized
-from topview.view.palette import GRID, GRID_STRONG, MUTED, PANEL, mix, person_color
+from topview.view.palette import GRID, GRID_STRONG, MUTED, PANEL, TEXT, mix, person_color
 
+# The look of the view: all ours.
 OVERSAMPLING = 2  # drawn twice as large and reduced: smooth edges everywhere
 AZIMUTH = radians(50.0)  # of the eye around the people, from the camera's side
 ELEVATION = radians(24.0)
-FIELD_OF_VIEW = radians(30.0)
 MAX_POINTS = 25_000
 CEILING_M = 2.4  # points higher than a raised hand only stand in the way
+DOT = ((0, 0), (1, 0), (0, 1), (1, 1))  # pixels of a point
+DOT_OPACITY = 0.6
 LIGHT_EYE = np.array([-0.4, -0.7, -0.6]) / np.linalg.norm([-0.4, -0.7, -0.6])  # towards the lamp
 FILL = 0.75  # of the picture, by the people
-MIN_DISTANCE_M = 4.0
+NEAREST_M = 4.0  # to the people
+MIN_VIEW = 0.3  # angle, nearly, that the people are taken to fill at least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,24 +81,25 @@ class Stage:
         return max(1.0, float(np.percentile(across, 99.0)))
 
     def eye(self, size_px: tuple[int, int]) -> tuple[Camera, NDArray[np.float64]]:
-        """The eye's intrinsics for an image of (width, height), and T_eye_camera: just so far away
-        that the people fill the image."""
-        width, height = size_px
+        """The eye's intrinsics for an image of (width, height), and T_eye_camera: it looks at the
+        people's middle, and its image is the part of its view that they fill."""
         look = np.array(
             [-sin(AZIMUTH) * cos(ELEVATION), sin(ELEVATION), cos(AZIMUTH) * cos(ELEVATION)]
         )
         right = np.cross([0.0, 1.0, 0.0], look)
         right /= np.linalg.norm(right)
-        R_eye_stage = np.stack([right, np.cross(look, right), look])
-        focal = height / 2 / tan(FIELD_OF_VIEW / 2)
-        x, y, z = R_eye_stage @ (self.joints_stage - self.centre_stage).T
-        half_width, half_height = FILL * width / 2 / focal, FILL * height / 2 / focal
-        needed = np.maximum(np.abs(x) / half_width, np.abs(y) / half_height) - z
-        distance = max(MIN_DISTANCE_M, float(np.percentile(needed, 99.5)))
+        distance_m = NEAREST_M + 2.0 * self.radius_m
         T_eye_stage = np.eye(4)
-        T_eye_stage[:3, :3] = R_eye_stage
-        T_eye_stage[:3, 3] = -R_eye_stage @ (self.centre_stage - distance * look)
-        camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+        T_eye_stage[:3, :3] = np.stack([right, np.cross(look, right), look])
+        T_eye_stage[:3, 3] = -T_eye_stage[:3, :3] @ (self.centre_stage - distance_m * look)
+
+        joints_eye = self.joints_stage @ T_eye_stage[:3, :3].T + T_eye_stage[:3, 3]
+        seen = joints_eye[:, :2] / joints_eye[:, 2:]
+        low, high = np.percentile(seen, (0.5, 99.5), axis=0)
+        size = np.array(size_px)
+        focal = float(np.min(FILL * size / np.maximum(high - low, MIN_VIEW)))
+        centre = (size - 1) / 2 - focal * (low + high) / 2
+        camera = Camera(focal, focal, float(centre[0]), float(centre[1]), *size_px)
         return camera, T_eye_stage @ self.T_stage_camera
 
 
@@ -107,11 +111,11 @@ def paint_scene(
     eye, T_eye_camera = stage.eye((width * OVERSAMPLING, height * OVERSAMPLING))
     painting = Painting(eye)
     _paint_floor(painting, stage, T_eye_camera)
-    points_camera, light = _cloud(frame, stage)
-    points_eye = points_camera @ T_eye_camera[:3, :3].T + T_eye_camera[:3, 3]
-    painting.points(points_eye, (light[:, None] * np.array(MUTED)).astype(np.uint8))
     for person in people:
         _paint_person(painting, person, T_eye_camera)
+    points_camera, light = _cloud(frame, stage)
+    points_eye = points_camera @ T_eye_camera[:3, :3].T + T_eye_camera[:3, 3]
+    painting.points(points_eye, (light[:, None] * np.array(TEXT)).astype(np.uint8))
     return resized(painting.image, size_px)
 
 
@@ -125,17 +129,17 @@ class Painting:
         self._rays = pixel_rays(eye).astype(np.float64)
 
     def points(self, points_eye: NDArray[np.floating], colors: NDArray[np.uint8]) -> None:
-        """Dots of two by two pixels, [N, 3] metres in the eye's frame, [N, 3] RGB."""
+        """Translucent dots of two by two pixels, [N, 3] metres in the eye's frame, [N, 3] RGB; to
+        be painted after the solids."""
         places = project(points_eye, self.eye)
-        inside = ((places >= 0.0) & (places < (self.eye.width - 1, self.eye.height - 1))).all(
-            axis=-1
-        )
+        inside = ((places >= 0.0) & (places < (self.eye.width - 1, self.eye.height - 1))).all(-1)
         order = np.flatnonzero(inside)
-        order = order[np.argsort(-points_eye[order, 2], kind="stable")]  # nearest drawn last
-        columns, rows = places[order].astype(np.intp).T
-        for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            self.image[rows + down, columns + right] = colors[order]
-            self.depth_m[rows + down, columns + right] = points_eye[order, 2]
+        order = np.repeat(order[np.argsort(-points_eye[order, 2], kind="stable")], len(DOT))
+        columns, rows = (np.floor(places[order]) + np.resize(DOT, (len(order), 2))).astype(int).T
+        nearer = points_eye[order, 2] < self.depth_m[rows, columns]
+        rows, columns, order = rows[nearer], columns[nearer], order[nearer]
+        under = self.image[rows, columns].astype(np.float64)
+        self.image[rows, columns] = under + DOT_OPACITY * (colors[order] - under)  # nearest last
 
     def solid(
         self,
