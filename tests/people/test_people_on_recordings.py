@@ -29,17 +29,22 @@ def needed(path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("name", "count"), [("five_people", 5), ("turning_man", 1), ("four_people_kinect2", 3)]
+    ("name", "counts"),
+    [
+        ("five_people", {5}),
+        ("turning_man", {1}),
+        # The fourth wears black: there is no depth between the face and the trousers.
+        ("four_people_kinect2", {3, 4}),
+    ],
 )
-def test_real_rooms_hold_as_many_as_there_are(shared: Path, name: str, count: int) -> None:
+def test_real_rooms_hold_as_many_as_there_are(shared: Path, name: str, counts: set[int]) -> None:
     found = find_all(readers.open_recording(needed(shared / "recordings" / name)))
-    assert {len(users) for users in found} <= {count, count + (name == "four_people_kinect2")}
+    assert {len(users) for users in found} <= counts
 
 
 def test_the_falling_man_is_one_and_the_same(shared: Path) -> None:
     found = find_all(readers.open_recording(needed(shared / "recordings" / "urfall_fall01")))
-    assert {user.id for users in found for user in users} == {1}
-    assert all(len(users) == 1 for users in found[40:])
+    assert {tuple(user.id for user in users) for users in found} == {(1,)}
 
 
 @pytest.mark.parametrize("name", ["a1_s1_t1", "a6_s2_t1", "a19_s3_t1", "a21_s4_t1", "a27_s2_t2"])

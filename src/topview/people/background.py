@@ -41,6 +41,15 @@ class Background:
         if self._frames is not None:
             self._frames[is_somebodys] = 0
 
+    def learn(self, depth_m: NDArray[np.float32], is_room: NDArray[np.bool_]) -> None:
+        """Take what is seen as the room at once."""
+        if self._mean_m is None or self._frames is None:
+            self.update(depth_m, ~is_room)
+        assert self._mean_m is not None
+        assert self._frames is not None
+        self._mean_m[is_room] = depth_m[is_room]
+        self._frames[is_room] = FRAMES_UNTIL_KNOWN
+
     def is_seen_in(self, depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
         """[h, w] where a frame shows the known background."""
         if self._mean_m is None or self._frames is None:

@@ -47,6 +47,9 @@ OWN_HEAD_M = 0.4
 # Ours: a tracked body whose head is further from the expected one has been lost itself.
 STRAYED_M = 0.5
 HEAD_JOINT = JOINT_NAMES.index("head")
+# Ours: a limb whose connection with the body is hidden seems further away from the head by this
+# much in each second, until it is out of reach.
+FADING_M_PER_S = 1.5
 # Ours: closer together are no two heads' centres.
 SAME_HEAD_M = 0.2
 # Ours: one who was hidden for longer must look like a person again; and for longer yet, the head's
@@ -244,7 +247,7 @@ class PeopleFinder:
             user.head_camera,
             max(user.height.height_m, PRIOR_HEIGHT_M),
             self.settings.segmentation,
-            self._remembered(scene, user, 1.5 if is_seen else 0.0),
+            self._remembered(scene, user, FADING_M_PER_S if is_seen else 0.0),
             from_head=is_seen or is_hidden,
         )
 
@@ -321,11 +324,29 @@ class PeopleFinder:
                 user.id = self._next_id
                 self._next_id += 1
                 self._known.append(user)
-                self._background.forget(np.isfinite(body))
-                bodies.append(body)
+                bodies.append(self._take_out(scene, head, body, others[:-1]))
             else:
                 waiting.append(user)
         self._waiting = waiting
+
+    def _take_out(
+        self, scene: Scene, head: HeadCandidate, body: Distance, others: list[Distance]
+    ) -> Distance:
+        """Take a new body out of the background.
+
+        If it was only believed for its head, as it hangs together with a wall, say, the rest of it
+        is held for the room's until it moves, save for what stands right under the head.
+        """
+        is_body = np.isfinite(body)
+        unsure = HeadCandidate(head.center_camera, 0.0)
+        own = np.where(np.minimum.reduce([body, *others]) < body, np.float32(np.inf), body)
+        if not looks_like_person(scene, unsure, own, self.settings.limits):
+            reach_m = self.settings.segmentation.core_radius * PRIOR_HEIGHT_M
+            is_rest = is_body & ~scene.is_under(head.center_camera, reach_m)
+            self._background.learn(scene.cloud.depth_m, is_rest)
+            is_body &= ~is_rest
+        self._background.forget(is_body)
+        return np.where(is_body, body, np.float32(np.inf))
 
     def _seen_before(
         self, head: HeadCandidate, view: HeadView, up_camera: Vector, time_s: float

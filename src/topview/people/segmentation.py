@@ -113,6 +113,13 @@ class Scene:
             is_bulky,
         )
 
+    def is_under(self, head_camera: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
+        """[h, w] what lies in the upright cylinder under a head."""
+        right, forward = self.overview_of(head_camera)
+        aside_m = np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
+        top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M
+        return (aside_m < radius_m) & (self.heights_m < top_m)
+
     def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
         """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
         z = float(point_camera[2])
@@ -199,7 +206,7 @@ def surface_distance(
 ) -> NDArray[np.float32]:
     """[h, w] length of the shortest way over the allowed surface from where `start_m` [h, w] is
     finite, added to it; infinity where there is none up to `limit_m`."""
-    distance_m = np.where(is_allowed, start_m, np.float32(np.inf))
+    distance_m = np.where(is_allowed & (start_m <= limit_m), start_m, np.float32(np.inf))
     geodesic_distance(
         cloud.depth_m,
         is_allowed,

@@ -87,7 +87,7 @@ def looks_like_person(
         and _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(is_bust.sum())
         < lenience * limits.bust_edges
         and scene.inset_m[distance_m < TORSO_M].max(initial=0.0) > limits.torso_radius_m
-        and area[heights > top_m + 0.1].sum() < limits.above_m2
+        and area[heights > top_m + 0.1].sum() < lenience**3 * limits.above_m2
         and area.sum() < lenience * limits.area_m2
         and top_m - np.min(heights) > limits.below_top_m
         and (aside_m < limits.aside_m).mean() > 0.9
