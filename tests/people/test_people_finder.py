@@ -127,6 +127,27 @@ def test_two_who_cross_keep_their_ids() -> None:
     assert ids["front"] != ids["back"]
 
 
+def test_who_stands_still_never_melts_into_the_room() -> None:
+    finder = PeopleFinder()
+    balls = standing_person(0.1, 2.8, GROUND_Y)
+    sizes = []
+    for index in range(60):
+        (user,) = finder.update(frame(with_noise(render(balls, ROOM), index), index))
+        sizes.append(len(user.pixels))
+    assert min(sizes) > 0.9 * max(sizes)
+
+
+def test_who_comes_too_near_for_the_head_to_be_seen_stays_the_same() -> None:
+    finder = PeopleFinder()
+    users: list[User] = []
+    for index, z in enumerate((*np.linspace(3.0, 1.1, 40), *np.linspace(1.1, 3.0, 40))):
+        balls = standing_person(0.0, float(z), GROUND_Y)
+        users = finder.update(frame(with_noise(render(balls, ROOM), index), index))
+        assert [user.id for user in users] == [1]
+        assert len(users[0].pixels) > 500
+    assert users[0].head_is_seen
+
+
 def test_who_leaves_the_picture_is_forgotten_and_who_comes_is_new() -> None:
     finder = PeopleFinder()
     seen: list[list[int]] = []

@@ -65,8 +65,8 @@ class PeopleSettings:
     """How people are found.
 
     Attributes:
-        first_confidence: a head's, from which it makes a user in the very first frame.
-        new_confidence: a head's, from which it makes a user once it was seen often enough.
+        new_confidence: a head's, from which it makes a user: at once in the very first frame, else
+            once it was seen often enough.
         upright_confidence: that a new head stands upright; furniture often seems to lean.
         frames_until_new: consecutive frames in which a new head must be seen.
         least_apart_m: two heads, seen from above; a shoulder is nearer to its own head.
@@ -78,8 +78,7 @@ class PeopleSettings:
         limits: what a person measures.
     """
 
-    first_confidence: float = 0.75
-    new_confidence: float = 0.65
+    new_confidence: float = 0.75
     upright_confidence: float = 0.55
     frames_until_new: int = 3
     least_apart_m: float = 0.33
@@ -210,7 +209,7 @@ class PeopleFinder:
         center = head.center_camera
         if any(np.linalg.norm(center - other) < SAME_HEAD_M for other in other_heads):
             return True
-        return head.confidence < self.settings.first_confidence and any(
+        return head.confidence < self.settings.new_confidence and any(
             _reached(scene, center, body) < OWN_HEAD_M for body in others
         )
 
@@ -225,9 +224,7 @@ class PeopleFinder:
         person's and the head is far enough from other heads."""
         settings = self.settings
         center = head.center_camera
-        is_touching = any(_reached(scene, center, body) < np.inf for body in others)
-        least = settings.first_confidence if is_touching else settings.new_confidence
-        if head.confidence < least or any(
+        if head.confidence < settings.new_confidence or any(
             np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
             for other in other_heads
         ):
@@ -280,7 +277,7 @@ class PeopleFinder:
                 head
                 for head in left
                 if head.confidence
-                > max(user.confidence_now + MUCH_MORE, self.settings.first_confidence)
+                > max(user.confidence_now + MUCH_MORE, self.settings.new_confidence)
                 and (head.center_camera - user.head_camera) @ scene.up_camera > 0.0
                 and _reached(scene, head.center_camera, bodies[index]) < np.inf
                 and self._person_under(scene, head, others, other_heads) is not None
@@ -301,7 +298,7 @@ class PeopleFinder:
         doubtful = [
             body
             for user, body in zip(self._known, bodies, strict=True)
-            if user.confidence_now < settings.first_confidence
+            if user.confidence_now < settings.new_confidence
         ]
         waiting: list[KnownUser] = []
         others = list(bodies)
@@ -318,9 +315,7 @@ class PeopleFinder:
             user = self._seen_before(
                 head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
             )
-            if user.frames_seen >= settings.frames_until_new or (
-                self._is_first_frame and head.confidence >= settings.first_confidence
-            ):
+            if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
                 user.id = self._next_id
                 self._next_id += 1
                 self._known.append(user)

@@ -82,7 +82,7 @@ def looks_like_person(
     has_floor = scene.floor is not None
     return bool(
         (not has_floor or limits.top_over_floor_m[0] < top_m < limits.top_over_floor_m[1])
-        and limits.bust_m2[0] < bust_m2 < limits.bust_m2[1]
+        and limits.bust_m2[0] < bust_m2 < lenience * limits.bust_m2[1]
         and border_px < column < camera.width - border_px
         and _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(is_bust.sum())
         < lenience * limits.bust_edges

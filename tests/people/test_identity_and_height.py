@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from people_scenes import frame, plane, render, standing_person
+
+from topview.body.parts import JOINTS
+from topview.detect.cloud import Cloud
+from topview.detect.following import HeadView
+from topview.detect.heads import HeadCandidate
+from topview.people.background import FRAMES_UNTIL_KNOWN, Background
+from topview.people.floor import FloorPlane
+from topview.people.height import PRIOR_HEIGHT_M, HeightEstimate, measured_height
+from topview.people.identity import KnownUser, assign
+from topview.people.segmentation import (
+    Scene,
+    SegmentationSettings,
+    body_distance,
+    bone_distance,
+    split_users,
+)
+
+UP = np.array([0.0, -1.0, 0.0])
+VIEW = HeadView(np.zeros((3, 3), np.float32))
+
+
+def head(x: float, y: float = 0.0, z: float = 3.0, confidence: float = 0.9) -> HeadCandidate:
+    return HeadCandidate(np.array([x, y, z]), confidence)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(1, 4), st.integers(0, 5), st.integers(0, 1000))
+def test_an_assignment_is_one_to_one_and_never_forbidden(users: int, heads: int, seed: int) -> None:
+    scores = np.random.default_rng(seed).uniform(-1, 1, (users, heads))
+    scores[scores < -0.3] = -np.inf
+    pairs = assign(scores)
+    assert len(set(pairs.values())) == len(pairs)
+    assert all(np.isfinite(scores[pair]) for pair in pairs.items())
+
+
+def test_two_who_come_close_are_told_apart_by_their_motion() -> None:
+    left, right = KnownUser(1, head(-0.3), VIEW, 0.0), KnownUser(2, head(0.3), VIEW, 0.0)
+    for step in range(1, 8):
+        left.see(head(-0.3 + 0.04 * step), VIEW, step / 30)
+        right.see(head(0.3 - 0.04 * step), VIEW, step / 30)
+    # After the next step the one who came from the left is on the right.
+    heads = [head(0.02), head(-0.02)]
+    scores = [[user.score(h, UP, 8 / 30) for h in heads] for user in (left, right)]
+    assert assign(np.array(scores)) == {0: 0, 1: 1}
+
+
+def test_a_hidden_user_slows_down_and_the_search_widens() -> None:
+    user = KnownUser(1, head(0.0), VIEW, 0.0)
+    for step in range(1, 15):
+        user.see(head(0.05 * step), VIEW, step / 30)
+    start, seen_s = user.head_camera[0], user.seen_s
+    reached = [user.predicted(seen_s + ahead)[0] for ahead in (0.2, 1.0, 3.0, 5.0)]
+    assert start < reached[0] < reached[1] < reached[2] < reached[3] < start + 1.0
+    aside = head(user.head_camera[0], z=3.6)
+    assert user.score(aside, UP, seen_s + 0.03) == -np.inf
+    assert user.score(aside, UP, seen_s + 1.0) > -np.inf
+
+
+def scene_with(depth: np.ndarray, ground_y: float) -> Scene:
+    floor = FloorPlane(UP.copy(), ground_y)
+    cloud = Cloud.from_frame(frame(depth))
+    nothing = np.zeros(cloud.depth_m.shape, np.bool_)
+    return Scene.of(cloud, floor, nothing, SegmentationSettings())
+
+
+def test_stature_is_measured_on_the_upright_alone() -> None:
+    ground_y, floor = 1.1, plane(UP, 1.1)
+    upright = scene_with(render(standing_person(0.0, 3.0, ground_y, 1.8), [floor]), ground_y)
+    at = np.array([0.0, ground_y - 0.93 * 1.8, 3.0])
+    body = np.isfinite(body_distance(upright, at, 1.8, SegmentationSettings()))
+    assert measured_height(upright, at, body) == pytest.approx(1.79, abs=0.03)
+
+    # The same head, but most of the body far aside of it: bent, or lying.
+    assert measured_height(upright, at + np.array([0.6, 0.0, 0.0]), body) is None
+    assert measured_height(upright, at, np.zeros_like(body)) is None
+
+
+def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measurement() -> None:
+    estimate = HeightEstimate()
+    estimate.add(None)
+    assert estimate.height_m == PRIOR_HEIGHT_M
+    for bent in np.linspace(0.0, 0.1, 50):
+        estimate.add(1.65 - bent)
+    assert estimate.height_m == pytest.approx(1.63, abs=0.02)
+
+
+def test_bone_distance_is_zero_on_the_bones_and_euclidean_beside_them() -> None:
+    generator = np.random.default_rng(0)
+    joints = generator.normal(size=(len(JOINTS), 3))
+    bones = [(end, joint.bone_to) for end, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+    on_bones = np.array([0.3 * joints[a] + 0.7 * joints[b] for a, b in bones])
+    np.testing.assert_allclose(bone_distance(on_bones, joints), 0.0, atol=1e-9)
+    far = np.array([[100.0, 0.0, 0.0]])
+    nearest = min(
+        np.linalg.norm(far[0] - (joints[a] + s * (joints[b] - joints[a])))
+        for a, b in bones
+        for s in np.linspace(0, 1, 1001)
+    )
+    assert bone_distance(far, joints)[0] == pytest.approx(nearest, abs=1e-2)
+
+
+def test_tracked_bones_decide_between_two_who_touch() -> None:
+    ground_y = 1.1
+    balls = standing_person(-0.25, 3.0, ground_y) + standing_person(0.25, 3.0, ground_y)
+    scene = scene_with(render(balls, [plane(UP, ground_y)]), ground_y)
+    sizes = SegmentationSettings()
+    heads = [np.array([x, ground_y - 0.93 * 1.75, 3.0]) for x in (-0.25, 0.25)]
+    bodies = [body_distance(scene, at, 1.75, sizes) for at in heads]
+    # All bones upright, one body's beside the other's.
+    left = np.tile(heads[0], (len(JOINTS), 1))
+    left[:, 1] = np.linspace(heads[0][1], ground_y, len(JOINTS))
+    right = left + np.array([0.5, 0.0, 0.0])
+    by_surface = split_users(scene, bodies, [None, None], sizes)
+    by_bones = split_users(scene, bodies, [left, right], sizes)
+    x = scene.cloud.points_camera[..., 0]
+    for masks in (by_surface, by_bones):
+        assert (x[masks[0]] < 0.05).mean() > 0.97
+        assert (x[masks[1]] > -0.05).mean() > 0.97
+    crossed = split_users(scene, bodies, [right, left], sizes)
+    is_contested = np.isfinite(bodies[0]) & np.isfinite(bodies[1])
+    assert (x[crossed[0] & is_contested] > -0.1).mean() > 0.97
+
+
+def test_the_background_learns_the_room_but_nobody() -> None:
+    background = Background()
+    depth = np.full((4, 6), 3.0, np.float32)
+    somebody = np.zeros((4, 6), np.bool_)
+    somebody[:, :2] = True
+    for _ in range(5 * FRAMES_UNTIL_KNOWN):
+        background.update(depth, somebody)
+    np.testing.assert_array_equal(background.is_seen_in(depth), ~somebody)
+    assert not background.is_seen_in(depth - 0.5).any()
+    # What is seen further away was never there.
+    background.update(depth + 1.0, np.zeros_like(somebody))
+    assert not background.is_seen_in(depth).any()
