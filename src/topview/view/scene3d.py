@@ -256,8 +256,10 @@ def _paint_floor(painting: Painting, stage: Stage, T_eye_camera: NDArray[np.floa
         ):
             color = GRID_STRONG if strong else GRID
             draw_line(painting.image, place(*start), place(*end), color, OVERSAMPLING)
-        if z0 + step > 0.0:
-            at = place(float(np.clip(0.0, x0 - reach, x0 + reach)) + 0.1, z0 + step - 0.1)
+        at = place(float(np.clip(0.0, x0 - reach, x0 + reach)) + 0.1, z0 + step - 0.1)
+        margin = 24 * OVERSAMPLING
+        room = np.array([painting.eye.width, painting.eye.height]) - margin
+        if z0 + step > 0.0 and (margin < at).all() and (at < room).all():
             label = f"{z0 + step:.0f} m"
             draw_text(painting.image, label, (at[0], at[1]), 9 * OVERSAMPLING, MUTED)
 
