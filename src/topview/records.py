@@ -202,7 +202,7 @@ class SkeletonSequence:
     @property
     def present(self) -> NDArray[np.bool_]:
         """[F, P] True where a person is given at all."""
-        return np.isfinite(self.joints_camera).all(-1).any(-1)
+        return np.asarray(np.isfinite(self.joints_camera).all(-1).any(-1))
 
     @classmethod
     def from_people(

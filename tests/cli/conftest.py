@@ -36,8 +36,8 @@ def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
     """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
 
     def run(*arguments: object) -> Finished:
-        with warnings.catch_warnings(), pytest.raises(SystemExit) as ended:
-            warnings.simplefilter("error")  # a user would see it on stderr
+        # A user would see a warning on stderr.
+        with warnings.catch_warnings(action="error"), pytest.raises(SystemExit) as ended:
             main([str(argument) for argument in arguments])
         printed = capsys.readouterr()
         complaints = printed.err.splitlines()
