@@ -14,8 +14,8 @@ from topview.people.background import FRAMES_UNTIL_KNOWN, Background
 from topview.people.floor import FloorPlane
 from topview.people.height import PRIOR_HEIGHT_M, HeightEstimate, measured_height
 from topview.people.identity import KnownUser, assign
+from topview.people.scene import Scene, SceneSettings
 from topview.people.segmentation import (
-    Scene,
     SegmentationSettings,
     body_distance,
     bone_distance,
@@ -67,7 +67,7 @@ def scene_with(depth: np.ndarray, ground_y: float) -> Scene:
     floor = FloorPlane(UP.copy(), ground_y)
     cloud = Cloud.from_frame(frame(depth))
     nothing = np.zeros(cloud.depth_m.shape, np.bool_)
-    return Scene.of(cloud, floor, nothing, SegmentationSettings())
+    return Scene.of(cloud, floor, nothing, SceneSettings())
 
 
 def test_stature_is_measured_on_the_upright_alone() -> None:

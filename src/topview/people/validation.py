@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
-from topview.people.segmentation import JUMP_PER_SQUARE_M, Scene
+from topview.people.scene import Scene
+from topview.people.surfaces import JUMP_PER_SQUARE_M
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,74 @@
+"""Who is there already, and whether somebody else can be there too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HeadCandidate, head_evidence
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.people.scene import Scene
+from topview.people.segmentation import body_distance
+from topview.people.settings import PeopleSettings
+from topview.people.validation import looks_like_person
+
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
+
+# Ours: closer together are no two heads' centres.
+SAME_HEAD_M = 0.2
+# Ours: what is this near to somebody's head over the surface is that person's, if it is not
+# clearly another head.
+OWN_HEAD_M = 0.4
+
+
+def reached(scene: Scene, point_camera: Vector, body: Distance) -> float:
+    """How far over the surface what is seen at a point is from a body's head."""
+    row, column, in_view = scene.cloud.pixel_of(point_camera)
+    return float(body[row, column]) if in_view else np.inf
+
+
+@dataclass(slots=True, eq=False)
+class Present:
+    """Heads ([3] each) and bodies (`body_distance`, [h, w] each) that are sure."""
+
+    heads: list[Vector] = field(default_factory=list)
+    bodies: list[Distance] = field(default_factory=list)
+
+    def add(self, head_camera: Vector, body: Distance) -> None:
+        self.heads.append(head_camera)
+        self.bodies.append(body)
+
+    def owns(self, scene: Scene, head: HeadCandidate, sure: float) -> bool:
+        """Whether a head is one of theirs already, or the shoulder of one who stands in front,
+        which a head of less confidence than `sure` may be."""
+        center = head.center_camera
+        if any(np.linalg.norm(center - other) < SAME_HEAD_M for other in self.heads):
+            return True
+        return head.confidence < sure and any(
+            reached(scene, center, body) < OWN_HEAD_M for body in self.bodies
+        )
+
+    def left_of(self, body: Distance) -> Distance:
+        """[h, w] what of a body is not nearer to another's head."""
+        return np.where(np.minimum.reduce([body, *self.bodies]) < body, np.float32(np.inf), body)
+
+    def person_under(
+        self, scene: Scene, head: HeadCandidate, settings: PeopleSettings
+    ) -> Distance | None:
+        """The body that a new head stands over, if what of it is nobody else's measures like a
+        person's and the head is far enough from other heads."""
+        center = head.center_camera
+        if head.confidence < settings.new_confidence or any(
+            np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
+            for other in self.heads
+        ):
+            return None
+        upright = head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0]
+        if upright < settings.upright_confidence:
+            return None
+        body = body_distance(scene, center, PRIOR_HEIGHT_M, settings.segmentation)
+        is_person = looks_like_person(scene, head, self.left_of(body), settings.limits)
+        return body if is_person else None

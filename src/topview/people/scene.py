@@ -1,0 +1,165 @@
+"""What one frame shows, with up and down, and what of it may be a person's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, right_of
+from topview.people.floor import CAMERA_UP, FloorPlane
+from topview.people.surfaces import bulky_surfaces, inset_of_surfaces
+
+
+@dataclass(frozen=True, slots=True)
+class SceneSettings:
+    """What is floor, and what is too bulky for a limb or a person; metres, ours where not said.
+
+    Attributes:
+        floor_margin_m: what is lower than this, plus the noise, is floor; a foot is 7 cm high.
+        bulk_radius_m: of a disc that fits into a child's torso, but into no limb: a thigh is
+            18 cm across (NASA-STD-3000).
+        huge_core_m2: area of a surface after `bulk_radius_m` is taken off all round, from which
+            it is no person: two people who touch side by side are below it.
+    """
+
+    floor_margin_m: float = 0.035
+    bulk_radius_m: float = 0.13
+    huge_core_m2: float = 0.8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A cloud with up and down: heights, the overview, and what may be a person's.
+
+    Attributes:
+        cloud: the small cloud.
+        settings: what it was made with.
+        floor: the floor if one is in view.
+        up_camera: [3] the floor's normal, else the camera's own up.
+        basis_camera: [2, 3] unit vectors along the floor: to the camera's right, and forward.
+        heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
+        overview_m: [h, w, 2] the points seen from above (right, forward).
+        is_free_standing: [h, w] pixels with a reading that are neither floor, wall nor known
+            background.
+        inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
+        is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
+            but no limb.
+    """
+
+    cloud: Cloud
+    settings: SceneSettings
+    floor: FloorPlane | None
+    up_camera: NDArray[np.float64]
+    basis_camera: NDArray[np.float64]
+    heights_m: NDArray[np.float32]
+    overview_m: NDArray[np.float32]
+    is_free_standing: NDArray[np.bool_]
+    inset_m: NDArray[np.float32]
+    is_bulky: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls,
+        cloud: Cloud,
+        floor: FloorPlane | None,
+        is_background: NDArray[np.bool_],
+        settings: SceneSettings,
+    ) -> Scene:
+        """`is_background` [h, w]: what is known to be the room's."""
+        up_camera = CAMERA_UP if floor is None else floor.normal_camera
+        points = cloud.points_camera
+        heights_m = points @ up_camera.astype(np.float32)
+        is_free_standing = cloud.has_reading & ~is_background
+        if floor is not None:
+            heights_m += np.float32(floor.distance_m)
+            margin = floor_margin_m(cloud.depth_m, heights_m, floor, settings.floor_margin_m)
+            is_free_standing = is_free_standing & (heights_m > margin)
+        inset_m = inset_of_surfaces(cloud, is_free_standing)
+        is_bulky, is_huge = bulky_surfaces(
+            cloud, is_free_standing, inset_m, settings.bulk_radius_m, settings.huge_core_m2
+        )
+        is_free_standing = is_free_standing & ~is_huge
+        basis_camera = overview_basis(up_camera)
+        return cls(
+            cloud,
+            settings,
+            floor,
+            up_camera,
+            basis_camera,
+            heights_m,
+            points @ basis_camera.T.astype(np.float32),
+            is_free_standing,
+            inset_m,
+            is_bulky,
+        )
+
+    def is_under(self, head_camera: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
+        """[h, w] what lies in the upright cylinder under a head."""
+        right, forward = self.overview_of(head_camera)
+        aside_m = np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
+        top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M
+        return (aside_m < radius_m) & (self.heights_m < top_m)
+
+    def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
+        """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
+        z = float(point_camera[2])
+        camera = self.cloud.camera
+        if z <= 0.1:
+            return True
+        u = point_camera[0] / z * camera.fx + camera.cx
+        v = point_camera[1] / z * camera.fy + camera.cy
+        border_px = border_m / z * camera.fx
+        return not (
+            border_px <= u < camera.width - border_px and border_px <= v < camera.height - border_px
+        )
+
+    def is_above(self, point_camera: NDArray[np.float64]) -> bool:
+        """Whether a [3] point is out of view beyond the upper border alone."""
+        x, y, z = point_camera.tolist()
+        camera = self.cloud.camera
+        return bool(
+            z > 0.1
+            and camera.fy * y / z + camera.cy < 0.0
+            and 0.0 <= camera.fx * x / z + camera.cx < camera.width
+        )
+
+    def overview_of(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[..., 2] right and forward of [..., 3] points."""
+        return points_camera @ self.basis_camera.T
+
+    def height_of(self, point_camera: NDArray[np.float64]) -> float:
+        """Metres along up of a [3] point, as `heights_m`."""
+        height_m = float(point_camera @ self.up_camera)
+        return height_m if self.floor is None else height_m + self.floor.distance_m
+
+    def is_empty_at(self, point_camera: NDArray[np.float64]) -> bool:
+        """Whether a head's place is seen to be in free space."""
+        depth_m, in_view = self.cloud.lookup(point_camera)
+        is_free = depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M
+        return bool(in_view and is_free)
+
+    def is_hidden_at(self, point_camera: NDArray[np.float64]) -> bool:
+        """Whether something nearer hides a head's place."""
+        depth_m, in_view = self.cloud.lookup(point_camera)
+        return bool(in_view and 0.0 < depth_m < point_camera[2] - 2 * HEAD_RADIUS_M)
+
+
+def floor_margin_m(
+    depth_m: NDArray[np.float32],
+    heights_m: NDArray[np.floating],
+    floor: FloorPlane,
+    margin_m: float,
+) -> NDArray[np.floating]:
+    """How high a reading of the floor may seem to be: the noise lies along the ray, so that it
+    moves a point up by the share of the ray's own descent."""
+    drop_per_m = np.abs(heights_m - np.float32(floor.distance_m)) / np.maximum(depth_m, 0.1)
+    return margin_m + 2.0 * depth_noise_m(depth_m) * drop_per_m
+
+
+def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[2, 3] unit vectors along the floor: to the camera's right, and forward."""
+    right = right_of(up_camera)
+    return np.stack([right, np.cross(up_camera, right)])
