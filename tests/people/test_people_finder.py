@@ -100,6 +100,17 @@ def test_a_raised_hand_does_not_become_the_head() -> None:
         assert mask_of(user).any(1).argmax() <= top_row + 2
 
 
+def test_a_hand_that_hides_its_forearm_belongs_to_the_body_and_a_cupboard_does_not() -> None:
+    body = standing_person(0.0, 2.8, GROUND_Y)
+    hand = (np.array([0.16, -0.02, 2.35]), 0.06)
+    cupboard = box((-0.9, 0.0, 2.2), (-0.2, GROUND_Y, 2.6))
+    (user,) = PeopleFinder().update(frame(render([*body, hand], [*ROOM, cupboard])))
+    is_hand = render([hand]) > 0.0
+    is_cupboard = np.isfinite(cupboard)
+    assert (mask_of(user) & is_hand).sum() > 0.8 * is_hand.sum()
+    assert (mask_of(user) & is_cupboard).sum() < 0.02 * is_cupboard.sum()
+
+
 def crossing(index: int) -> tuple[float, float]:
     """x of the one in front and of the one behind."""
     return -1.1 + 0.045 * index, 0.8 - 0.03 * index

@@ -15,6 +15,7 @@ from topview.people.background import Background
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
+from topview.people.pieces import with_pieces
 from topview.people.present import Present, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance, full_pixels, split_users
@@ -28,6 +29,7 @@ __all__ = ["PeopleFinder", "PeopleSettings"]
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 # Ours: a head that scores this (`KnownUser.score`) is not doubted.
 SURE_SCORE = 0.75
@@ -81,11 +83,12 @@ class PeopleFinder:
         heads = self._correct(scene, heads, bodies, time_s)
         self._welcome(scene, heads, bodies, time_s)
         self._is_first_frame = False
-        users = self._users(scene, bodies, joints, time_s)
         is_somebodys = np.zeros(cloud.depth_m.shape, np.bool_)
         for body in bodies:
             is_somebodys |= np.isfinite(body)
+        whole = self._with_pieces(scene, bodies, is_somebodys, time_s)
         self._background.update(cloud.depth_m, is_somebodys)
+        users = self._users(scene, bodies, whole, joints, time_s)
         self._dismiss(scene, time_s)
         return users
 
@@ -284,12 +287,39 @@ class PeopleFinder:
                 staying.append(user)
         self._known = staying
 
+    def _with_pieces(
+        self, scene: Scene, bodies: list[Distance], is_somebodys: Mask, time_s: float
+    ) -> list[Distance]:
+        """The bodies with the limbs that are cut off from them, which `is_somebodys` is told of."""
+        whole = [
+            with_pieces(
+                scene,
+                user.head_camera,
+                max(user.height.height_m, PRIOR_HEIGHT_M),
+                body,
+                is_somebodys,
+                self.settings.pieces,
+            )
+            if user.seen_s == time_s
+            else body
+            for user, body in zip(self._known, bodies, strict=True)
+        ]
+        for body in whole:
+            is_somebodys |= np.isfinite(body)
+        return whole
+
     def _users(
-        self, scene: Scene, bodies: list[Distance], joints: dict[int, Vector], time_s: float
+        self,
+        scene: Scene,
+        bodies: list[Distance],
+        whole: list[Distance],
+        joints: dict[int, Vector],
+        time_s: float,
     ) -> list[User]:
+        """What the tracker is told; loose limbs (`whole`, not `bodies`) are not remembered."""
         masks = split_users(
             scene,
-            bodies,
+            whole,
             [joints.get(user.id) for user in self._known],
             self.settings.segmentation,
         )

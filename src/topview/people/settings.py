@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from topview.people.floor import FloorSettings
+from topview.people.pieces import PieceSettings
 from topview.people.scene import SceneSettings
 from topview.people.segmentation import SegmentationSettings
 from topview.people.validation import PersonLimits
@@ -26,6 +27,7 @@ class PeopleSettings:
         floor: which planes may be a floor.
         scene: what is floor and what is furniture.
         segmentation: which points are whose.
+        pieces: which loose pieces may be limbs.
         limits: what a person measures.
     """
 
@@ -39,4 +41,5 @@ class PeopleSettings:
     floor: FloorSettings = field(default_factory=FloorSettings)
     scene: SceneSettings = field(default_factory=SceneSettings)
     segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)
+    pieces: PieceSettings = field(default_factory=PieceSettings)
     limits: PersonLimits = field(default_factory=PersonLimits)
