@@ -311,7 +311,7 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 
 @njit(parallel=True, cache=True, error_model="numpy", nogil=True)
 def refine_bodies(
-    necks, Rs_all, neck_predicted, Rs_predicted, lengths, radii, joints_parent, parents, tree,
+    necks, Rs_all, necks_prior, Rs_prior, lengths, radii, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
@@ -321,7 +321,7 @@ def refine_bodies(
 
     Args:
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
-        neck_predicted, Rs_predicted: [3] and [B, 3, 3], the pose that the priors hold to, its
+        necks_prior, Rs_prior: [M, 3] and [M, B, 3, 3], the pose that each candidate is held to, its
             rotations relative to the tree.
         lengths, radii, joints_parent: the body in metres; parents: [B] of the table of parts.
         tree: [B] parents in the tree that hangs from the upper torso.
@@ -339,7 +339,7 @@ def refine_bodies(
         reach, scale: metres; points farther off do not pull, and the width of the robust weight.
         margin: metres that a part's axis may lie in front of what is seen.
         costs: unexplained share of the points, share of axis samples in free space, and mean
-            squared departure from the prediction.
+            squared departure from the prior pose.
     """
     H, W = depth.shape
     B = Rs_all.shape[1]
@@ -490,11 +490,11 @@ def refine_bodies(
             relative_rotations(Rs, tree, relative)
             departure = 0.0
             for i in range(3):
-                offset = neck[i] - neck_predicted[i]
+                offset = neck[i] - necks_prior[m, i]
                 A[i, i] += prior_weights[i]
                 g[i] -= prior_weights[i] * offset
             for k in range(B):
-                _multiply(Rs_predicted[k], relative[k], True, R)
+                _multiply(Rs_prior[m, k], relative[k], True, R)
                 _vector(R, away)
                 for a in range(n_dof_of[k]):
                     d = dof_of[k, a]

@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.kinematics import R_CAMERA_FACING
 from topview.body.model import BodyModel
-from topview.body.parts import (
-    HEAD,
-    LEFT_LOWER_LEG,
-    LEFT_UPPER_LEG,
-    LOWER_TORSO,
-    PARTS,
-    RIGHT_LOWER_LEG,
-    RIGHT_UPPER_LEG,
-    UPPER_TORSO,
-)
+from topview.body.parts import HEAD, LOWER_TORSO, UPPER_TORSO
 from topview.filter.particles import generator
 from topview.geometry.rotations import (
-    rotations_from_angles,
     rotations_from_vectors,
     vectors_from_rotations,
 )
 from topview.track.evidence import Evidence
 from topview.track.girth import GirthEstimate
-from topview.track.limbs import LIMBS, LimbSearch, LimbSettings
+from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
+from topview.track.stances import STANDING, heading, stand, stand_all
 from topview.track.timing import StageClock
 
 Array = NDArray[np.float64]
@@ -50,16 +39,38 @@ class BodySettings:
 
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
-    start_yaws_rad: tuple[float, ...] = (0.0, -0.6, 0.6, -1.2, 1.2)
+    start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
     start_iterations: int = 15
-    start_searched: int = 3
-    turned: int = 0
-    turn_sigma_rad: tuple[float, float, float] = (0.25, 0.35, 0.15)
-    turned_margin: float = 0.03
+    searched: int = 3
+    turned: int = 12
+    turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
+    lost_cost: float = 0.3
+    lost_iterations: int = 8
+    lost_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7)
+    lost_margin: float = 0.02
     velocity_share: float = 0.6
     free_space_weight: float = 1.0
     departure_weight: float = 0.3
     least_points: int = 30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    """One frame, as every step of a tracker needs it."""
+
+    model: BodyModel
+    evidence: Evidence
+    frame: int
+    clock: StageClock
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """A pose, the limb hypotheses that go on with it, and what speaks against it."""
+
+    pose: Pose
+    kept: Kept
+    cost: float
 
 
 class BodyTracker:
@@ -73,6 +84,7 @@ class BodyTracker:
         self.pose: Pose | None = None
         self._limbs = LimbSearch(settings.limbs, threads)
         self._before: Pose | None = None
+        self._kept: Kept = {}
         self._girths = GirthEstimate()
 
     def update(self, model: BodyModel, evidence: Evidence, frame: int, clock: StageClock) -> Pose:
@@ -80,11 +92,10 @@ class BodyTracker:
         model = self._girths.applied_to(model)
         if len(evidence.points_camera) < self.settings.least_points:
             pose = self._hidden(model, evidence)
-        elif self.pose is None:
-            with clock.stage("start"):
-                pose = self._start(model, evidence, frame)
         else:
-            pose = self._follow(self.pose, model, evidence, frame, clock)
+            look = _Look(model, evidence, frame, clock)
+            found = self._start(look) if self.pose is None else self._follow(self.pose, look)
+            pose, self._kept = found.pose, found.kept
             self._girths.learn(pose, model, evidence)
         self._before, self.pose = self.pose, pose
         return pose
@@ -92,47 +103,63 @@ class BodyTracker:
     def _hidden(self, model: BodyModel, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
         if self.pose is None:
-            return _standing(model, evidence.head_camera, 0.0, seated=False)
+            return stand(model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         half_head = 0.5 * model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
         return Pose(evidence.head_camera + half_head, self.pose.Rs)
 
-    def _follow(
-        self, last: Pose, model: BodyModel, evidence: Evidence, frame: int, clock: StageClock
-    ) -> Pose:
+    def _follow(self, last: Pose, look: _Look) -> _Found:
+        """Predict, refine, search the limbs, refine; if that does not explain the person, look
+        wider."""
         s = self.settings
         moving = self._extrapolated(last)
-        with clock.stage("body"):
-            candidates = [last, moving, *self._turned(moving, model, frame)]
-            refined = refine(candidates, last, model, evidence, s.refinement)
-            costs = self._costs(refined)
-            costs[2:] += s.turned_margin
-            pose = refined.poses[int(np.argmin(costs))]
-        with clock.stage("limbs"):
-            pose = self._limbs.search(pose, moving, model, evidence, self._generators(frame))
-        with clock.stage("refinement"):
-            return refine([pose], pose, model, evidence, s.refinement).poses[0]
+        with look.clock.stage("body"):
+            refined = self._refined([last, moving], last, look)
+            pose = refined.poses[int(np.argmin(self._costs(refined)))]
+        found = self._with_limbs(pose, moving, self._kept, look)
+        if found.cost < s.lost_cost:
+            return found
+        with look.clock.stage("body"):
+            up = look.evidence.up_camera
+            yaw = heading(last.Rs[UPPER_TORSO], up)
+            yaws = [yaw + turn for turn in s.lost_turns_rad]
+            wider = self._turned(moving, look)
+            wider += stand_all(look.model, look.evidence.head_camera, yaws, up)
+        others = self._best_with_limbs(wider, s.lost_iterations, look)
+        return others if others.cost < found.cost - s.lost_margin else found
 
-    def _start(self, model: BodyModel, evidence: Evidence, frame: int) -> Pose:
-        """Try ways to stand or sit, in several directions; search the limbs of the best ones."""
+    def _start(self, look: _Look) -> _Found:
+        """Try every stance in several directions."""
         s = self.settings
-        candidates = [
-            _standing(model, evidence.head_camera, yaw, seated)
-            for seated in (False, True)
-            for yaw in s.start_yaws_rad
-        ]
-        tried = refine(candidates, candidates[0], model, evidence, s.refinement, s.start_iterations)
-        order = np.argsort(self._costs(tried), kind="stable")[: s.start_searched]
-        searched = []
+        evidence = look.evidence
+        stances = stand_all(look.model, evidence.head_camera, s.start_yaws_rad, evidence.up_camera)
+        return self._best_with_limbs(stances, s.start_iterations, look)
+
+    def _best_with_limbs(self, candidates: list[Pose], iterations: int, look: _Look) -> _Found:
+        """Refine candidates that know nothing of the frames before, search the limbs of the most
+        promising ones, and give the best."""
+        with look.clock.stage("body"):
+            refined = self._refined(candidates, None, look, iterations)
+            order = np.argsort(self._costs(refined), kind="stable")[: self.settings.searched]
+        founds = []
         for index in order:
-            self._limbs.forget()
-            pose = tried.poses[index]
-            for _ in range(2):
-                pose = self._limbs.search(pose, pose, model, evidence, self._generators(frame))
-                pose = refine([pose], pose, model, evidence, s.refinement).poses[0]
-            searched.append(pose)
-        self._limbs.forget()
-        measured = refine(searched, searched[0], model, evidence, s.refinement, 0)
-        return searched[int(np.argmin(self._costs(measured)))]
+            found = self._with_limbs(refined.poses[index], refined.poses[index], {}, look)
+            founds.append(self._with_limbs(found.pose, found.pose, found.kept, look))
+        return min(founds, key=lambda found: found.cost)
+
+    def _with_limbs(self, pose: Pose, predicted: Pose, kept: Kept, look: _Look) -> _Found:
+        """The pose with its limbs searched and all of it refined."""
+        with look.clock.stage("limbs"):
+            rngs = {upper: generator(self.seed, self.person, upper, look.frame) for upper in LIMBS}
+            pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
+        with look.clock.stage("refinement"):
+            refined = self._refined([pose], None, look)
+        return _Found(refined.poses[0], kept, float(self._costs(refined)[0]))
+
+    def _refined(
+        self, poses: list[Pose], prior: Pose | None, look: _Look, iterations: int | None = None
+    ) -> Refined:
+        settings = self.settings.refinement
+        return refine(poses, prior, look.model, look.evidence, settings, iterations)
 
     def _costs(self, refined: Refined) -> Array:
         s = self.settings
@@ -154,13 +181,13 @@ class BodyTracker:
             now @ rotations_from_vectors(share * turn),
         )
 
-    def _turned(self, pose: Pose, model: BodyModel, frame: int) -> Sequence[Pose]:
+    def _turned(self, pose: Pose, look: _Look) -> list[Pose]:
         """Candidates whose torso is turned about the neck, or about the pelvis, by turns; the
         limbs keep their directions in the room."""
-        rng = generator(self.seed, self.person, UPPER_TORSO, frame)
+        rng = generator(self.seed, self.person, UPPER_TORSO, look.frame)
         vectors = rng.standard_normal((self.settings.turned, 3)) * self.settings.turn_sigma_rad
-        to_pelvis = pose.Rs[UPPER_TORSO][:, 1] * model.lengths_m[UPPER_TORSO]
-        to_pelvis += pose.Rs[LOWER_TORSO][:, 1] * model.lengths_m[LOWER_TORSO]
+        to_pelvis = pose.Rs[UPPER_TORSO][:, 1] * look.model.lengths_m[UPPER_TORSO]
+        to_pelvis += pose.Rs[LOWER_TORSO][:, 1] * look.model.lengths_m[LOWER_TORSO]
         poses = []
         for index, turn in enumerate(rotations_from_vectors(vectors)):
             Rs = pose.Rs.copy()
@@ -170,18 +197,3 @@ class BodyTracker:
             shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
             poses.append(Pose(pose.neck_camera + shift, Rs))
         return poses
-
-    def _generators(self, frame: int) -> dict[int, np.random.Generator]:
-        return {upper: generator(self.seed, self.person, upper, frame) for upper in LIMBS}
-
-
-def _standing(model: BodyModel, head_camera: Array, yaw_rad: float, seated: bool) -> Pose:
-    """Upright below the head, turned by `yaw_rad` from facing the camera; arms down."""
-    R_facing = R_CAMERA_FACING @ rotations_from_angles(np.array([0.0, yaw_rad, 0.0]))
-    Rs = np.repeat(R_facing[None], len(PARTS), axis=0)
-    if seated:
-        thigh = R_facing @ rotations_from_angles(np.array([1.4, 0.0, 0.0]))
-        Rs[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG]] = thigh
-        Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = R_facing
-    neck = head_camera + R_facing[:, 1] * 0.5 * model.lengths_m[HEAD]
-    return Pose(neck, Rs)

@@ -14,6 +14,7 @@ from topview.records import Camera
 from topview.score.utvr import DepthView
 
 WORKING_SPACING_M = 0.008  # the image is thinned while neighbours stay nearer than this; ours
+CAMERA_UP = np.array([0.0, -1.0, 0.0])
 MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
 
 
@@ -25,7 +26,9 @@ class Evidence:
         view: the scene's depth.
         mine: [H, W] bool, pixels of the user.
         nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel; -1 for none.
+        coarse_view: the scene's depth at half the resolution.
         all_points_camera: [A, 3] the user's points, metres.
+        is_coarse: [A] which of them are in `coarse_view`.
         points_camera: [N, 3] an even choice of them, for refinement.
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
@@ -35,12 +38,19 @@ class Evidence:
     view: DepthView
     mine: NDArray[np.bool_]
     nearest: NDArray[np.int32]
+    coarse_view: DepthView
     all_points_camera: NDArray[np.float64]
+    is_coarse: NDArray[np.bool_]
     points_camera: NDArray[np.float64]
     point_area_m2: float
     head_camera: NDArray[np.float64]
     head_is_seen: bool
     floor: NDArray[np.float64]
+
+    @property
+    def up_camera(self) -> NDArray[np.float64]:
+        """[3] unit vector: the floor's normal, or the camera's own up where no floor is known."""
+        return self.floor[:3] if self.floor.any() else CAMERA_UP
 
 
 def working_stride(camera: Camera, nearest_m: float) -> int:
@@ -48,7 +58,7 @@ def working_stride(camera: Camera, nearest_m: float) -> int:
     return max(1, round(WORKING_SPACING_M * min(camera.fx, camera.fy) / max(nearest_m, 0.3)))
 
 
-def thin_view(depth_m: NDArray[np.float32], camera: Camera, stride: int) -> DepthView:
+def thin_view(depth_m: NDArray[np.float32], camera: Camera | DepthView, stride: int) -> DepthView:
     """Every `stride`-th pixel of every `stride`-th row."""
     return DepthView(
         np.ascontiguousarray(depth_m[::stride, ::stride]),
@@ -77,7 +87,9 @@ def gather(
         view,
         mine,
         nearest_pixels(mine),
+        thin_view(view.depth_m, view, 2),
         points,
+        (v % 2 == 0) & (u % 2 == 0),
         np.ascontiguousarray(points[::step]),
         step * distance**2 / (view.fx * view.fy),
         user.head_camera,

@@ -22,7 +22,7 @@ from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
-from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
+from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence
 from topview.track.pose import HINGE_PAIRS, Pose
 from topview.track.refinement import label_points
@@ -59,6 +59,10 @@ class LimbSettings:
     palms: int = 10
     turns: int = 8
     wide: int = 40
+    screened: int = 40
+    settled: float = -0.5
+    settled_jittered: int = 24
+    settled_jitter_rad: float = 0.25
     refined: int = 10
     refine_iterations: int = 6
     reach_m: float = 0.12
@@ -76,6 +80,7 @@ class LimbSettings:
     motion_rad: float = 0.7
     motion_weight: float = 0.4
     limit_weight: float = 3.0
+    limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
     distinct_rad: float = 0.35
     margin: float = 0.15
@@ -134,6 +139,14 @@ def spread_points(points: Array, start: Array, count: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Scored:
+    """Points and image that a score is taken from."""
+
+    points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+    view: DepthView
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Limb:
     """One limb's surroundings in one frame."""
 
@@ -145,22 +158,22 @@ class _Limb:
     predicted: Array  # [2, 3] directions
     open_points: Array  # [N, 3] that no other part explains well, thinned
     exclusive_points: Array  # [N, 3] that no other part explains at all, thinned
-    score_points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+    fine: _Scored
+    coarse: _Scored
     placed: NDArray[np.float32]
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
 
+# The N best of each limb, [n, 2, 3] directions in the parent's frame, by upper part.
+Kept = Mapping[int, Array]
+
+
 class LimbSearch:
-    """Searches one user's limbs, and remembers the N best of each from frame to frame."""
+    """Searches one user's limbs."""
 
     def __init__(self, settings: LimbSettings, threads: int) -> None:
         self.settings = settings
         self.threads = threads
-        self._kept: dict[int, Array] = {}  # [n, 2, 3] directions in the parent's frame
-
-    def forget(self) -> None:
-        """Drop what was kept, as for a pose that starts anew."""
-        self._kept.clear()
 
     def search(
         self,
@@ -169,26 +182,30 @@ class LimbSearch:
         model: BodyModel,
         evidence: Evidence,
         generators: Mapping[int, np.random.Generator],
-    ) -> Pose:
-        """The pose with every limb replaced for which something clearly better was found."""
+        kept: Kept,
+    ) -> tuple[Pose, Kept]:
+        """The pose with every limb replaced for which something clearly better was found, and
+        the hypotheses that go on to the next frame; `kept` are those of the frame before."""
         origins = pose.origins(model)
         labelling = [
             label_points(points, pose, origins, model)
             for points in (evidence.points_camera, evidence.all_points_camera)
         ]
         Rs = pose.Rs.copy()
+        best_of: dict[int, Array] = {}
         for upper in LIMBS:
             limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted,
                                       model, evidence, labelling)  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
-            axes, scores = self._hypotheses(limb, current, evidence, generators[upper])
+            memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
+            axes, scores = self._hypotheses(limb, current, memory, evidence, generators[upper])
             best = n_best(scores, self.settings.kept)
-            self._kept[upper] = axes[best] @ limb.R_camera_parent
+            best_of[upper] = axes[best] @ limb.R_camera_parent
             if scores[best[0]] < scores[0] - self.settings.margin:
                 Rs[[upper, upper + 1]] = limb_rotations(
                     upper, axes[best[:1]], limb.R_camera_parent[:, 0]
                 )[0]
-        return Pose(pose.neck_camera, Rs)
+        return Pose(pose.neck_camera, Rs), best_of
 
     def _surroundings(
         self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,
@@ -219,7 +236,8 @@ class LimbSearch:
             predicted.Rs[parts, :, 1],
             np.ascontiguousarray(thinned[is_open]),
             np.ascontiguousarray(thinned[is_exclusive]),
-            tuple(np.ascontiguousarray(points[scored].T, np.float32)),  # type: ignore[arg-type]
+            _Scored(_columns(points[scored]), evidence.view),
+            _Scored(_columns(points[scored & evidence.is_coarse]), evidence.coarse_view),
             placed_parts(
                 pose.Rs[placed],
                 origins[placed],
@@ -230,37 +248,56 @@ class LimbSearch:
         )
 
     def _hypotheses(
-        self, limb: _Limb, current: Array, evidence: Evidence, rng: np.random.Generator
+        self,
+        limb: _Limb,
+        current: Array,
+        memory: Array,
+        evidence: Evidence,
+        rng: np.random.Generator,
     ) -> tuple[Array, Array]:
         """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
         s = self.settings
-        kept = self._kept.get(limb.upper)
-        memory = limb.predicted[None] if kept is None else kept @ limb.R_camera_parent.T
         seeds = np.concatenate([current[None], limb.predicted[None], memory])
-        parents = rng.integers(0, len(seeds), s.jittered)
-        jitter = s.jitter_rad * rng.standard_normal((s.jittered, 2, 3))
-        groups = [seeds, unit(seeds[parents] + jitter), unit(rng.standard_normal((s.wide, 2, 3)))]
-        palms = spread_points(limb.exclusive_points, limb.joint_camera, s.palms)
-        if len(palms):
-            palms = palms + unit(palms) * limb.radii_m[1]
-            groups.append(elbows_on_circle(limb.joint_camera, palms, *limb.lengths_m, s.turns))
-        axes = np.concatenate(groups)
-        scores = self._scores(limb, axes, evidence)
-        chosen = _distinct(axes, scores, s.refined, s.distinct_rad)
-        refined = axes[chosen].copy()
+        seed_scores = self._scores(limb, seeds, evidence, limb.fine)
+        drawn = self._drawn(limb, seeds, seed_scores[0], rng)
+        drawn_scores = self._scores(limb, drawn, evidence, limb.coarse)
+        axes = np.concatenate([seeds, drawn[n_best(drawn_scores, s.screened)]])
+        scores = np.concatenate(
+            [seed_scores, self._scores(limb, axes[len(seeds) :], evidence, limb.fine)]
+        )
+        refined = axes[_distinct(axes, scores, s.refined, s.distinct_rad)]
         view = evidence.view
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
             view.depth_m, evidence.mine, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
-            evidence.floor,
-            s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight, s.prior_weight,
-            s.samples_per_part, s.refine_iterations,
+            evidence.floor, s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight,
+            s.prior_weight, s.samples_per_part, s.refine_iterations,
         )  # fmt: skip
-        refined_scores = self._scores(limb, refined, evidence)
+        refined_scores = self._scores(limb, refined, evidence, limb.fine)
         scores[0] = min(scores[0], refined_scores[0])
         return np.concatenate([axes, refined]), np.concatenate([scores, refined_scores])
 
-    def _scores(self, limb: _Limb, axes: Array, evidence: Evidence) -> Array:
+    def _drawn(
+        self, limb: _Limb, seeds: Array, current_score: float, rng: np.random.Generator
+    ) -> Array:
+        """[M, 2, 3] hypotheses around the seeds; from the data and from anywhere as well if the
+        present pose, `seeds[0]`, does not explain what is seen."""
+        s = self.settings
+        is_settled = current_score < s.settled
+        count, sigma = (s.settled_jittered, s.settled_jitter_rad) if is_settled else (
+            s.jittered, s.jitter_rad
+        )  # fmt: skip
+        parents = rng.integers(0, len(seeds), count)
+        groups = [unit(seeds[parents] + sigma * rng.standard_normal((count, 2, 3)))]
+        if not is_settled:
+            groups.append(unit(rng.standard_normal((s.wide, 2, 3))))
+            palms = spread_points(limb.exclusive_points, limb.joint_camera, s.palms)
+            if len(palms):
+                palms = palms + unit(palms) * limb.radii_m[1]
+                groups.append(elbows_on_circle(limb.joint_camera, palms, *limb.lengths_m, s.turns))
+        return np.concatenate(groups)
+
+    def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, scored: _Scored) -> Array:
         """[M] log f_uTVR of both parts, with what speaks against a hypothesis besides (ours)."""
         s = self.settings
         Rs = limb_rotations(limb.upper, axes, limb.R_camera_parent[:, 0])
@@ -274,8 +311,8 @@ class LimbSearch:
                     origins,
                     limb.lengths_m[part],
                     np.array([radius, radius]),
-                    limb.score_points,
-                    evidence.view,
+                    scored.points,
+                    scored.view,
                     limb.placed,
                     s.tolerance_m,
                     self.threads,
@@ -296,7 +333,7 @@ class LimbSearch:
             log_score
             + s.unexplained_weight * unexplained
             + s.motion_weight * np.log1p((turn / s.motion_rad) ** 2).sum(1)
-            + s.limit_weight * beyond
+            + s.limit_weight * np.minimum(beyond, s.limit_cap_rad)
             + s.floor_weight_per_m * below
         )
 
@@ -309,13 +346,23 @@ class LimbSearch:
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
 
 
+def _columns(
+    points: Array,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    x, y, z = np.ascontiguousarray(points.T, np.float32)
+    return x, y, z
+
+
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
     """The present pose, and the best hypotheses that differ from each other."""
-    chosen = [0]
     cosine = np.cos(apart_rad)
+    is_near = (np.einsum("mpk,npk->mnp", axes, axes) > cosine).all(-1)
+    chosen = [0]
+    is_left = ~is_near[0]
     for index in np.argsort(scores, kind="stable"):
         if len(chosen) >= count:
             break
-        if ((axes[chosen] * axes[index]).sum(-1).min(1) < cosine).all():
+        if is_left[index]:
             chosen.append(int(index))
+            is_left &= ~is_near[index]
     return chosen

@@ -82,7 +82,7 @@ class Refined:
         poses: M poses.
         unexplained: [M] share of the user's points that lie on no part, robustly counted.
         in_free_space: [M] share of the body's axis that the image shows to be in free space.
-        departure: [M] mean squared turn away from the prediction, square radians.
+        departure: [M] mean squared turn away from the prior, square radians.
     """
 
     poses: list[Pose]
@@ -93,26 +93,30 @@ class Refined:
 
 def refine(
     candidates: Sequence[Pose],
-    predicted: Pose,
+    prior: Pose | None,
     model: BodyModel,
     evidence: Evidence,
     settings: RefinementSettings,
     iterations: int | None = None,
 ) -> Refined:
-    """Refine candidate poses against the evidence, each on its own."""
+    """Refine candidate poses against the evidence, each on its own.
+
+    All are held softly to `prior`, or each to where it starts if there is none.
+    """
     s = settings
+    priors = [prior] * len(candidates) if prior else candidates
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
     costs = np.empty((len(candidates), 3))
-    priors = np.full(N_DOFS, s.turn_prior_weight)
-    priors[:3] = s.place_prior_weight
-    priors[(DOF_PART == HEAD) & (DOF_AXIS == 1)] = s.twist_prior_weight
+    weights = np.full(N_DOFS, s.turn_prior_weight)
+    weights[:3] = s.place_prior_weight
+    weights[(DOF_PART == HEAD) & (DOF_AXIS == 1)] = s.twist_prior_weight
     view = evidence.view
     kernel.refine_bodies(
         necks,
         Rs,
-        predicted.neck_camera,
-        predicted.relative(),
+        np.array([pose.neck_camera for pose in priors]),
+        np.array([pose.relative() for pose in priors]),
         model.lengths_m,
         model.radii_m,
         model.joints_parent,
@@ -127,7 +131,7 @@ def refine(
         _N_CHAIN,
         _DOF_OF,
         _N_DOF_OF,
-        priors,
+        weights,
         evidence.points_camera,
         view.depth_m,
         evidence.mine,

@@ -1,0 +1,92 @@
+"""Ways to stand, bend and sit, from which a pose that is new or lost is searched (ours).
+
+The thesis starts from roughly standing; arbitrary initial poses are its future work (Sec. 7.1).
+Arms are left hanging: the limb search finds them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import (
+    HEAD,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_LOWER_LEG,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+from topview.geometry.rotations import rotations_from_angles, unit
+from topview.track.pose import Pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """Degrees: how far the trunk leans forward, hips and knees are bent."""
+
+    lean: float
+    hip: float
+    knee: float
+
+
+STANDING = Stance(0, 0, 0)
+STANCES = (
+    STANDING,
+    Stance(lean=40, hip=40, knee=5),
+    Stance(lean=80, hip=80, knee=10),
+    Stance(lean=0, hip=85, knee=85),
+    Stance(lean=35, hip=110, knee=80),
+    Stance(lean=30, hip=80, knee=90),
+)
+
+
+def facing(yaw_rad: float, up_camera: Array) -> Array:
+    """[3, 3] rotation of someone upright, turned by `yaw_rad` from facing the camera."""
+    y = -unit(up_camera)
+    z = unit(np.array([0.0, 0.0, -1.0]) + y * y[2])
+    upright = np.stack([np.cross(y, z), y, z], axis=1)
+    return upright @ rotations_from_angles(np.array([0.0, yaw_rad, 0.0]))
+
+
+def heading(R_camera_torso: Array, up_camera: Array) -> float:
+    """The yaw of `facing` that comes nearest to a torso's rotation."""
+    front, up = R_camera_torso[:, 2], R_camera_torso[:, 1]
+    # A torso that leans far over faces where its lower end's back is.
+    level = front - up_camera * (front @ up_camera) + up * (front @ up_camera)
+    upright = facing(0.0, up_camera).T @ level
+    return float(np.arctan2(upright[0], upright[2]))
+
+
+def stand(
+    model: BodyModel, head_camera: Array, stance: Stance, yaw_rad: float, up_camera: Array
+) -> Pose:
+    """The pose of a stance below a head."""
+    R_facing = facing(yaw_rad, up_camera)
+
+    def pitched(degrees: float) -> Array:
+        return R_facing @ rotations_from_angles(np.array([np.radians(degrees), 0.0, 0.0]))
+
+    Rs = np.repeat(R_facing[None], len(PARTS), axis=0)
+    Rs[HEAD] = pitched(-0.7 * stance.lean)
+    Rs[[UPPER_TORSO, LOWER_TORSO]] = pitched(-stance.lean)
+    Rs[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG]] = pitched(stance.hip - stance.lean)
+    Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)
+    return Pose(head_camera + 0.5 * model.lengths_m[HEAD] * Rs[HEAD][:, 1], Rs)
+
+
+def stand_all(
+    model: BodyModel, head_camera: Array, yaws_rad: Iterable[float], up_camera: Array
+) -> list[Pose]:
+    """Every stance in every direction."""
+    return [
+        stand(model, head_camera, stance, yaw, up_camera) for yaw in yaws_rad for stance in STANCES
+    ]
