@@ -32,6 +32,7 @@ class BodyModel:
         radii_m: [11, 2] semi-axes along x and z.
         joints_parent: [11, 3] where a part's proximal joint lies in its parent's frame; for the
             head zeros.
+        girths: [11] factors on the published radii, already in `radii_m`.
         joints_part: [16, 3] where each reported joint lies in the frame of its part.
     """
 
@@ -40,10 +41,12 @@ class BodyModel:
     radii_m: NDArray[np.float64]
     joints_parent: NDArray[np.float64]
     joints_part: NDArray[np.float64]
+    girths: NDArray[np.float64]
 
     def with_girths(self, scales: NDArray[np.float64]) -> BodyModel:
-        """The same body with every part's radii scaled by [11] factors."""
-        return replace(self, radii_m=read_only(self.radii_m * scales[:, None]))
+        """The same body with the parts' radii at [11] times the published ones."""
+        radii_m = self.radii_m * (scales / self.girths)[:, None]
+        return replace(self, radii_m=read_only(radii_m), girths=scales)
 
     @classmethod
     def of(cls, stature_m: float, proportions: Proportions) -> BodyModel:
@@ -85,4 +88,5 @@ class BodyModel:
             read_only(radii * stature_m),
             read_only(joints_parent * stature_m),
             read_only(joints_part * stature_m),
+            np.ones(len(PARTS)),
         )

@@ -337,6 +337,7 @@ class PeopleFinder:
                     user.head_camera.copy(),
                     is_seen,
                     user.height.height_m,
+                    user.height.is_measured,
                     full_pixels(scene, is_users),
                 )
             )

@@ -30,6 +30,11 @@ class HeightEstimate:
         self._measured_m: deque[float] = deque(maxlen=MEMORY_FRAMES)
         self.height_m = PRIOR_HEIGHT_M
 
+    @property
+    def is_measured(self) -> bool:
+        """True once the user was seen to stand upright."""
+        return bool(self._measured_m)
+
     def add(self, height_m: float | None) -> None:
         """What `measured_height` gave for one frame."""
         if height_m is not None:

@@ -19,6 +19,7 @@ class User:
         head_camera: [3] metres, the centre of the head: measured, or predicted while it is hidden.
         head_is_seen: False while `head_camera` is a prediction.
         height_m: stature, the best estimate so far.
+        height_is_measured: False while `height_m` is only the mean of all people.
         pixels: [N] int32 flat indices (row * width + column) into the depth image: the pixels that
             belong, or may belong, to this person; users who touch may share some. Empty while the
             person is fully hidden.
@@ -28,6 +29,7 @@ class User:
     head_camera: NDArray[np.float64]
     head_is_seen: bool
     height_m: float
+    height_is_measured: bool
     pixels: NDArray[np.int32]
 
     def __post_init__(self) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, UPPER_TORSO
+from topview.body.proportions import ANATOMICAL, Proportions
 from topview.filter.particles import generator
 from topview.geometry.rotations import (
     rotations_from_vectors,
@@ -23,6 +25,8 @@ from topview.track.stances import STANDING, heading, stand, stand_all
 from topview.track.timing import StageClock
 
 Array = NDArray[np.float64]
+
+HEIGHT_STEP_M = 0.01  # a body is rebuilt when its height estimate moves by this; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +44,9 @@ class BodySettings:
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
-    start_iterations: int = 15
+    start_iterations: int = 10
+    statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
+    proportions: Proportions = ANATOMICAL
     searched: int = 3
     turned: int = 12
     turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
@@ -70,6 +76,7 @@ class _Found:
 
     pose: Pose
     kept: Kept
+    model: BodyModel
     cost: float
 
 
@@ -86,28 +93,40 @@ class BodyTracker:
         self._before: Pose | None = None
         self._kept: Kept = {}
         self._girths = GirthEstimate()
+        self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
-    def update(self, model: BodyModel, evidence: Evidence, frame: int, clock: StageClock) -> Pose:
-        """The pose in the next frame."""
-        model = self._girths.applied_to(model)
+    def update(
+        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
+    ) -> Pose:
+        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
+        self._scale_to(stature_m)
         if len(evidence.points_camera) < self.settings.least_points:
-            pose = self._hidden(model, evidence)
+            pose = self._hidden(evidence)
         else:
-            look = _Look(model, evidence, frame, clock)
-            found = self._start(look) if self.pose is None else self._follow(self.pose, look)
-            pose, self._kept = found.pose, found.kept
-            self._girths.learn(pose, model, evidence)
+            look = _Look(self.model, evidence, frame, clock)
+            statures_m = self.settings.statures_m if stature_m is None else (stature_m,)
+            if self.pose is None:
+                found = self._start(look, statures_m)
+            else:
+                found = self._follow(self.pose, look, statures_m)
+            pose, self._kept, self.model = found.pose, found.kept, found.model
+            self._girths.learn(pose, self.model, evidence)
         self._before, self.pose = self.pose, pose
         return pose
 
-    def _hidden(self, model: BodyModel, evidence: Evidence) -> Pose:
+    def _scale_to(self, stature_m: float | None) -> None:
+        if stature_m is not None and abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
+            self.model = BodyModel.of(stature_m, self.settings.proportions)
+        self.model = self._girths.applied_to(self.model)
+
+    def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
         if self.pose is None:
-            return stand(model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
-        half_head = 0.5 * model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
+            return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
+        half_head = 0.5 * self.model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
         return Pose(evidence.head_camera + half_head, self.pose.Rs)
 
-    def _follow(self, last: Pose, look: _Look) -> _Found:
+    def _follow(self, last: Pose, look: _Look, statures_m: Sequence[float]) -> _Found:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
         wider."""
         s = self.settings
@@ -122,28 +141,43 @@ class BodyTracker:
             up = look.evidence.up_camera
             yaw = heading(last.Rs[UPPER_TORSO], up)
             yaws = [yaw + turn for turn in s.lost_turns_rad]
-            wider = self._turned(moving, look)
-            wider += stand_all(look.model, look.evidence.head_camera, yaws, up)
-        others = self._best_with_limbs(wider, s.lost_iterations, look)
+            trials = [(look.model, self._turned(moving, look))]
+            trials += self._stances(yaws, look, statures_m)
+        others = self._best_with_limbs(trials, s.lost_iterations, look)
         return others if others.cost < found.cost - s.lost_margin else found
 
-    def _start(self, look: _Look) -> _Found:
+    def _start(self, look: _Look, statures_m: Sequence[float]) -> _Found:
         """Try every stance in several directions."""
         s = self.settings
-        evidence = look.evidence
-        stances = stand_all(look.model, evidence.head_camera, s.start_yaws_rad, evidence.up_camera)
-        return self._best_with_limbs(stances, s.start_iterations, look)
+        trials = self._stances(s.start_yaws_rad, look, statures_m)
+        return self._best_with_limbs(trials, s.start_iterations, look)
 
-    def _best_with_limbs(self, candidates: list[Pose], iterations: int, look: _Look) -> _Found:
+    def _stances(
+        self, yaws_rad: Sequence[float], look: _Look, statures_m: Sequence[float]
+    ) -> list[tuple[BodyModel, list[Pose]]]:
+        """Every stance in these directions, for every stature that the person may have."""
+        head, up = look.evidence.head_camera, look.evidence.up_camera
+        models = [self._girths.applied_to(BodyModel.of(m, self.settings.proportions))
+                  for m in statures_m]  # fmt: skip
+        return [(model, stand_all(model, head, yaws_rad, up)) for model in models]
+
+    def _best_with_limbs(
+        self, trials: list[tuple[BodyModel, list[Pose]]], iterations: int, look: _Look
+    ) -> _Found:
         """Refine candidates that know nothing of the frames before, search the limbs of the most
         promising ones, and give the best."""
         with look.clock.stage("body"):
-            refined = self._refined(candidates, None, look, iterations)
-            order = np.argsort(self._costs(refined), kind="stable")[: self.settings.searched]
+            looks = [replace(look, model=model) for model, _ in trials]
+            tried: list[tuple[float, int, Pose]] = []
+            for index, (_, poses) in enumerate(trials):
+                refined = self._refined(poses, None, looks[index], iterations)
+                costs = self._costs(refined)
+                tried += [(float(c), index, p) for c, p in zip(costs, refined.poses, strict=True)]
+            tried.sort(key=lambda trial: trial[0])
         founds = []
-        for index in order:
-            found = self._with_limbs(refined.poses[index], refined.poses[index], {}, look)
-            founds.append(self._with_limbs(found.pose, found.pose, found.kept, look))
+        for _, index, pose in tried[: self.settings.searched]:
+            found = self._with_limbs(pose, pose, {}, looks[index])
+            founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
         return min(founds, key=lambda found: found.cost)
 
     def _with_limbs(self, pose: Pose, predicted: Pose, kept: Kept, look: _Look) -> _Found:
@@ -153,7 +187,7 @@ class BodyTracker:
             pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
         with look.clock.stage("refinement"):
             refined = self._refined([pose], None, look)
-        return _Found(refined.poses[0], kept, float(self._costs(refined)[0]))
+        return _Found(refined.poses[0], kept, look.model, float(self._costs(refined)[0]))
 
     def _refined(
         self, poses: list[Pose], prior: Pose | None, look: _Look, iterations: int | None = None

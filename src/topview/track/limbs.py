@@ -29,7 +29,8 @@ from topview.track.refinement import label_points
 
 Array = NDArray[np.float64]
 
-LIMBS = tuple(upper for upper, _ in HINGE_PAIRS)
+# Legs first: they move less than arms, and an arm may lie on a thigh but hardly the other way round.
+LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import joints_from_parts
-from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
-from topview.body.proportions import ANATOMICAL
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
 from topview.people.users import User
@@ -23,15 +21,12 @@ from topview.track.settings import TrackerSettings
 from topview.track.timing import StageClock
 from topview.track.visibility import confidences, look
 
-HEIGHT_STEP_M = 0.01  # a body is rebuilt when its height estimate moves by this; ours
-
 
 @dataclass(slots=True)
 class _Tracked:
-    """One person's tracker, body and what is remembered of the joints."""
+    """One person's tracker and what is remembered of the joints."""
 
     tracker: BodyTracker
-    model: BodyModel
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -75,14 +70,10 @@ class Tracker:
         return self._people
 
     def _body_of(self, user: User) -> _Tracked:
-        """The person's tracker, with a body of the present height estimate."""
         tracked = self._bodies.get(user.id)
-        if tracked is None:
-            tracker = BodyTracker(user.id, self.settings.seed, self._body, self._threads)
-            return _Tracked(tracker, BodyModel.of(user.height_m, ANATOMICAL))
-        if abs(tracked.model.stature_m - user.height_m) > HEIGHT_STEP_M:
-            tracked.model = BodyModel.of(user.height_m, ANATOMICAL)
-        return tracked
+        if tracked is not None:
+            return tracked
+        return _Tracked(BodyTracker(user.id, self.settings.seed, self._body, self._threads))
 
     def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:
         """One person's pose, from the image thinned to what the person's distance needs."""
@@ -92,18 +83,20 @@ class Tracker:
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
             evidence = gather(user, views[stride], stride, frame.camera.width, self._finder.floor)
-        return tracked.tracker.update(tracked.model, evidence, frame.index, self.clock)
+        measured_m = user.height_m if user.height_is_measured else None
+        return tracked.tracker.update(measured_m, evidence, frame.index, self.clock)
 
     def _person(self, user: User, pose: Pose, frame: Frame, owner: NDArray[np.int32]) -> Person:
         tracked = self._bodies[user.id]
-        Ts_camera_part = pose.transforms(tracked.model)
-        joints = joints_from_parts(tracked.model, Ts_camera_part)
-        visibility = look(joints, tracked.model, user.id, frame.depth_m, owner, frame.camera)
+        model = tracked.tracker.model
+        Ts_camera_part = pose.transforms(model)
+        joints = joints_from_parts(model, Ts_camera_part)
+        visibility = look(joints, model, user.id, frame.depth_m, owner, frame.camera)
         is_seen = visibility.joint_state == JointState.VISIBLE
         tracked.last_seen_s[is_seen] = frame.timestamp_s
         return Person(
             user.id,
-            user.height_m,
+            model.stature_m,
             joints,
             visibility.joint_state,
             confidences(visibility, frame.timestamp_s - tracked.last_seen_s),
