@@ -20,6 +20,7 @@ LARGEST_GAP_M = 0.15  # that one free-space sample may ask for
 FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space sample
 UPPER_TORSO = 1
 HEAD = 0
+STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -215,12 +216,12 @@ def relative_rotations(Rs, tree, out):
 
 
 @njit(cache=True, error_model="numpy")
-def align_hinges(Rs, hinges, bends, straight):
-    """Turn the upper part of each hinge pair about its own axis until the joint is a hinge.
+def align_hinges(Rs, hinges, bends):
+    """Turn the upper part of each hinge pair about its own axis until the joint is a hinge; that
+    of a nearly straight limb is kept.
 
     Args:
         hinges: [P, 2] upper and lower part; bends: [P] +1 for elbows, -1 for knees.
-        straight: sine of the flexion below which the plane is kept.
     """
     x = np.empty(3)
     for h in range(hinges.shape[0]):
@@ -229,7 +230,7 @@ def align_hinges(Rs, hinges, bends, straight):
         ny = bends[h] * (Rs[up, 2, 1] * Rs[low, 0, 1] - Rs[up, 0, 1] * Rs[low, 2, 1])
         nz = bends[h] * (Rs[up, 0, 1] * Rs[low, 1, 1] - Rs[up, 1, 1] * Rs[low, 0, 1])
         norm = np.sqrt(nx * nx + ny * ny + nz * nz)
-        w = min(norm / straight, 1.0)
+        w = min(norm / STRAIGHT, 1.0)
         inv = w / max(norm, 1e-9)
         x[0] = nx * inv + (1.0 - w) * Rs[up, 0, 0]
         x[1] = ny * inv + (1.0 - w) * Rs[up, 1, 0]
@@ -521,7 +522,7 @@ def refine_bodies(
                 _multiply(Rs[tree[k]], relative[k], False, Rs[k])
             for k in range(B):
                 _orthonormalise(Rs[k])
-            align_hinges(Rs, hinges, bends, 0.25)
+            align_hinges(Rs, hinges, bends)
         costs[m, 0] = unexplained / max(N, 1)
         costs[m, 1] = free / (B * samples)
         costs[m, 2] = departure / D

@@ -1,7 +1,7 @@
 """Scalar leaf functions of closed elliptic cylinders, shared by every loop over hypotheses.
 
 A cylinder lies in its own frame: axis along y from 0 to `length`, semi-axes `rx` and `rz`. The
-NumPy definition is `topview.geometry.cylinders`.
+NumPy definition is `topview.geometry.quadrics.closed_cylinder_depths`.
 """
 
 from __future__ import annotations

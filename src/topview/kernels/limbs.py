@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from topview.kernels.body import BACK_FACING, FLOOR_WEIGHT, solve_lower
+from topview.kernels.body import BACK_FACING, FLOOR_WEIGHT, STRAIGHT, solve_lower
 
 LARGEST_STEP_RAD = 0.5
 
@@ -172,23 +172,102 @@ def refine_limbs(
                     axes[m, k, i] /= np.sqrt(norm)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _beyond(low, high, angle):
+    return max(low - angle, angle - high, 0.0)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _beyond_limits(P, R, limits):
+    """By how many radians R leaves the limits in the frame of its parent P, the more favourable
+    of its two decompositions into turns about x, z and y (`topview.body.limits`)."""
+    sine = -(P[0, 0] * R[0, 1] + P[1, 0] * R[1, 1] + P[2, 0] * R[2, 1])
+    r11 = P[0, 1] * R[0, 1] + P[1, 1] * R[1, 1] + P[2, 1] * R[2, 1]
+    r21 = P[0, 2] * R[0, 1] + P[1, 2] * R[1, 1] + P[2, 2] * R[2, 1]
+    r00 = P[0, 0] * R[0, 0] + P[1, 0] * R[1, 0] + P[2, 0] * R[2, 0]
+    r02 = P[0, 0] * R[0, 2] + P[1, 0] * R[1, 2] + P[2, 0] * R[2, 2]
+    x, y = np.arctan2(r21, r11), np.arctan2(r02, r00)
+    z = np.arcsin(min(max(sine, -1.0), 1.0))
+    first = max(
+        _beyond(limits[0, 0], limits[0, 1], x),
+        _beyond(limits[1, 0], limits[1, 1], y),
+        _beyond(limits[2, 0], limits[2, 1], z),
+    )
+    second = max(
+        _beyond(limits[0, 0], limits[0, 1], x + np.pi if x < 0 else x - np.pi),
+        _beyond(limits[1, 0], limits[1, 1], y + np.pi if y < 0 else y - np.pi),
+        _beyond(limits[2, 0], limits[2, 1], np.pi - z if z > 0 else -np.pi - z),
+    )
+    return min(first, second)
+
+
 @njit(parallel=True, cache=True, error_model="numpy", nogil=True)
-def count_explained(axes, joint, lengths, radii, points, tolerance, out):
-    """Fill `out` [M] with how many of [N, 3] points lie within `tolerance` metres of the limb."""
+def judge_limbs(
+    axes, x_hint, bend, R_parent, limits, predicted, joint, lengths, radii, floor, points,
+    tolerance, Rs, verdicts,
+):  # fmt: skip
+    """Fill in the rotations of limb poses, and what speaks for and against them besides a score.
+
+    Args:
+        axes: [M, 2, 3] directions of upper and lower part, camera frame.
+        x_hint: [3] hinge axis of a limb that is straight.
+        bend: +1 for elbows, which bend to the front, -1 for knees.
+        R_parent, limits: [3, 3] rotation of the torso part, [2, 3, 2] radians of both parts.
+        predicted: [2, 3] directions that motion makes likely.
+        joint, lengths, radii: [3], [2] and [2] metres.
+        floor: [4] upward normal and height of the camera over it, zeros for none.
+        points, tolerance: [N, 3] and metres, points that only this limb can explain.
+        Rs: [M, 2, 3, 3] `R_camera_part`, filled: the hinge's axis x stands across both parts.
+        verdicts: [M, 5], filled: points explained, turns of both parts away from the prediction,
+            radians beyond the limits, metres that the end lies below the floor.
+    """
     limit_upper = (radii[0] + tolerance) ** 2
     limit_lower = (radii[1] + tolerance) ** 2
     for m in prange(axes.shape[0]):
-        ux, uy, uz = axes[m, 0, 0], axes[m, 0, 1], axes[m, 0, 2]
-        lx, ly, lz = axes[m, 1, 0], axes[m, 1, 1], axes[m, 1, 2]
+        u, w = axes[m, 0], axes[m, 1]
+        nx = bend * (u[1] * w[2] - u[2] * w[1])
+        ny = bend * (u[2] * w[0] - u[0] * w[2])
+        nz = bend * (u[0] * w[1] - u[1] * w[0])
+        norm = np.sqrt(nx * nx + ny * ny + nz * nz)
+        share = min(norm / STRAIGHT, 1.0)
+        scale = share / max(norm, 1e-9)
+        for k in range(2):
+            a, R = axes[m, k], Rs[m, k]
+            x = nx * scale + (1.0 - share) * x_hint[0]
+            y = ny * scale + (1.0 - share) * x_hint[1]
+            z = nz * scale + (1.0 - share) * x_hint[2]
+            along = x * a[0] + y * a[1] + z * a[2]
+            x, y, z = x - along * a[0], y - along * a[1], z - along * a[2]
+            inv = 1.0 / max(np.sqrt(x * x + y * y + z * z), 1e-9)
+            R[0, 0], R[1, 0], R[2, 0] = x * inv, y * inv, z * inv
+            for i in range(3):
+                R[i, 1] = a[i]
+            R[0, 2] = R[1, 0] * a[2] - R[2, 0] * a[1]
+            R[1, 2] = R[2, 0] * a[0] - R[0, 0] * a[2]
+            R[2, 2] = R[0, 0] * a[1] - R[1, 0] * a[0]
+            cosine = a[0] * predicted[k, 0] + a[1] * predicted[k, 1] + a[2] * predicted[k, 2]
+            verdicts[m, 1 + k] = np.arccos(min(max(cosine, -1.0), 1.0))
+
         n = 0
         for i in range(points.shape[0]):
             dx, dy, dz = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
-            t = min(max(dx * ux + dy * uy + dz * uz, 0.0), lengths[0])
-            near_upper = (dx - t * ux) ** 2 + (dy - t * uy) ** 2 + (dz - t * uz) ** 2 <= limit_upper
-            dx -= lengths[0] * ux
-            dy -= lengths[0] * uy
-            dz -= lengths[0] * uz
-            t = min(max(dx * lx + dy * ly + dz * lz, 0.0), lengths[1])
-            near_lower = (dx - t * lx) ** 2 + (dy - t * ly) ** 2 + (dz - t * lz) ** 2 <= limit_lower
-            n += np.int64(near_upper | near_lower)
-        out[m] = n
+            t = min(max(dx * u[0] + dy * u[1] + dz * u[2], 0.0), lengths[0])
+            near = (dx - t * u[0]) ** 2 + (dy - t * u[1]) ** 2 + (
+                dz - t * u[2]
+            ) ** 2 <= limit_upper
+            dx -= lengths[0] * u[0]
+            dy -= lengths[0] * u[1]
+            dz -= lengths[0] * u[2]
+            t = min(max(dx * w[0] + dy * w[1] + dz * w[2], 0.0), lengths[1])
+            near |= (dx - t * w[0]) ** 2 + (dy - t * w[1]) ** 2 + (
+                dz - t * w[2]
+            ) ** 2 <= limit_lower
+            n += np.int64(near)
+        verdicts[m, 0] = n
+        verdicts[m, 3] = _beyond_limits(R_parent, Rs[m, 0], limits[0]) + _beyond_limits(
+            Rs[m, 0], Rs[m, 1], limits[1]
+        )
+        height = floor[3]
+        for i in range(3):
+            height += floor[i] * (joint[i] + lengths[0] * u[i] + lengths[1] * w[i])
+        verdicts[m, 4] = max(-height, 0.0)

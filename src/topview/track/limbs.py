@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.filter.particles import n_best
@@ -24,13 +23,15 @@ from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
 from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence
-from topview.track.pose import HINGE_PAIRS, Pose
+from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
 from topview.track.refinement import label_points
 
 Array = NDArray[np.float64]
 
-# Legs first: they move less than arms, and an arm may lie on a thigh but hardly the other way round.
+# Legs first: an arm may lie on a thigh, but a leg hardly lies on an arm.
 LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
+
+_LIMITS = np.array([part.limits_rad for part in PARTS])
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +61,11 @@ class LimbSettings:
     palms: int = 10
     turns: int = 8
     wide: int = 40
-    screened: int = 40
-    settled: float = -0.5
+    settled_unexplained: float = 0.15
+    settled_own: float = 0.5
     settled_jittered: int = 24
     settled_jitter_rad: float = 0.25
-    refined: int = 10
+    refined: int = 16
     refine_iterations: int = 6
     reach_m: float = 0.12
     scale_m: float = 0.04
@@ -76,8 +77,9 @@ class LimbSettings:
     exclusive_m: float = 0.08
     explained_m: float = 0.04
     unexplained_weight: float = 4.0
-    no_evidence: float = 0.5
+    no_evidence: float = 1.0
     free_space_penalty: float = 5.0
+    coincident_share: float = 0.5
     motion_rad: float = 0.7
     motion_weight: float = 0.4
     limit_weight: float = 3.0
@@ -85,20 +87,6 @@ class LimbSettings:
     floor_weight_per_m: float = 30.0
     distinct_rad: float = 0.35
     margin: float = 0.15
-
-
-def limb_rotations(upper: int, axes: Array, x_hint: Array) -> Array:
-    """[M, 2, 3] directions of upper and lower part to [M, 2, 3, 3] rotations, camera frame.
-
-    The hinge's axis x stands across both (Table 3.2); where they are parallel it is `x_hint`.
-    """
-    bend = 1.0 if PARTS[upper + 1].limits_rad[0][1] > 1.0 else -1.0
-    normal = bend * np.cross(axes[:, 0], axes[:, 1])
-    weight = np.clip(np.linalg.norm(normal, axis=1, keepdims=True) / 0.25, 0.0, 1.0)
-    x = weight * unit(normal) + (1.0 - weight) * x_hint
-    x = x[:, None, :] - axes * np.einsum("mk,mpk->mp", x, axes)[..., None]
-    x = unit(x)
-    return np.stack([x, axes, np.cross(x, axes)], axis=-1)
 
 
 def elbows_on_circle(
@@ -162,6 +150,7 @@ class _Limb:
     fine: _Scored
     coarse: _Scored
     placed: NDArray[np.float32]
+    own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
 
@@ -203,9 +192,7 @@ class LimbSearch:
             best = n_best(scores, self.settings.kept)
             best_of[upper] = axes[best] @ limb.R_camera_parent
             if scores[best[0]] < scores[0] - self.settings.margin:
-                Rs[[upper, upper + 1]] = limb_rotations(
-                    upper, axes[best[:1]], limb.R_camera_parent[:, 0]
-                )[0]
+                Rs[[upper, upper + 1]] = self._judged(limb, axes[best[:1]], evidence)[0][0]
         return Pose(pose.neck_camera, Rs), best_of
 
     def _surroundings(
@@ -245,6 +232,7 @@ class LimbSearch:
                 model.lengths_m[placed],
                 0.8 * model.radii_m[placed],
             ),
+            int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
 
@@ -259,14 +247,11 @@ class LimbSearch:
         """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
         s = self.settings
         seeds = np.concatenate([current[None], limb.predicted[None], memory])
-        seed_scores = self._scores(limb, seeds, evidence, limb.fine)
-        drawn = self._drawn(limb, seeds, seed_scores[0], rng)
-        drawn_scores = self._scores(limb, drawn, evidence, limb.coarse)
-        axes = np.concatenate([seeds, drawn[n_best(drawn_scores, s.screened)]])
-        scores = np.concatenate(
-            [seed_scores, self._scores(limb, axes[len(seeds) :], evidence, limb.fine)]
-        )
-        refined = axes[_distinct(axes, scores, s.refined, s.distinct_rad)]
+        drawn = self._drawn(limb, seeds, self._is_settled(limb, current, evidence), rng)
+        axes = np.concatenate([seeds, drawn])
+        scores = self._scores(limb, axes, evidence, limb.coarse)
+        chosen = axes[_distinct(axes, scores, s.refined, s.distinct_rad)]
+        refined = chosen.copy()
         view = evidence.view
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
@@ -274,17 +259,27 @@ class LimbSearch:
             evidence.floor, s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight,
             s.prior_weight, s.samples_per_part, s.refine_iterations,
         )  # fmt: skip
-        refined_scores = self._scores(limb, refined, evidence, limb.fine)
-        scores[0] = min(scores[0], refined_scores[0])
-        return np.concatenate([axes, refined]), np.concatenate([scores, refined_scores])
+        axes = np.concatenate([chosen, refined])
+        scores = self._scores(limb, axes, evidence, limb.fine)
+        scores[0] = min(scores[0], scores[len(chosen)])
+        return axes, scores
+
+    def _is_settled(self, limb: _Limb, current: Array, evidence: Evidence) -> bool:
+        """True if the present pose leaves next to nothing unexplained and has its points."""
+        s = self.settings
+        explained = self._judged(limb, current[None], evidence)[1][0, 0]
+        unexplained = len(limb.exclusive_points) - explained
+        return (
+            unexplained < s.settled_unexplained * limb.full_count
+            and limb.own_count > s.settled_own * limb.full_count
+        )
 
     def _drawn(
-        self, limb: _Limb, seeds: Array, current_score: float, rng: np.random.Generator
+        self, limb: _Limb, seeds: Array, is_settled: bool, rng: np.random.Generator
     ) -> Array:
-        """[M, 2, 3] hypotheses around the seeds; from the data and from anywhere as well if the
-        present pose, `seeds[0]`, does not explain what is seen."""
+        """[M, 2, 3] hypotheses around the seeds; from the data and from anywhere as well
+        unless the limb is settled."""
         s = self.settings
-        is_settled = current_score < s.settled
         count, sigma = (s.settled_jittered, s.settled_jitter_rad) if is_settled else (
             s.jittered, s.jitter_rad
         )  # fmt: skip
@@ -301,7 +296,7 @@ class LimbSearch:
     def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, scored: _Scored) -> Array:
         """[M] log f_uTVR of both parts, with what speaks against a hypothesis besides (ours)."""
         s = self.settings
-        Rs = limb_rotations(limb.upper, axes, limb.R_camera_parent[:, 0])
+        Rs, verdicts = self._judged(limb, axes, evidence)
         elbows = limb.joint_camera + axes[:, 0] * limb.lengths_m[0]
         log_score = np.zeros(len(axes))
         for part, origins in enumerate((limb.joint_camera, elbows)):
@@ -319,29 +314,34 @@ class LimbSearch:
                     self.threads,
                 )
             )
-        explained = np.empty(len(axes), np.int64)
-        limb_kernel.count_explained(
-            axes, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.exclusive_points,
-            s.explained_m, explained,
-        )  # fmt: skip
+        explained, turn_upper, turn_lower, beyond, below = verdicts.T
         unexplained = (len(limb.exclusive_points) - explained) / limb.full_count
-        turn = np.arccos(np.clip((axes * limb.predicted).sum(-1), -1.0, 1.0))
-        ends = elbows + axes[:, 1] * limb.lengths_m[1]
-        below = np.maximum(-(ends @ evidence.floor[:3] + evidence.floor[3]), 0.0)
-        beyond = excess_rad(limb.upper, limb.R_camera_parent.T @ Rs[:, 0])
-        beyond += excess_rad(limb.upper + 1, np.swapaxes(Rs[:, 0], 1, 2) @ Rs[:, 1])
+        motion = np.log1p((turn_upper / s.motion_rad) ** 2)
+        motion += np.log1p((turn_lower / s.motion_rad) ** 2)
         return (
             log_score
             + s.unexplained_weight * unexplained
-            + s.motion_weight * np.log1p((turn / s.motion_rad) ** 2).sum(1)
+            + s.motion_weight * motion
             + s.limit_weight * np.minimum(beyond, s.limit_cap_rad)
             + s.floor_weight_per_m * below
         )
 
+    def _judged(self, limb: _Limb, axes: Array, evidence: Evidence) -> tuple[Array, Array]:
+        """[M, 2, 3, 3] rotations and [M, 5] verdicts of `judge_limbs`."""
+        Rs, verdicts = np.empty((len(axes), 2, 3, 3)), np.empty((len(axes), 5))
+        limb_kernel.judge_limbs(
+            axes, limb.R_camera_parent[:, 0].copy(), HINGE_BENDS[limb.upper],
+            limb.R_camera_parent, _LIMITS[limb.upper : limb.upper + 2], limb.predicted,
+            limb.joint_camera, limb.lengths_m, limb.radii_m, evidence.floor,
+            limb.exclusive_points, self.settings.explained_m, Rs, verdicts,
+        )  # fmt: skip
+        return Rs, verdicts
+
     def _log_score(self, terms: UtvrTerms) -> Array:
         """[M] log f_uTVR; without evidence neither best nor worst, unless in free space."""
         s = self.settings
-        in_free_space = terms.n_outliers / np.maximum(terms.n_pixels, 1)
+        not_hidden = terms.n_outliers + s.coincident_share * terms.n_inliers
+        in_free_space = not_hidden / np.maximum(terms.n_pixels, 1)
         without = s.no_evidence + np.log1p(s.free_space_penalty * in_free_space)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
@@ -357,13 +357,13 @@ def _columns(
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
     """The present pose, and the best hypotheses that differ from each other."""
     cosine = np.cos(apart_rad)
-    is_near = (np.einsum("mpk,npk->mnp", axes, axes) > cosine).all(-1)
     chosen = [0]
-    is_left = ~is_near[0]
+    is_left = np.ones(len(axes), np.bool_)
     for index in np.argsort(scores, kind="stable"):
+        newest = axes[chosen[-1]]
+        is_left &= ((axes @ newest[0])[:, 0] < cosine) | ((axes @ newest[1])[:, 1] < cosine)
         if len(chosen) >= count:
             break
         if is_left[index]:
             chosen.append(int(index))
-            is_left &= ~is_near[index]
     return chosen

@@ -20,6 +20,10 @@ TREE_PARENT = tuple(
     for index, part in enumerate(PARTS)
 )
 TREE_ORDER = (UPPER_TORSO, HEAD, *range(2, len(PARTS)))
+# +1 for elbows, which bend to the front, -1 for knees.
+HINGE_BENDS = {
+    part.parent: 1.0 if part.limits_rad[0][1] > 1.0 else -1.0 for part in PARTS if part.is_hinge
+}
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
 

@@ -18,7 +18,7 @@ from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.kernels import body as kernel
 from topview.track.evidence import Evidence
-from topview.track.pose import HINGE_PAIRS, TREE_PARENT, Pose
+from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
 Array = NDArray[np.float64]
 
@@ -69,9 +69,7 @@ _PARENTS = np.array([part.parent for part in PARTS])
 _TREE = np.array(TREE_PARENT)
 _LIMITS = np.array([part.limits_rad for part in PARTS])
 _HINGES = np.array(HINGE_PAIRS)
-_BENDS = np.array(
-    [1.0 if PARTS[lower].limits_rad[0][1] > 1.0 else -1.0 for _, lower in HINGE_PAIRS]
-)
+_BENDS = np.array([HINGE_BENDS[upper] for upper, _ in HINGE_PAIRS])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,260 @@
+"""The thesis's own tracker: part by part from the head down, a particle filter each (Sec. 5.3).
+
+Nothing is added that the thesis does not have; where it leaves a point open, the decision is told
+where it is taken. `topview.track.body_tracker` is what this project makes of it.
+
+The two things that a cylinder cannot show are its turn about its own axis, where it is circular,
+and what nobody sees. The former: an upper arm or upper leg is scored for its direction alone; how
+it is turned follows from where the forearm or lower leg bends to, whose hypotheses are valid only
+where both keep within Table 3.2 (as in the 4 degrees of freedom of Table 5.1). The latter: a part
+without evidence keeps its prediction, which is the pose that it had.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.kinematics import place_part
+from topview.body.limits import excess_rad
+from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.proportions import THESIS
+from topview.filter.particles import generator, importance_weights, n_best, systematic_resample
+from topview.geometry.rotations import rotations_from_angles, unit
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.score.utvr import placed_parts, score_hypotheses
+from topview.track.evidence import Evidence
+from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
+from topview.track.timing import StageClock
+
+Array = NDArray[np.float64]
+
+STRAIGHT = 0.1  # sine of the bend at which a hinge's axis shows as well as it was known; ours
+_TORSO = (HEAD, UPPER_TORSO, LOWER_TORSO)
+_UPPER_LIMBS = frozenset(part.parent for part in PARTS if part.is_hinge)
+_TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(8) * np.pi / 4]))
+
+
+@dataclass(frozen=True, slots=True)
+class PartByPartSettings:
+    """What the thesis leaves open (ours); metres, radians.
+
+    Attributes:
+        hypotheses: of each part in each round.
+        rounds: of sampling and evaluation in each frame, every one half as wide as the last.
+        torso_sigma_rad, limb_sigma_rad: how far hypotheses are turned about a part's x, y, z axes.
+        start_widening: how much wider they are drawn in a person's first frame.
+        tolerance_m: the T of Sec. 5.2.1.
+        clothing_m: added to the radii, so that points on the surface, with their noise, lie inside.
+        collision_share: of the radii of parts already placed, when collisions are counted: skin
+            that touches does not collide. Adjoining parts share a joint and are left out.
+        no_evidence: a score that is worse than this is no evidence.
+    """
+
+    hypotheses: int = 200
+    rounds: int = 2
+    torso_sigma_rad: tuple[float, float, float] = (0.10, 0.15, 0.10)
+    limb_sigma_rad: tuple[float, float, float] = (0.35, 0.0, 0.35)
+    start_widening: float = 2.0
+    grow: float = 1.3
+    tolerance_m: float = 0.05
+    clothing_m: float = 0.015
+    collision_share: float = 0.8
+    no_evidence: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Hypotheses:
+    """Of one part: [M, 3, 3] `Rs_camera_part` and their [M] scores f_uTVR, lower is better."""
+
+    Rs: Array
+    scores: Array
+
+    def best(self, count: int) -> _Hypotheses:
+        chosen = n_best(self.scores, count)
+        return _Hypotheses(self.Rs[chosen], self.scores[chosen])
+
+
+class PartByPartTracker:
+    """One person's pose over time, by the algorithm of Sec. 5.3.2."""
+
+    def __init__(self, person: int, seed: int, settings: PartByPartSettings, threads: int) -> None:
+        self.person = person
+        self.seed = seed
+        self.settings = settings
+        self.threads = threads
+        self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
+        self._kept: list[_Hypotheses] = []
+
+    def update(
+        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
+    ) -> Pose:
+        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
+        if stature_m is not None:
+            self.model = BodyModel.of(stature_m, THESIS)
+        if not self._kept:
+            self._spread = np.full(11, self.settings.start_widening)
+            self._kept = self._roughly_standing(evidence)
+        body = _Body(self.model, evidence.head_camera)
+        cloud = evidence.all_points_camera
+        with clock.stage("parts"):
+            for part in range(len(PARTS)):
+                rng = generator(self.seed, self.person, part, frame)
+                spread = self._spread[part]
+                for _ in range(self.settings.rounds):
+                    Rs = self._sampled(part, self._kept[part], spread, body, rng)
+                    scored = self._evaluated(part, Rs, cloud, body, evidence)
+                    if len(scored.Rs):
+                        self._kept[part] = scored.best(PARTS[part].n_best)
+                    spread *= 0.5
+                    self._spread[part] = (
+                        1.0
+                        if len(scored.Rs)
+                        else min(
+                            self._spread[part] * self.settings.grow, self.settings.start_widening
+                        )
+                    )
+                body.place(part, self._kept[part].Rs[0])
+                cloud = cloud[~body.has_inside(part, cloud, self.settings.clothing_m)]
+        return Pose(body.origins[UPPER_TORSO], body.Rs)
+
+    def _roughly_standing(self, evidence: Evidence) -> list[_Hypotheses]:
+        """Upright below the head, facing the camera: where every filter starts."""
+        pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
+        return [_Hypotheses(R[None], np.ones(1)) for R in pose.Rs]
+
+    def _sampled(
+        self, part: int, kept: _Hypotheses, spread: float, body: _Body, rng: np.random.Generator
+    ) -> Array:
+        """[M, 3, 3] hypotheses: the kept ones, and ones turned away from them (SIR).
+
+        Kept ones have offspring in proportion to their weights. Twice as many as wanted are drawn;
+        the first that are valid go on, filled up with those that are least beyond the limits.
+        """
+        s = self.settings
+        sigma_rad = s.torso_sigma_rad if part in _TORSO else s.limb_sigma_rad
+        count = 2 * s.hypotheses - len(kept.Rs)
+        parents = systematic_resample(importance_weights(kept.scores), count, rng)
+        turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)
+        Rs = np.concatenate([kept.Rs, kept.Rs[rng.permutation(parents)] @ turns])
+        return Rs[n_best(body.excess_rad(part, Rs), s.hypotheses)]
+
+    def _evaluated(
+        self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
+    ) -> _Hypotheses:
+        """Those hypotheses for which there is evidence, and their f_uTVR (Eq. 5.7)."""
+        s = self.settings
+        origins = body.joints_of(part, Rs)
+        terms = score_hypotheses(
+            Rs,
+            origins,
+            self.model.lengths_m[part],
+            self.model.radii_m[part] + s.clothing_m,
+            _columns(cloud[self._is_near(part, origins, cloud)]),
+            evidence.view,
+            body.obstacles(part, s.collision_share),
+            s.tolerance_m,
+            self.threads,
+        )
+        is_known = terms.has_evidence & (terms.score < s.no_evidence)
+        return _Hypotheses(Rs[is_known], terms.score[is_known])
+
+    def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
+        """[N] points that some hypothesis may hold; all others need not be looked at."""
+        reach_m = self.model.lengths_m[part] + self.model.radii_m[part].max()
+        reach_m += self.settings.clothing_m + np.ptp(origins, axis=0).max()
+        return ((cloud - origins[0]) ** 2).sum(1) < reach_m**2
+
+
+class _Body:
+    """The parts that are placed in this frame, from the head down."""
+
+    def __init__(self, model: BodyModel, head_camera: Array) -> None:
+        self.model = model
+        self.head_camera = head_camera
+        self.Rs = np.empty((len(PARTS), 3, 3))
+        self.origins = np.empty((len(PARTS), 3))
+
+    def joints_of(self, part: int, Rs: Array) -> Array:
+        """[M, 3] proximal joints in metres, camera frame, of a part turned like `Rs` [M, 3, 3]:
+        the crown above the measured head, every other one where the part above has it."""
+        if part == HEAD:
+            return self.head_camera - HEAD_CENTRE * self.model.lengths_m[HEAD] * Rs[:, :, 1]
+        parent = PARTS[part].parent
+        joint = place_part(self.model, part, self.Rs[parent], self.origins[parent])
+        return np.broadcast_to(joint, (len(Rs), 3))
+
+    def place(self, part: int, R: Array) -> None:
+        """Fix a part; a forearm or lower leg turns the part above to where it can bend."""
+        self.origins[part] = self.joints_of(part, R[None])[0]
+        self.Rs[part] = R
+        if PARTS[part].is_hinge:
+            upper = PARTS[part].parent
+            self.Rs[[upper, part]] = self._bent(part, R[None])[0]
+
+    def excess_rad(self, part: int, Rs: Array) -> Array:
+        """[M] by how much hypotheses [M, 3, 3] leave the limits of Table 3.2."""
+        if part == HEAD:
+            return np.zeros(len(Rs))
+        parent = PARTS[part].parent
+        if PARTS[part].is_hinge:
+            pairs = self._bent(part, Rs)
+            R_camera_torso = self.Rs[PARTS[parent].parent]
+            flexion = np.arccos(np.clip((pairs[:, 0, :, 1] * Rs[:, :, 1]).sum(1), -1.0, 1.0))
+            beyond = flexion - np.abs(PARTS[part].limits_rad[0]).max()
+            return excess_rad(parent, R_camera_torso.T @ pairs[:, 0]) + np.maximum(beyond, 0.0)
+        Rs_parent_part = self.Rs[parent].T @ Rs
+        if part in _UPPER_LIMBS:  # valid if it is valid turned about its own axis in some way
+            return excess_rad(part, Rs_parent_part[:, None] @ _TURNS).min(1)
+        return excess_rad(part, Rs_parent_part)
+
+    def _bent(self, lower: int, Rs: Array) -> Array:
+        """[M, 2, 3, 3] rotations of an upper limb and the part below it, for each hypothesis of
+        where the latter points: the hinge stands across both, as well as an almost straight limb
+        tells it."""
+        R_upper = self.Rs[PARTS[lower].parent]
+        ys = Rs[:, :, 1]
+        bend = np.sign(sum(PARTS[lower].limits_rad[0]))
+        normal = bend * np.cross(R_upper[:, 1], ys)
+        x = unit(normal + STRAIGHT * R_upper[:, 0])
+        x = unit(x - R_upper[:, 1] * (x @ R_upper[:, 1])[:, None])
+        return np.stack(
+            [_turned_about(np.broadcast_to(R_upper[:, 1], ys.shape), x), _turned_about(ys, x)], 1
+        )
+
+    def obstacles(self, part: int, share: float) -> NDArray[np.float32]:
+        """[K, 15] placed parts that do not adjoin this one, shrunk, for f_coll (Eq. 5.9)."""
+        parent = PARTS[part].parent
+        others = [
+            other for other in range(part) if other != parent and PARTS[other].parent != parent
+        ]
+        return placed_parts(
+            self.Rs[others],
+            self.origins[others],
+            self.model.lengths_m[others],
+            share * self.model.radii_m[others],
+        )
+
+    def has_inside(self, part: int, points: Array, clothing_m: float) -> NDArray[np.bool_]:
+        """[N] True for the [N, 3] points inside a placed part."""
+        x, y, z = ((points - self.origins[part]) @ self.Rs[part]).T
+        rx, rz = self.model.radii_m[part] + clothing_m
+        is_between = (y >= 0.0) & (y <= self.model.lengths_m[part])
+        return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
+
+
+def _turned_about(ys: Array, xs: Array) -> Array:
+    """[M, 3] axes y and wished-for axes x to [M, 3, 3] rotations."""
+    xs = unit(xs - ys * (xs * ys).sum(1, keepdims=True))
+    return np.stack([xs, ys, np.cross(xs, ys)], axis=2)
+
+
+def _columns(
+    points: Array,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    x, y, z = np.ascontiguousarray(points.T, np.float32)
+    return x, y, z
