@@ -1,1 +1,1 @@
-"""The top view re-projection scores and their factors."""
+"""The top view re-projection scores and their factors; `definition` is where to start reading."""
