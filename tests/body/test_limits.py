@@ -1,0 +1,85 @@
+"""Laws of the limits on the joints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from body_strategies import rotations
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from topview.body.limits import excess_rad
+from topview.body.parts import PART_NAMES, PARTS
+from topview.geometry.rotations import rotations_from_angles
+
+parts = st.integers(1, len(PARTS) - 1)
+shares = st.tuples(*[st.floats(0.0, 1.0)] * 3)
+
+
+def index_of(name: str) -> int:
+    return PART_NAMES.index(name)
+
+
+@pytest.mark.parametrize("part", range(len(PARTS)), ids=PART_NAMES)
+def test_at_rest_every_part_is_within_its_limits(part):
+    assert excess_rad(part, np.eye(3)) == 0.0
+
+
+@given(parts, shares)
+def test_within_the_limits_there_is_no_excess(part, share):
+    low, high = np.array(PARTS[part].limits_rad).T
+    angles = low + np.array(share) * (high - low)
+    if abs(abs(angles[2]) - np.pi / 2) < 1e-4:  # x and y cannot be told apart there
+        angles[2] = 0.0
+    assert excess_rad(part, rotations_from_angles(angles)) == pytest.approx(0.0, abs=1e-6)
+
+
+@given(parts, rotations(1))
+def test_excess_is_never_negative_and_zero_for_the_free_head(part, R):
+    assert excess_rad(part, R)[0] >= 0.0
+    assert excess_rad(0, R)[0] == 0.0
+
+
+@given(
+    st.sampled_from(
+        [
+            ("left_forearm", 0, 160),
+            ("right_forearm", 0, -10),
+            ("left_lower_leg", 0, 10),
+            ("right_lower_leg", 0, -100),
+            ("left_upper_arm", 0, -60),
+            ("right_upper_leg", 0, 100),
+            ("left_upper_leg", 2, -10),
+            ("right_upper_arm", 2, 10),
+            ("upper_torso", 0, 60),
+            ("upper_torso", 2, -45),
+            ("lower_torso", 1, 30),
+        ]
+    ),
+    st.floats(0.1, 19.0),
+)
+def test_beyond_a_limit_the_excess_is_how_far_beyond(case, degrees):
+    name, axis, limit = case
+    angles = np.zeros(3)
+    angles[axis] = np.radians(limit + np.copysign(degrees, limit))
+    excess = excess_rad(index_of(name), rotations_from_angles(angles))
+    assert excess == pytest.approx(np.radians(degrees), abs=1e-9)
+
+
+def test_an_arm_may_be_raised_sideways_beyond_the_horizontal():
+    raised = rotations_from_angles(np.radians([0.0, 0.0, 150.0]))
+    assert excess_rad(index_of("left_upper_arm"), raised) == pytest.approx(0.0, abs=1e-9)
+    assert excess_rad(index_of("right_upper_arm"), raised) > 1.0
+
+
+def test_hinges_turn_about_x_alone():
+    for name in ("left_forearm", "right_lower_leg"):
+        for angles in ((0.0, 0.3, 0.0), (0.0, 0.0, 0.3)):
+            excess = excess_rad(index_of(name), rotations_from_angles(np.array(angles)))
+            assert excess == pytest.approx(0.3)
+
+
+@given(parts, rotations(4))
+def test_batches_are_many_single_ones(part, Rs):
+    assert_allclose(excess_rad(part, Rs), [excess_rad(part, R) for R in Rs])
