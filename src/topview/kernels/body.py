@@ -318,7 +318,7 @@ def refine_bodies(
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
     iterations, costs,
 ):  # fmt: skip
-    """Refine M candidate poses in place and fill `costs` [M, 3].
+    """Refine M candidate poses in place and fill `costs` [M, 4].
 
     Args:
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
@@ -340,7 +340,8 @@ def refine_bodies(
         reach, scale: metres; points farther off do not pull, and the width of the robust weight.
         margin: metres that a part's axis may lie in front of what is seen.
         costs: unexplained share of the points, share of axis samples in free space, and mean
-            squared departure from the prior pose.
+            squared departure from the prior pose, share of axis samples that something else than
+            the user hides or that lie outside of the image.
     """
     H, W = depth.shape
     B = Rs_all.shape[1]
@@ -364,6 +365,7 @@ def refine_bodies(
         unexplained = 0.0
         free = 0.0
         departure = 0.0
+        hidden = 0.0
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
@@ -401,6 +403,7 @@ def refine_bodies(
                 )  # fmt: skip
 
             free = 0.0
+            hidden = 0.0
             for k in range(B):
                 radius = min(radii[k, 0], radii[k, 1])
                 x = origins[k, 0] + lengths[k] * Rs[k, 0, 1]
@@ -446,12 +449,16 @@ def refine_bodies(
                         continue
                     u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
                     if u < 0 or v < 0 or u >= W or v >= H:
+                        hidden += 1.0
                         continue
                     seen = depth[v, u]
                     front = z - radius
                     if not mine[v, u]:
+                        if seen > 0.0 and seen < front + margin:
+                            hidden += 1.0
+                            continue
                         target = nearest[v, u]
-                        if target < 0 or (seen > 0.0 and seen < front + margin):
+                        if target < 0:
                             continue
                         du = (target % W - u) * z / fx
                         dv = (target // W - v) * z / fy
@@ -526,3 +533,4 @@ def refine_bodies(
         costs[m, 0] = unexplained / max(N, 1)
         costs[m, 1] = free / (B * samples)
         costs[m, 2] = departure / D
+        costs[m, 3] = hidden / (B * samples)

@@ -51,6 +51,8 @@ class BodySettings:
     turned: int = 12
     turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
     lost_cost: float = 0.3
+    lost_cost_hidden: float = 0.5
+    hidden_hold: float = 30.0
     lost_iterations: int = 8
     lost_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7)
     lost_margin: float = 0.02
@@ -78,6 +80,7 @@ class _Found:
     kept: Kept
     model: BodyModel
     cost: float
+    hidden: float
 
 
 class BodyTracker:
@@ -92,6 +95,7 @@ class BodyTracker:
         self._limbs = LimbSearch(settings.limbs, threads)
         self._before: Pose | None = None
         self._kept: Kept = {}
+        self._hidden_share = 0.0
         self._girths = GirthEstimate()
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
@@ -110,6 +114,7 @@ class BodyTracker:
             else:
                 found = self._follow(self.pose, look, statures_m)
             pose, self._kept, self.model = found.pose, found.kept, found.model
+            self._hidden_share = found.hidden
             self._girths.learn(pose, self.model, evidence)
         self._before, self.pose = self.pose, pose
         return pose
@@ -132,10 +137,11 @@ class BodyTracker:
         s = self.settings
         moving = self._extrapolated(last)
         with look.clock.stage("body"):
-            refined = self._refined([last, moving], last, look)
+            hold = 1.0 + s.hidden_hold * self._hidden_share
+            refined = self._refined([last, moving], moving, look, hold=hold)
             pose = refined.poses[int(np.argmin(self._costs(refined)))]
-        found = self._with_limbs(pose, moving, self._kept, look)
-        if found.cost < s.lost_cost:
+        found = self._with_limbs(pose, moving, self._kept, look, hold)
+        if found.cost < s.lost_cost + s.lost_cost_hidden * found.hidden:
             return found
         with look.clock.stage("body"):
             up = look.evidence.up_camera
@@ -180,20 +186,28 @@ class BodyTracker:
             founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
         return min(founds, key=lambda found: found.cost)
 
-    def _with_limbs(self, pose: Pose, predicted: Pose, kept: Kept, look: _Look) -> _Found:
+    def _with_limbs(
+        self, pose: Pose, predicted: Pose, kept: Kept, look: _Look, hold: float = 1.0
+    ) -> _Found:
         """The pose with its limbs searched and all of it refined."""
         with look.clock.stage("limbs"):
             rngs = {upper: generator(self.seed, self.person, upper, look.frame) for upper in LIMBS}
             pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
         with look.clock.stage("refinement"):
-            refined = self._refined([pose], None, look)
-        return _Found(refined.poses[0], kept, look.model, float(self._costs(refined)[0]))
+            refined = self._refined([pose], _with_torso_of(predicted, pose), look, hold=hold)
+        cost, hidden = float(self._costs(refined)[0]), float(refined.hidden[0])
+        return _Found(refined.poses[0], kept, look.model, cost, hidden)
 
     def _refined(
-        self, poses: list[Pose], prior: Pose | None, look: _Look, iterations: int | None = None
+        self,
+        poses: list[Pose],
+        prior: Pose | None,
+        look: _Look,
+        iterations: int | None = None,
+        hold: float = 1.0,
     ) -> Refined:
         settings = self.settings.refinement
-        return refine(poses, prior, look.model, look.evidence, settings, iterations)
+        return refine(poses, prior, look.model, look.evidence, settings, iterations, hold)
 
     def _costs(self, refined: Refined) -> Array:
         s = self.settings
@@ -231,3 +245,10 @@ class BodyTracker:
             shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
             poses.append(Pose(pose.neck_camera + shift, Rs))
         return poses
+
+
+def _with_torso_of(torso: Pose, limbs: Pose) -> Pose:
+    """Head and torso of one pose, the limbs' directions of another."""
+    Rs = limbs.Rs.copy()
+    Rs[: LOWER_TORSO + 1] = torso.Rs[: LOWER_TORSO + 1]
+    return Pose(torso.neck_camera, Rs)

@@ -81,12 +81,14 @@ class Refined:
         unexplained: [M] share of the user's points that lie on no part, robustly counted.
         in_free_space: [M] share of the body's axis that the image shows to be in free space.
         departure: [M] mean squared turn away from the prior, square radians.
+        hidden: [M] share of the body's axis that is behind others or objects, or out of view.
     """
 
     poses: list[Pose]
     unexplained: Array
     in_free_space: Array
     departure: Array
+    hidden: Array
 
 
 def refine(
@@ -96,16 +98,18 @@ def refine(
     evidence: Evidence,
     settings: RefinementSettings,
     iterations: int | None = None,
+    hold: float = 1.0,
 ) -> Refined:
     """Refine candidate poses against the evidence, each on its own.
 
-    All are held softly to `prior`, or each to where it starts if there is none.
+    All are held softly to `prior`, or each to where it starts if there is none; `hold` is a factor
+    on how firmly.
     """
     s = settings
     priors = [prior] * len(candidates) if prior else candidates
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
-    costs = np.empty((len(candidates), 3))
+    costs = np.empty((len(candidates), 4))
     weights = np.full(N_DOFS, s.turn_prior_weight)
     weights[:3] = s.place_prior_weight
     weights[(DOF_PART == HEAD) & (DOF_AXIS == 1)] = s.twist_prior_weight
@@ -129,7 +133,7 @@ def refine(
         _N_CHAIN,
         _DOF_OF,
         _N_DOF_OF,
-        weights,
+        weights * hold,
         evidence.points_camera,
         view.depth_m,
         evidence.mine,
