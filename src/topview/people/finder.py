@@ -23,7 +23,7 @@ from topview.people.settings import PeopleSettings
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
 from topview.people.users import User
 from topview.people.validation import looks_like_person
-from topview.records import Frame, Person
+from topview.records import Frame, JointState, Person
 
 __all__ = ["PeopleFinder", "PeopleSettings"]
 
@@ -35,6 +35,8 @@ Mask = NDArray[np.bool_]
 SURE_SCORE = 0.75
 # Ours: a tracked body whose head is further from the expected one has been lost itself.
 STRAYED_M = 0.5
+# Ours: a tracked body tells where its hidden head is if this share of its joints is seen.
+KNOWING_SHARE = 0.3
 HEAD_JOINT = JOINT_NAMES.index("head")
 # Ours: a limb whose connection with the body is hidden seems further away from the head by this
 # much in each second, until it is out of reach.
@@ -77,7 +79,7 @@ class PeopleFinder:
         floor = self._floor.update(cloud)
         scene = Scene.of(cloud, floor, is_background, self.settings.scene)
         joints = {person.id: person.joints_camera for person in tracked}
-        self._heed(joints)
+        self._heed(tracked)
         heads = self._detect(scene)
         heads, bodies = self._find_again(scene, heads, time_s)
         heads = self._correct(scene, heads, bodies, time_s)
@@ -92,13 +94,18 @@ class PeopleFinder:
         self._dismiss(scene, time_s)
         return users
 
-    def _heed(self, joints: dict[int, Vector]) -> None:
-        """Where a head was not seen in the last frame, the tracked body knows better."""
-        for user in self._known:
-            if user.confidence_now == 0.0 and user.id in joints:
-                head_camera = joints[user.id][HEAD_JOINT]
-                if np.linalg.norm(head_camera - user.head_camera) < STRAYED_M:
-                    user.head_camera = np.array(head_camera)
+    def _heed(self, tracked: Sequence[Person]) -> None:
+        """Where a head was not seen in the last frame, a body of which enough was seen knows
+        better."""
+        known = {user.id: user for user in self._known if user.confidence_now == 0.0}
+        for person in tracked:
+            user = known.get(person.id)
+            seen = (person.joint_state == JointState.VISIBLE).mean()
+            if user is None or seen < KNOWING_SHARE:
+                continue
+            head_camera = person.joints_camera[HEAD_JOINT]
+            if np.linalg.norm(head_camera - user.head_camera) < STRAYED_M:
+                user.head_camera = np.array(head_camera)
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first."""

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 # Legs first: an arm may lie on a thigh, but a leg hardly lies on an arm.
 LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
+HIDES_M = 0.05  # what is nearer by this hides; ours
 _LIMITS = np.array([part.limits_rad for part in PARTS])
 
 
@@ -87,6 +88,7 @@ class LimbSettings:
     floor_weight_per_m: float = 30.0
     distinct_rad: float = 0.35
     margin: float = 0.15
+    hidden_share: float = 0.5
 
 
 def elbows_on_circle(
@@ -176,6 +178,7 @@ class LimbSearch:
     ) -> tuple[Pose, Kept]:
         """The pose with every limb replaced for which something clearly better was found, and
         the hypotheses that go on to the next frame; `kept` are those of the frame before."""
+        s = self.settings
         origins = pose.origins(model)
         labelling = [
             label_points(points, pose, origins, model)
@@ -188,10 +191,13 @@ class LimbSearch:
                                       model, evidence, labelling)  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
-            axes, scores = self._hypotheses(limb, current, memory, evidence, generators[upper])
-            best = n_best(scores, self.settings.kept)
+            is_hidden = _hidden_share(limb, current, evidence) > s.hidden_share
+            axes, scores = self._hypotheses(
+                limb, current, memory, evidence, is_hidden, generators[upper]
+            )
+            best = n_best(scores, s.kept)
             best_of[upper] = axes[best] @ limb.R_camera_parent
-            if scores[best[0]] < scores[0] - self.settings.margin:
+            if scores[best[0]] < scores[0] - s.margin:
                 Rs[[upper, upper + 1]] = self._judged(limb, axes[best[:1]], evidence)[0][0]
         return Pose(pose.neck_camera, Rs), best_of
 
@@ -242,12 +248,14 @@ class LimbSearch:
         current: Array,
         memory: Array,
         evidence: Evidence,
+        is_hidden: bool,
         rng: np.random.Generator,
     ) -> tuple[Array, Array]:
         """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
         s = self.settings
         seeds = np.concatenate([current[None], limb.predicted[None], memory])
-        drawn = self._drawn(limb, seeds, self._is_settled(limb, current, evidence), rng)
+        is_settled = is_hidden or self._is_settled(limb, current, evidence)
+        drawn = self._drawn(limb, seeds, is_settled, rng)
         axes = np.concatenate([seeds, drawn])
         scores = self._scores(limb, axes, evidence, limb.coarse)
         chosen = axes[_distinct(axes, scores, s.refined, s.distinct_rad)]
@@ -345,6 +353,25 @@ class LimbSearch:
         without = s.no_evidence + np.log1p(s.free_space_penalty * in_free_space)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
+
+
+def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
+    """Share of places along the limb that lie behind something that is not the user, or outside
+    of the image."""
+    view = evidence.view
+    along = (np.arange(4) + 0.5)[:, None] / 4
+    upper, lower = current * limb.lengths_m[:, None]
+    places = limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
+    x, y, z = places.T
+    z = np.maximum(z, 0.1)
+    u = np.rint(view.fx * x / z + view.cx).astype(int)
+    v = np.rint(view.fy * y / z + view.cy).astype(int)
+    H, W = view.depth_m.shape
+    inside = (u >= 0) & (v >= 0) & (u < W) & (v < H)
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+    seen = view.depth_m[v, u]
+    is_behind = (seen > 0) & (seen < z - limb.radii_m.max() - HIDES_M) & ~evidence.mine[v, u]
+    return float((~inside | is_behind).mean())
 
 
 def _columns(

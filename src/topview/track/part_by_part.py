@@ -33,7 +33,9 @@ from topview.track.timing import StageClock
 
 Array = NDArray[np.float64]
 
-STRAIGHT = 0.1  # sine of the bend at which a hinge's axis shows as well as it was known; ours
+# Ours: the sine of the bend at which a hinge's axis is seen as well as it was known before.
+STRAIGHT = 0.1
+
 _TORSO = (HEAD, UPPER_TORSO, LOWER_TORSO)
 _UPPER_LIMBS = frozenset(part.parent for part in PARTS if part.is_hinge)
 _TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(8) * np.pi / 4]))
@@ -46,37 +48,42 @@ class PartByPartSettings:
     Attributes:
         hypotheses: of each part in each round.
         rounds: of sampling and evaluation in each frame, every one half as wide as the last.
-        torso_sigma_rad, limb_sigma_rad: how far hypotheses are turned about a part's x, y, z axes.
-        start_widening: how much wider they are drawn in a person's first frame.
+        torso_sigma_rad, limb_sigma_rad: how far hypotheses are turned about a part's x, y, z axes;
+            "torso" goes for the head as well.
+        spreading: how much wider a part without evidence is searched with every frame.
+        widest: up to this, which is also how wide a person's first frame is searched.
         tolerance_m: the T of Sec. 5.2.1.
         clothing_m: added to the radii, so that points on the surface, with their noise, lie inside.
         collision_share: of the radii of parts already placed, when collisions are counted: skin
             that touches does not collide. Adjoining parts share a joint and are left out.
-        no_evidence: a score that is worse than this is no evidence.
+        no_evidence: f_uTVR from which on a hypothesis has too little on its side to go by.
     """
 
     hypotheses: int = 200
     rounds: int = 2
-    torso_sigma_rad: tuple[float, float, float] = (0.10, 0.15, 0.10)
+    torso_sigma_rad: tuple[float, float, float] = (0.06, 0.08, 0.06)
     limb_sigma_rad: tuple[float, float, float] = (0.35, 0.0, 0.35)
-    start_widening: float = 2.0
-    grow: float = 1.3
+    spreading: float = 1.3
+    widest: float = 2.0
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
     collision_share: float = 0.8
-    no_evidence: float = 1.0
+    no_evidence: float = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Hypotheses:
-    """Of one part: [M, 3, 3] `Rs_camera_part` and their [M] scores f_uTVR, lower is better."""
+class _Particles:
+    """The N best of one part, best first.
+
+    Attributes:
+        Rs: [N, 3, 3] `Rs_camera_part`.
+        scores: [N] f_uTVR, lower is better.
+        spread: how wide to search around them, 1 while there is evidence.
+    """
 
     Rs: Array
     scores: Array
-
-    def best(self, count: int) -> _Hypotheses:
-        chosen = n_best(self.scores, count)
-        return _Hypotheses(self.Rs[chosen], self.scores[chosen])
+    spread: float
 
 
 class PartByPartTracker:
@@ -88,7 +95,7 @@ class PartByPartTracker:
         self.settings = settings
         self.threads = threads
         self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
-        self._kept: list[_Hypotheses] = []
+        self._particles: list[_Particles] = []
 
     def update(
         self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
@@ -96,44 +103,48 @@ class PartByPartTracker:
         """The pose in the next frame; `stature_m` is None while nobody could measure it."""
         if stature_m is not None:
             self.model = BodyModel.of(stature_m, THESIS)
-        if not self._kept:
-            self._spread = np.full(11, self.settings.start_widening)
-            self._kept = self._roughly_standing(evidence)
+        if not self._particles:
+            self._particles = self._roughly_standing(evidence)
         body = _Body(self.model, evidence.head_camera)
         cloud = evidence.all_points_camera
         with clock.stage("parts"):
             for part in range(len(PARTS)):
-                rng = generator(self.seed, self.person, part, frame)
-                spread = self._spread[part]
-                for _ in range(self.settings.rounds):
-                    Rs = self._sampled(part, self._kept[part], spread, body, rng)
-                    scored = self._evaluated(part, Rs, cloud, body, evidence)
-                    if len(scored.Rs):
-                        self._kept[part] = scored.best(PARTS[part].n_best)
-                    spread *= 0.5
-                    self._spread[part] = (
-                        1.0
-                        if len(scored.Rs)
-                        else min(
-                            self._spread[part] * self.settings.grow, self.settings.start_widening
-                        )
-                    )
-                body.place(part, self._kept[part].Rs[0])
+                self._particles[part] = self._filtered(part, body, cloud, evidence, frame)
+                body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud, self.settings.clothing_m)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
 
-    def _roughly_standing(self, evidence: Evidence) -> list[_Hypotheses]:
+    def _roughly_standing(self, evidence: Evidence) -> list[_Particles]:
         """Upright below the head, facing the camera: where every filter starts."""
         pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
-        return [_Hypotheses(R[None], np.ones(1)) for R in pose.Rs]
+        return [_Particles(R[None], np.ones(1), self.settings.widest) for R in pose.Rs]
+
+    def _filtered(
+        self, part: int, body: _Body, cloud: Array, evidence: Evidence, frame: int
+    ) -> _Particles:
+        """One part's filter: sample, evaluate, keep the N best; without evidence, keep what was,
+        as far as the part above still allows it, and search wider in the next frame."""
+        s = self.settings
+        rng = generator(self.seed, self.person, part, frame)
+        before = particles = self._particles[part]
+        for halvings in range(s.rounds):
+            Rs = self._sampled(part, particles, before.spread / 2**halvings, body, rng)
+            known, scores = self._evaluated(part, Rs, cloud, body, evidence)
+            if not len(known):
+                allowed = Rs[: len(before.Rs)]
+                spread = min(s.spreading * before.spread, s.widest)
+                return _Particles(allowed, np.ones(len(allowed)), spread)
+            best = n_best(scores, PARTS[part].n_best)
+            particles = _Particles(known[best], scores[best], 1.0)
+        return particles
 
     def _sampled(
-        self, part: int, kept: _Hypotheses, spread: float, body: _Body, rng: np.random.Generator
+        self, part: int, kept: _Particles, spread: float, body: _Body, rng: np.random.Generator
     ) -> Array:
         """[M, 3, 3] hypotheses: the kept ones, and ones turned away from them (SIR).
 
-        Kept ones have offspring in proportion to their weights. Twice as many as wanted are drawn;
-        the first that are valid go on, filled up with those that are least beyond the limits.
+        Kept ones have offspring in proportion to their weights. Twice as many as wanted are drawn,
+        and those beyond the limits are eliminated; the least of all, if it comes to that, is not.
         """
         s = self.settings
         sigma_rad = s.torso_sigma_rad if part in _TORSO else s.limb_sigma_rad
@@ -141,11 +152,12 @@ class PartByPartTracker:
         parents = systematic_resample(importance_weights(kept.scores), count, rng)
         turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)
         Rs = np.concatenate([kept.Rs, kept.Rs[rng.permutation(parents)] @ turns])
-        return Rs[n_best(body.excess_rad(part, Rs), s.hypotheses)]
+        excess_rad = body.excess_rad(part, Rs)
+        return Rs[excess_rad <= excess_rad.min()][: s.hypotheses]
 
     def _evaluated(
         self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
-    ) -> _Hypotheses:
+    ) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their f_uTVR (Eq. 5.7)."""
         s = self.settings
         origins = body.joints_of(part, Rs)
@@ -161,7 +173,7 @@ class PartByPartTracker:
             self.threads,
         )
         is_known = terms.has_evidence & (terms.score < s.no_evidence)
-        return _Hypotheses(Rs[is_known], terms.score[is_known])
+        return Rs[is_known], terms.score[is_known]
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
         """[N] points that some hypothesis may hold; all others need not be looked at."""
@@ -214,16 +226,15 @@ class _Body:
 
     def _bent(self, lower: int, Rs: Array) -> Array:
         """[M, 2, 3, 3] rotations of an upper limb and the part below it, for each hypothesis of
-        where the latter points: the hinge stands across both, as well as an almost straight limb
-        tells it."""
+        where the latter points: the hinge stands across both; a straight limb does not tell."""
         R_upper = self.Rs[PARTS[lower].parent]
-        ys = Rs[:, :, 1]
+        ys_lower = Rs[:, :, 1]
+        ys_upper = np.broadcast_to(R_upper[:, 1], ys_lower.shape)
         bend = np.sign(sum(PARTS[lower].limits_rad[0]))
-        normal = bend * np.cross(R_upper[:, 1], ys)
-        x = unit(normal + STRAIGHT * R_upper[:, 0])
-        x = unit(x - R_upper[:, 1] * (x @ R_upper[:, 1])[:, None])
+        hinges = bend * np.cross(ys_upper, ys_lower) + STRAIGHT * R_upper[:, 0]
+        xs_upper = _across(hinges, ys_upper)
         return np.stack(
-            [_turned_about(np.broadcast_to(R_upper[:, 1], ys.shape), x), _turned_about(ys, x)], 1
+            [_frames(xs_upper, ys_upper), _frames(_across(xs_upper, ys_lower), ys_lower)], axis=1
         )
 
     def obstacles(self, part: int, share: float) -> NDArray[np.float32]:
@@ -247,9 +258,13 @@ class _Body:
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
 
 
-def _turned_about(ys: Array, xs: Array) -> Array:
-    """[M, 3] axes y and wished-for axes x to [M, 3, 3] rotations."""
-    xs = unit(xs - ys * (xs * ys).sum(1, keepdims=True))
+def _across(xs: Array, ys: Array) -> Array:
+    """[M, 3] what of `xs` stands across the unit vectors `ys`, scaled to length one."""
+    return unit(xs - ys * (xs * ys).sum(1, keepdims=True))
+
+
+def _frames(xs: Array, ys: Array) -> Array:
+    """[M, 3] axes x and y to [M, 3, 3] rotations."""
     return np.stack([xs, ys, np.cross(xs, ys)], axis=2)
 
 

@@ -16,6 +16,7 @@ from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.evidence import gather, thin_view, working_stride
+from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
 from topview.track.timing import StageClock
@@ -26,7 +27,7 @@ from topview.track.visibility import confidences, look
 class _Tracked:
     """One person's tracker and what is remembered of the joints."""
 
-    tracker: BodyTracker
+    tracker: BodyTracker | PartByPartTracker
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -73,7 +74,11 @@ class Tracker:
         tracked = self._bodies.get(user.id)
         if tracked is not None:
             return tracked
-        return _Tracked(BodyTracker(user.id, self.settings.seed, self._body, self._threads))
+        s = self.settings
+        if s.method == "thesis":
+            thesis = PartByPartSettings()
+            return _Tracked(PartByPartTracker(user.id, s.seed, thesis, self._threads))
+        return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
     def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:
         """One person's pose, from the image thinned to what the person's distance needs."""
