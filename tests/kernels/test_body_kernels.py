@@ -1,0 +1,148 @@
+"""The leaves of the whole-body refinement against NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
+
+from topview.body.kinematics import R_CAMERA_FACING
+from topview.body.limits import excess_rad
+from topview.body.model import BodyModel
+from topview.body.parts import PARTS
+from topview.body.proportions import ANATOMICAL
+from topview.geometry.rotations import rotations_from_angles
+from topview.kernels.body import (
+    BACK_FACING,
+    align_hinges,
+    assign_points,
+    relative_rotations,
+    solve_lower,
+    surface_distance,
+)
+from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
+
+MODEL = BodyModel.of(1.75, ANATOMICAL)
+REACH_M = 0.15
+
+metres = st.floats(-0.6, 0.6)
+radii = st.floats(0.02, 0.2)
+
+
+def rotations(seed: int) -> np.ndarray:
+    """[11, 3, 3]"""
+    return Rotation.from_quat(np.random.default_rng(seed).normal(size=(len(PARTS), 4))).as_matrix()
+
+
+@given(st.integers(1, 28), st.integers(0, 2**32 - 1))
+def test_solve_lower_solves(n, seed):
+    rng = np.random.default_rng(seed)
+    J = rng.normal(size=(2 * n, n))
+    A, g = J.T @ J + np.eye(n), rng.normal(size=n)
+    expected = np.linalg.solve(A, g)
+    lower = np.tril(A) + np.triu(np.full_like(A, np.nan), 1)  # the upper triangle is not read
+    assert_allclose(solve_lower(lower, g), expected, atol=1e-9)
+
+
+def defined_distance(p: np.ndarray, length: float, rx: float, rz: float) -> np.ndarray:
+    """[..., 3] points in the part's frame to [...] signed distances: to the side along the line to
+    the axis, to the flat or rounded end beyond it."""
+    x, y, z = np.moveaxis(p, -1, 0)
+    radial = np.hypot(x, z)
+    on_ellipse = radial / np.hypot(x / rx, z / rz)  # axis to surface in this direction
+    gap = radial - on_ellipse
+    beyond = y - np.clip(y, 0.0, length)
+    return np.where(beyond != 0.0, np.hypot(np.maximum(gap, 0.0), beyond), gap)
+
+
+@given(metres, st.floats(-0.3, 0.9), metres, radii, radii)
+def test_surface_distance_is_as_defined_and_its_normal_points_outward(x, y, z, rx, rz):
+    if np.hypot(x, z) < 1e-3:
+        x = 1e-3  # on the axis no direction is the nearest one
+    p, length = np.array([x, y, z]), 0.5
+    d, *n = surface_distance(x, y, z, length, rx, rz)
+    assert d == pytest.approx(defined_distance(p, length, rx, rz), abs=1e-9)
+    n = np.array(n)
+    if abs(d) > 1e-6:
+        assert np.linalg.norm(n) == pytest.approx(1.0)
+        step = 1e-4 * n
+        assert defined_distance(p + step, length, rx, rz) > defined_distance(p, length, rx, rz)
+
+
+def outward_normals(p: np.ndarray, length: float, rx: float, rz: float) -> np.ndarray:
+    """[..., 3] of the surface nearest to each point."""
+    x, y, z = np.moveaxis(p, -1, 0)
+    n = np.stack([x / rx**2, np.zeros_like(x), z / rz**2], axis=-1)
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    beyond = y - np.clip(y, 0.0, length)
+    outside = np.maximum(np.hypot(x, z) * (1.0 - 1.0 / np.hypot(x / rx, z / rz)), 0.0)
+    round_end = n * outside[..., None]
+    round_end[..., 1] = beyond
+    round_end /= np.maximum(np.linalg.norm(round_end, axis=-1, keepdims=True), 1e-12)
+    return np.where((beyond != 0.0)[..., None], round_end, n)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed):
+    rng = np.random.default_rng(seed)
+    Rs = rotations(seed) if seed else np.repeat(R_CAMERA_FACING[None], len(PARTS), axis=0)
+    origins = Pose(np.array([0.1, -0.4, 2.5]), Rs).origins(MODEL)
+    points = origins[rng.integers(0, len(PARTS), 600)] + rng.normal(0.0, 0.15, (600, 3))
+
+    defined = np.full((len(PARTS), len(points)), np.inf)
+    for k in range(len(PARTS)):
+        size = (MODEL.lengths_m[k], *MODEL.radii_m[k])
+        in_part = (points - origins[k]) @ Rs[k]
+        d = defined_distance(in_part, *size)
+        cosine = np.einsum("ni,ni->n", outward_normals(in_part, *size) @ Rs[k].T, points)
+        is_facing = cosine <= BACK_FACING * np.linalg.norm(points, axis=1)
+        defined[k] = np.where(is_facing & (np.abs(d) < REACH_M), d, np.inf)
+    nearest = np.abs(defined).argmin(0)
+    is_reached = np.isfinite(np.abs(defined).min(0))
+    expected = np.where(is_reached, nearest, -1)
+
+    labels, distances = np.empty(len(points), np.int32), np.empty(len(points))
+    assign_points(points, Rs, origins, MODEL.lengths_m, MODEL.radii_m, REACH_M, labels, distances)
+    assert_array_equal(labels, expected)
+    chosen = defined[nearest, np.arange(len(points))]
+    assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)
+    assert 0.2 < is_reached.mean() < 0.9
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_relative_rotations_are_those_of_the_pose(seed):
+    Rs = rotations(seed)
+    relative = np.empty_like(Rs)
+    relative_rotations(Rs, np.array(TREE_PARENT), relative)
+    assert_allclose(relative, Pose(np.zeros(3), Rs).relative(), atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_aligned_hinges_turn_about_x_alone_and_keep_their_directions(seed):
+    Rs = rotations(seed)
+    aligned = Rs.copy()
+    bends = np.array([HINGE_BENDS[upper] for upper, _ in HINGE_PAIRS])
+    align_hinges(aligned, np.array(HINGE_PAIRS), bends)
+    assert_allclose(aligned[:, :, 1], Rs[:, :, 1], atol=1e-12)
+    assert_allclose(aligned @ np.swapaxes(aligned, 1, 2), np.eye(3)[None].repeat(11, 0), atol=1e-9)
+    for upper, lower in HINGE_PAIRS:
+        flexion = aligned[upper].T @ aligned[lower]
+        sine = np.linalg.norm(np.cross(Rs[upper][:, 1], Rs[lower][:, 1]))
+        if sine > 0.26:  # the limb is bent enough to tell the plane of its hinge
+            assert_allclose(flexion[0], (1.0, 0.0, 0.0), atol=1e-9)
+            assert np.sign(flexion[2, 1]) == HINGE_BENDS[upper]
+
+
+@given(st.floats(5, 155), st.integers(0, 2**32 - 1))
+def test_an_aligned_elbow_keeps_its_limits(degrees, seed):
+    """A forearm bent to any side of an upper arm becomes one that is bent to the front."""
+    Rs = rotations(seed)
+    upper, lower = HINGE_PAIRS[0]
+    side = rotations_from_angles(np.array([0.0, seed % 7, 0.0]))
+    Rs[lower] = Rs[upper] @ side @ rotations_from_angles(np.array([np.radians(degrees), 0.0, 0.0]))
+    align_hinges(Rs, np.array([[upper, lower]]), np.array([1.0]))
+    if np.sin(np.radians(degrees)) > 0.26:
+        assert excess_rad(lower, Rs[upper].T @ Rs[lower]) == pytest.approx(0.0, abs=1e-6)
