@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
+from topview.cli.bench import bench
 from topview.cli.demo import demo
 from topview.cli.evaluate import evaluate
 from topview.cli.simulate import simulate
@@ -21,7 +22,7 @@ app = App(
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-for command in (demo, track, evaluate, simulate):
+for command in (demo, track, evaluate, simulate, bench):
     app.command(command)
 
 
