@@ -99,7 +99,7 @@ def random_pose(rng: np.random.Generator, spread_m: float) -> np.ndarray:
 
 
 def random_scene(seed: int, hypotheses: int = 12) -> Scene:
-    """A part, something in front of it, a wall behind with holes, and two placed parts."""
+    """A part, something in front of it, a wall behind with holes, and placed parts that overlap."""
     rng = np.random.default_rng(seed)
     length = float(np.float32(rng.uniform(0.2, 0.5)))
     radii = (float(np.float32(rng.uniform(0.04, 0.18))), float(np.float32(rng.uniform(0.04, 0.18))))
@@ -114,7 +114,5 @@ def random_scene(seed: int, hypotheses: int = 12) -> Scene:
     depth += rng.normal(0.0, 0.02, SHAPE).astype(np.float32)
     depth[rng.random(SHAPE) < 0.1] = 0.0
     tried = [Cylinder(random_pose(rng, 0.15), length, radii) for _ in range(hypotheses - 1)]
-    apart = transform(np.eye(3), np.array([0.0, 0.6, 0.0]))
-    first = Cylinder(random_pose(rng, 0.1), 0.25, (0.1, 0.08))
-    second = Cylinder(apart @ first.T_camera_part, 0.25, (0.1, 0.08))
-    return Scene([truth, *tried], points, view_of(depth), [first, second])
+    placed = [Cylinder(random_pose(rng, 0.1), 0.25, (0.1, 0.08)) for _ in range(3)]
+    return Scene([truth, *tried], points, view_of(depth), placed)

@@ -156,12 +156,13 @@ def count_hypotheses(
             out[m, P_IN] = n_in
             out[m, P_OCCL] = n_occl
             out[m, P_OUT] = n_cyl - n_in - n_occl
-            out[m, N_COLL] = min(n_coll, n_cyl)
+            out[m, N_COLL] = n_coll
 
 
 @njit(inline="always", error_model="numpy")
 def _collisions(hit, width, u0, ray_y, fx, cx, part):
-    """How many hits of one image row lie inside one placed part."""
+    """How many hits of one image row lie inside one placed part; they are taken out of `hit`, so
+    that a pixel inside several parts counts once."""
     n = 0
     for i in range(width):
         t = hit[i]
@@ -173,5 +174,7 @@ def _collisions(hit, width, u0, ray_y, fx, cx, part):
         x = part[0] * dx + part[3] * dy + part[6] * dz
         y = part[1] * dx + part[4] * dy + part[7] * dz
         z = part[2] * dx + part[5] * dy + part[8] * dz
-        n += np.int32(covered & is_inside(x, y, z, part[12], part[13], part[14]))
+        collides = covered & is_inside(x, y, z, part[12], part[13], part[14])
+        hit[i] = NO_HIT if collides else t
+        n += np.int32(collides)
     return n
