@@ -53,6 +53,7 @@ class BodySettings:
     lost_cost: float = 0.3
     lost_cost_hidden: float = 0.5
     hidden_hold: float = 30.0
+    hidden_at_ease: float = 0.15
     lost_iterations: int = 8
     lost_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7)
     lost_margin: float = 0.02
@@ -138,7 +139,7 @@ class BodyTracker:
         moving = self._extrapolated(last)
         with look.clock.stage("body"):
             hold = 1.0 + s.hidden_hold * self._hidden_share
-            refined = self._refined([last, moving], moving, look, hold=hold)
+            refined = self._refined([last, moving], last, look, hold=hold)
             pose = refined.poses[int(np.argmin(self._costs(refined)))]
         found = self._with_limbs(pose, moving, self._kept, look, hold)
         if found.cost < s.lost_cost + s.lost_cost_hidden * found.hidden:
@@ -194,8 +195,12 @@ class BodyTracker:
             rngs = {upper: generator(self.seed, self.person, upper, look.frame) for upper in LIMBS}
             pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
         with look.clock.stage("refinement"):
-            refined = self._refined([pose], _with_torso_of(predicted, pose), look, hold=hold)
-        cost, hidden = float(self._costs(refined)[0]), float(refined.hidden[0])
+            prior = _with_torso_of(predicted, pose) if hold > 1.0 else None
+            refined = self._refined([pose], prior, look, hold=hold)
+        cost, hidden = (
+            float(self._costs(refined)[0]),
+            max(0.0, float(refined.hidden[0]) - self.settings.hidden_at_ease),
+        )
         return _Found(refined.poses[0], kept, look.model, cost, hidden)
 
     def _refined(

@@ -1,13 +1,14 @@
 """The thesis's own tracker: part by part from the head down, a particle filter each (Sec. 5.3).
 
-Nothing is added that the thesis does not have; where it leaves a point open, the decision is told
-where it is taken. `topview.track.body_tracker` is what this project makes of it.
+`PartByPartTracker.update` is the whole recipe. `topview.track.body_tracker` is what this project
+makes of it. Where the thesis leaves a point open:
 
-The two things that a cylinder cannot show are its turn about its own axis, where it is circular,
-and what nobody sees. The former: an upper arm or upper leg is scored for its direction alone; how
-it is turned follows from where the forearm or lower leg bends to, whose hypotheses are valid only
-where both keep within Table 3.2 (as in the 4 degrees of freedom of Table 5.1). The latter: a part
-without evidence keeps its prediction, which is the pose that it had.
+- The turn of a circular cylinder about its own axis does not show. An upper arm or upper leg is
+  scored for its direction alone; how it is turned follows from where the forearm or lower leg bends
+  to, whose hypotheses are valid only where both keep within Table 3.2.
+- A part without evidence keeps its prediction, which is the direction that it had.
+- Collisions are counted with parts of the same person; another person's parts do not matter here,
+  beyond that they may hide a hypothesis.
 """
 
 from __future__ import annotations
@@ -161,12 +162,14 @@ class PartByPartTracker:
         """Those hypotheses for which there is evidence, and their f_uTVR (Eq. 5.7)."""
         s = self.settings
         origins = body.joints_of(part, Rs)
+        near = cloud[self._is_near(part, origins, cloud)]
+        x, y, z = np.ascontiguousarray(near.T, np.float32)
         terms = score_hypotheses(
             Rs,
             origins,
             self.model.lengths_m[part],
             self.model.radii_m[part] + s.clothing_m,
-            _columns(cloud[self._is_near(part, origins, cloud)]),
+            (x, y, z),
             evidence.view,
             body.obstacles(part, s.collision_share),
             s.tolerance_m,
@@ -266,10 +269,3 @@ def _across(xs: Array, ys: Array) -> Array:
 def _frames(xs: Array, ys: Array) -> Array:
     """[M, 3] axes x and y to [M, 3, 3] rotations."""
     return np.stack([xs, ys, np.cross(xs, ys)], axis=2)
-
-
-def _columns(
-    points: Array,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    x, y, z = np.ascontiguousarray(points.T, np.float32)
-    return x, y, z

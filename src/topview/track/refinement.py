@@ -35,7 +35,7 @@ class RefinementSettings:
     collision_weight: float = 10.0
     limit_weight: float = 50.0
     place_prior_weight: float = 32.0
-    turn_prior_weight: float = 4.0
+    turn_prior_weight: float = 1.0
     twist_prior_weight: float = 40.0
     head_weight: float = 30.0
     samples_per_part: int = 5

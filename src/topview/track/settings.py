@@ -32,5 +32,5 @@ class TrackerSettings:
             raise InputError(f"seed is {self.seed}; it must be 0 to 2^63 - 1")
 
     def as_json(self) -> dict[str, Any]:
-        """Plain JSON types, for the outputs."""
-        return asdict(self)
+        """Plain JSON types, for the outputs: all that they depend on, so not the threads."""
+        return {name: value for name, value in asdict(self).items() if name != "threads"}

@@ -23,8 +23,10 @@ class StageClock:
     def stage(self, name: str) -> Iterator[None]:
         """Count what happens inside towards `name`."""
         start = perf_counter()
-        yield
-        self._frame[name] = self._frame.get(name, 0.0) + perf_counter() - start
+        try:
+            yield
+        finally:
+            self._frame[name] = self._frame.get(name, 0.0) + perf_counter() - start
 
     def end_frame(self) -> None:
         """Close the frame's sums."""
