@@ -46,6 +46,7 @@ class BodySettings:
     start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
     start_iterations: int = 10
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
+    stature_frames: int = 15
     proportions: Proportions = ANATOMICAL
     searched: int = 3
     turned: int = 12
@@ -97,6 +98,7 @@ class BodyTracker:
         self._before: Pose | None = None
         self._kept: Kept = {}
         self._hidden_share = 0.0
+        self._frames = 0
         self._girths = GirthEstimate()
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
@@ -109,7 +111,9 @@ class BodyTracker:
             pose = self._hidden(evidence)
         else:
             look = _Look(self.model, evidence, frame, clock)
-            statures_m = self.settings.statures_m if stature_m is None else (stature_m,)
+            is_open = stature_m is None and self._frames < self.settings.stature_frames
+            statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
+            self._frames += 1
             if self.pose is None:
                 found = self._start(look, statures_m)
             else:

@@ -1,7 +1,8 @@
 """Ways to stand, bend and sit, from which a pose that is new or lost is searched (ours).
 
 The thesis starts from roughly standing; arbitrary initial poses are its future work (Sec. 7.1).
-Arms are left hanging: the limb search finds them.
+The limb search then finds arms
+and legs.
 """
 
 from __future__ import annotations
@@ -15,11 +16,15 @@ from numpy.typing import NDArray
 from topview.body.model import BodyModel
 from topview.body.parts import (
     HEAD,
+    LEFT_FOREARM,
     LEFT_LOWER_LEG,
+    LEFT_UPPER_ARM,
     LEFT_UPPER_LEG,
     LOWER_TORSO,
     PARTS,
+    RIGHT_FOREARM,
     RIGHT_LOWER_LEG,
+    RIGHT_UPPER_ARM,
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
@@ -31,21 +36,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """Degrees: how far the trunk leans forward, hips and knees are bent."""
+    """Degrees: how far the trunk leans forward; hips, knees, shoulders and elbows are bent."""
 
-    lean: float
-    hip: float
-    knee: float
+    lean: float = 0.0
+    hip: float = 0.0
+    knee: float = 0.0
+    shoulder: float = 0.0
+    elbow: float = 0.0
 
 
-STANDING = Stance(0, 0, 0)
+STANDING = Stance()
 STANCES = (
     STANDING,
-    Stance(lean=40, hip=40, knee=5),
-    Stance(lean=80, hip=80, knee=10),
-    Stance(lean=0, hip=85, knee=85),
-    Stance(lean=35, hip=110, knee=80),
-    Stance(lean=30, hip=80, knee=90),
+    Stance(lean=40, hip=40, knee=5, shoulder=40),
+    Stance(lean=80, hip=80, knee=10, shoulder=80),
+    Stance(hip=85, knee=85, shoulder=20, elbow=70),
+    Stance(lean=35, hip=110, knee=80, shoulder=50, elbow=20),
+    Stance(lean=30, hip=80, knee=90, shoulder=60),
 )
 
 
@@ -80,6 +87,8 @@ def stand(
     Rs[[UPPER_TORSO, LOWER_TORSO]] = pitched(-stance.lean)
     Rs[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG]] = pitched(stance.hip - stance.lean)
     Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)
+    Rs[[LEFT_UPPER_ARM, RIGHT_UPPER_ARM]] = pitched(stance.shoulder - stance.lean)
+    Rs[[LEFT_FOREARM, RIGHT_FOREARM]] = pitched(stance.shoulder - stance.lean + stance.elbow)
     return Pose(head_camera + 0.5 * model.lengths_m[HEAD] * Rs[HEAD][:, 1], Rs)
 
 
