@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ class BodyModel:
         radii_m: [11, 2] semi-axes along x and z.
         joints_parent: [11, 3] where a part's proximal joint lies in its parent's frame; for the
             head zeros.
-        girths: [11] factors on the published radii, already in `radii_m`.
         joints_part: [16, 3] where each reported joint lies in the frame of its part.
     """
 
@@ -41,12 +40,6 @@ class BodyModel:
     radii_m: NDArray[np.float64]
     joints_parent: NDArray[np.float64]
     joints_part: NDArray[np.float64]
-    girths: NDArray[np.float64]
-
-    def with_girths(self, scales: NDArray[np.float64]) -> BodyModel:
-        """The same body with the parts' radii at [11] times the published ones."""
-        radii_m = self.radii_m * (scales / self.girths)[:, None]
-        return replace(self, radii_m=read_only(radii_m), girths=scales)
 
     @classmethod
     def of(cls, stature_m: float, proportions: Proportions) -> BodyModel:
@@ -88,5 +81,4 @@ class BodyModel:
             read_only(radii * stature_m),
             read_only(joints_parent * stature_m),
             read_only(joints_part * stature_m),
-            np.ones(len(PARTS)),
         )

@@ -17,7 +17,6 @@ from topview.geometry.rotations import (
     vectors_from_rotations,
 )
 from topview.track.evidence import Evidence
-from topview.track.girth import GirthEstimate
 from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
@@ -99,7 +98,6 @@ class BodyTracker:
         self._kept: Kept = {}
         self._hidden_share = 0.0
         self._frames = 0
-        self._girths = GirthEstimate()
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
     def update(
@@ -120,14 +118,12 @@ class BodyTracker:
                 found = self._follow(self.pose, look, statures_m)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
-            self._girths.learn(pose, self.model, evidence)
         self._before, self.pose = self.pose, pose
         return pose
 
     def _scale_to(self, stature_m: float | None) -> None:
         if stature_m is not None and abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
             self.model = BodyModel.of(stature_m, self.settings.proportions)
-        self.model = self._girths.applied_to(self.model)
 
     def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
@@ -168,8 +164,7 @@ class BodyTracker:
     ) -> list[tuple[BodyModel, list[Pose]]]:
         """Every stance in these directions, for every stature that the person may have."""
         head, up = look.evidence.head_camera, look.evidence.up_camera
-        models = [self._girths.applied_to(BodyModel.of(m, self.settings.proportions))
-                  for m in statures_m]  # fmt: skip
+        models = [BodyModel.of(m, self.settings.proportions) for m in statures_m]  # fmt: skip
         return [(model, stand_all(model, head, yaws_rad, up)) for model in models]
 
     def _best_with_limbs(
