@@ -46,6 +46,7 @@ class BodySettings:
     start_iterations: int = 10
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
     stature_frames: int = 15
+    stoop_weight: float = 0.2
     proportions: Proportions = ANATOMICAL
     searched: int = 3
     turned: int = 12
@@ -177,14 +178,27 @@ class BodyTracker:
             tried: list[tuple[float, int, Pose]] = []
             for index, (_, poses) in enumerate(trials):
                 refined = self._refined(poses, None, looks[index], iterations)
-                costs = self._costs(refined)
+                costs = self._costs(refined) + self._stature_cost(looks[index])
                 tried += [(float(c), index, p) for c, p in zip(costs, refined.poses, strict=True)]
             tried.sort(key=lambda trial: trial[0])
         founds = []
         for _, index, pose in tried[: self.settings.searched]:
             found = self._with_limbs(pose, pose, {}, looks[index])
             founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
-        return min(founds, key=lambda found: found.cost)
+        return min(
+            founds,
+            key=lambda found: found.cost + self._stature_cost(replace(look, model=found.model)),
+        )
+
+    def _stature_cost(self, look: _Look) -> float:
+        """What speaks against a stature before any pose: people stand more often than they sit,
+        and nobody is shorter than the head is high above the floor."""
+        floor, head = look.evidence.floor, look.evidence.head_camera
+        if not floor.any():
+            return 0.0
+        top_m = floor[:3] @ head + floor[3] + 0.5 * look.model.lengths_m[HEAD]
+        stoop = np.log(look.model.stature_m / max(top_m, 0.3))
+        return float(self.settings.stoop_weight * abs(stoop))
 
     def _with_limbs(
         self, pose: Pose, predicted: Pose, kept: Kept, look: _Look, hold: float = 1.0

@@ -77,7 +77,7 @@ class LimbSettings:
     taken_m: float = 0.04
     exclusive_m: float = 0.08
     explained_m: float = 0.04
-    unexplained_weight: float = 6.0
+    unexplained_weight: float = 8.0
     no_evidence: float = 1.0
     free_space_penalty: float = 5.0
     coincident_share: float = 0.5

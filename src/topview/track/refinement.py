@@ -29,7 +29,7 @@ class RefinementSettings:
 
     iterations: int = 5
     reach_m: float = 0.15
-    scale_m: float = 0.04
+    scale_m: float = 0.05
     free_space_margin_m: float = 0.06
     free_space_weight: float = 6.0
     collision_weight: float = 10.0
