@@ -384,13 +384,15 @@ def _columns(
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
     """The present pose, and the best hypotheses that differ from each other."""
     cosine = np.cos(apart_rad)
+    upper, lower = np.ascontiguousarray(axes[:, 0]), np.ascontiguousarray(axes[:, 1])
     chosen = [0]
     is_left = np.ones(len(axes), np.bool_)
     for index in np.argsort(scores, kind="stable"):
-        newest = axes[chosen[-1]]
-        is_left &= ((axes @ newest[0])[:, 0] < cosine) | ((axes @ newest[1])[:, 1] < cosine)
         if len(chosen) >= count:
             break
+        if is_left[index] or len(chosen) == 1:
+            newest = chosen[-1]
+            is_left &= (upper @ upper[newest] < cosine) | (lower @ lower[newest] < cosine)
         if is_left[index]:
             chosen.append(int(index))
     return chosen
