@@ -124,12 +124,3 @@ def test_left_and_right_are_mirrored_and_limbs_round(proportions):
         if name.endswith(LIMBS):
             assert model.radii_m[index, 0] == model.radii_m[index, 1]
             assert model.radii_m[index, 0] < 0.5 * model.lengths_m[index]
-
-
-def test_girths_replace_each_other():
-    model = BodyModel.of(1.7, THESIS)
-    stout = np.linspace(0.9, 1.3, len(PARTS))
-    once = model.with_girths(stout)
-    assert_allclose(once.radii_m, model.radii_m * stout[:, None])
-    assert_allclose(once.with_girths(np.ones(len(PARTS))).radii_m, model.radii_m)
-    assert_array_equal(once.lengths_m, model.lengths_m)

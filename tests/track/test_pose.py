@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from topview.body.kinematics import forward_kinematics, rotations_in_parent
 from topview.body.parts import HEAD, PARTS, UPPER_TORSO
-from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_ORDER, TREE_PARENT, Pose
+from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE, TREE_PARENT, Pose
 
 
 def pose_of(seed: int) -> Pose:
@@ -48,11 +48,13 @@ def test_both_trees_place_the_parts_alike(pose):
 
 
 def test_the_tree_hangs_from_the_upper_torso_and_parents_come_first():
-    assert sorted(TREE_ORDER) == list(range(len(PARTS)))
-    placed = {-1}
-    for part in TREE_ORDER:
-        assert TREE_PARENT[part] in placed
+    assert TREE_PARENT[UPPER_TORSO] == -1
+    placed = {UPPER_TORSO}
+    for part, parent in TREE:
+        assert parent == TREE_PARENT[part]
+        assert parent in placed
         placed.add(part)
+    assert placed == set(range(len(PARTS)))
 
 
 def test_elbows_bend_to_the_front_and_knees_to_the_back():

@@ -12,6 +12,12 @@ from topview.geometry.rotations import transform
 # A person who stands upright and faces the camera: right hand at the image's left.
 R_CAMERA_FACING = np.diag([-1.0, 1.0, -1.0])
 
+# Pairs of a part and the one that it hangs from, parents first; the root is in none.
+Tree = tuple[tuple[int, int], ...]
+FROM_HEAD: Tree = tuple(
+    (index, part.parent) for index, part in enumerate(PARTS) if part.parent >= 0
+)
+
 _JOINT_PARTS = np.array([joint.part for joint in JOINTS])
 
 
@@ -28,24 +34,24 @@ def forward_kinematics(
     """[3] position of the crown and [11, 3, 3] rotations to [11, 4, 4] `Ts_camera_part`."""
     origins = np.empty((len(PARTS), 3))
     origins[0] = crown_camera
-    for index, part in enumerate(PARTS[1:], start=1):
-        origins[index] = place_part(model, index, Rs_camera_part[part.parent], origins[part.parent])
+    for part, parent in FROM_HEAD:
+        origins[part] = place_part(model, part, Rs_camera_part[parent], origins[parent])
     return transform(Rs_camera_part, origins)
 
 
-def rotations_in_parent(Rs_camera_part: NDArray) -> NDArray[np.float64]:
+def rotations_in_parent(Rs_camera_part: NDArray, tree: Tree = FROM_HEAD) -> NDArray[np.float64]:
     """[11, 3, 3] rotations of parts in the camera frame to the same in their parents' frames."""
     Rs = np.array(Rs_camera_part, np.float64)
-    for index, part in enumerate(PARTS[1:], start=1):
-        Rs[index] = Rs_camera_part[part.parent].T @ Rs_camera_part[index]
+    for part, parent in tree:
+        Rs[part] = Rs_camera_part[parent].T @ Rs_camera_part[part]
     return Rs
 
 
-def rotations_in_camera(Rs_parent_part: NDArray) -> NDArray[np.float64]:
+def rotations_in_camera(Rs_parent_part: NDArray, tree: Tree = FROM_HEAD) -> NDArray[np.float64]:
     """Inverse of `rotations_in_parent`."""
     Rs = np.array(Rs_parent_part, np.float64)
-    for index, part in enumerate(PARTS[1:], start=1):
-        Rs[index] = Rs[part.parent] @ Rs_parent_part[index]
+    for part, parent in tree:
+        Rs[part] = Rs[parent] @ Rs_parent_part[part]
     return Rs
 
 

@@ -10,6 +10,8 @@ from topview.geometry.rotations import angles_from_rotations
 
 Array = NDArray[np.float64]
 
+LIMITS_RAD = np.array([part.limits_rad for part in PARTS])  # [11, 3, 2]: low and high of x, y, z
+
 
 def excess_rad(part: int, Rs_parent_part: Array) -> Array:
     """[..., 3, 3] rotations to [...]: by how much they leave the part's limits, 0 within them.
@@ -17,15 +19,8 @@ def excess_rad(part: int, Rs_parent_part: Array) -> Array:
     A rotation has two decompositions into turns about x, z and y; the more favourable counts.
     """
     angles = angles_from_rotations(Rs_parent_part)
-    other = np.stack(
-        [
-            _wrapped(angles[..., 0] + np.pi),
-            _wrapped(angles[..., 1] + np.pi),
-            np.pi - angles[..., 2],
-        ],
-        -1,
-    )
-    other[..., 2] = _wrapped(other[..., 2])
+    x, y, z = np.moveaxis(angles, -1, 0)
+    other = _wrapped(np.stack([x + np.pi, y + np.pi, np.pi - z], -1))
     return np.minimum(_excess(part, angles), _excess(part, other))
 
 
@@ -34,6 +29,6 @@ def _wrapped(angle: Array) -> Array:
 
 
 def _excess(part: int, angles: Array) -> Array:
-    low, high = np.array(PARTS[part].limits_rad).T
+    low, high = LIMITS_RAD[part].T
     beyond = np.maximum(low - angles, angles - high)
     return np.maximum(beyond, 0.0).max(-1)

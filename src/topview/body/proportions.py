@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 
@@ -20,8 +20,8 @@ class Proportions:
         upper_arm, forearm, upper_leg, lower_leg: lengths of the limbs' parts; a forearm ends at
             the palm, a lower leg at the sole.
         ankle_height: sole to ankle joint.
-        radii: (x, z) semi-axes across each part, in the order of `topview.body.parts.PARTS`, left
-            limbs only.
+        head_radii, upper_torso_radii, lower_torso_radii: (x, z) semi-axes across these parts.
+        upper_arm_radius, forearm_radius, upper_leg_radius, lower_leg_radius: limbs are round.
     """
 
     head: float
@@ -76,24 +76,15 @@ THESIS: Final = Proportions(
 # Joints where anatomy has them: Drillis and Contini (1966) as in Winter, "Biomechanics and Motor
 # Control of Human Movement" (2009), Fig. 4.1: hip 53 %, knee 28.5 %, ankle 3.9 %, shoulder 81.8 %,
 # upper arm 18.6 % measured from the acromion, forearm 14.6 % and 2.5 % on to the palm. The upper
-# arm is told from the joint's centre (humerus, 15.9 %: Trotter and Gleser 1952).
-ANATOMICAL: Final = Proportions(
+# arm is told from the joint's centre (humerus, 15.9 %: Trotter and Gleser 1952). Breadths, ankles
+# and radii are those of `THESIS`.
+ANATOMICAL: Final = replace(
+    THESIS,
     head=0.14,
     torso=0.33,
-    waist=0.19,
     shoulder_drop=0.042,
-    shoulder_half_breadth=0.103,
-    hip_half_breadth=0.051,
     upper_arm=0.159,
     forearm=0.171,
     upper_leg=0.245,
     lower_leg=0.285,
-    ankle_height=0.039,
-    head_radii=(0.0437, 0.0566),
-    upper_torso_radii=(0.0888, 0.0711),
-    lower_torso_radii=(0.0973, 0.0640),
-    upper_arm_radius=0.0271,
-    forearm_radius=0.0216,
-    upper_leg_radius=0.0445,
-    lower_leg_radius=0.0274,
 )

@@ -8,14 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import BodyModel
+from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
 from topview.filter.particles import generator
-from topview.geometry.rotations import (
-    rotations_from_vectors,
-    vectors_from_rotations,
-)
+from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.track.evidence import Evidence
 from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.pose import Pose
@@ -30,34 +27,54 @@ HEIGHT_STEP_M = 0.01  # a body is rebuilt when its height estimate moves by this
 
 @dataclass(frozen=True, slots=True)
 class BodySettings:
-    """Ours.
+    """Ours, all of it.
+
+    A pose's cost is the share of the person's points that it leaves unexplained, and what is added
+    to that; all costs, margins and weights are in that unit.
 
     Attributes:
-        start_yaws_rad: directions that a person may face at first.
+        limbs, refinement: of these two steps.
+        proportions: of the body.
+        statures_m: tried while nobody could measure one; the first is assumed until then.
+        stature_frames: for so many frames with the person in sight.
+        stoop_weight: cost of a stature, per logarithm of how far it is from the head's height
+            above the floor: people stand more often than they stoop.
+        start_yaws_rad: directions that a person may face at first, 0 towards the camera.
         start_iterations: of refinement for each way to start.
-        turned: candidates drawn around the prediction, each frame.
-        turn_sigma_rad: how widely they turn about the torso's x, y and z axes.
-        free_space_weight, departure_weight: of the costs, against a share of unexplained points.
+        searched: the most promising of these, or of the ways to recover, whose limbs are searched.
+        lost_cost, lost_cost_hidden: a pose of higher cost is lost; the second is added in
+            proportion to the share of the body that is hidden.
+        lost_turns_rad: directions tried to recover, from the one that the torso had.
+        lost_iterations: of refinement for each way to recover.
+        lost_margin: by which a way to recover must be better.
+        turned: ways to recover that turn the predicted torso at random.
+        turn_sigma_rad: how widely, about the torso's x, y and z axes.
+        hidden_at_ease: share of the body that may be hidden without any of this.
+        hidden_hold: how much firmer the pose is held to the one before, per share hidden beyond.
+        velocity_share: of the last motion that the prediction carries on.
+        free_space_weight, departure_weight: cost of the share of the body in free space, and of
+            the mean squared turn away from the prior, per square radian.
+        least_points: with fewer the person counts as not seen, and keeps the pose.
     """
 
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
-    start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
-    start_iterations: int = 10
+    proportions: Proportions = ANATOMICAL
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
     stature_frames: int = 15
     stoop_weight: float = 0.2
-    proportions: Proportions = ANATOMICAL
+    start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
+    start_iterations: int = 10
     searched: int = 3
-    turned: int = 12
-    turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
     lost_cost: float = 0.3
     lost_cost_hidden: float = 0.5
-    hidden_hold: float = 30.0
-    hidden_at_ease: float = 0.15
-    lost_iterations: int = 8
     lost_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7)
+    lost_iterations: int = 8
     lost_margin: float = 0.02
+    turned: int = 12
+    turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
+    hidden_at_ease: float = 0.15
+    hidden_hold: float = 30.0
     velocity_share: float = 0.6
     free_space_weight: float = 1.0
     departure_weight: float = 0.3
@@ -76,7 +93,8 @@ class _Look:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """A pose, the limb hypotheses that go on with it, and what speaks against it."""
+    """A pose and the limb hypotheses that go on with it, the body it was found for, its cost,
+    and the share of it that is hidden, beyond what is at ease."""
 
     pose: Pose
     kept: Kept
@@ -92,7 +110,6 @@ class BodyTracker:
         self.person = person
         self.seed = seed
         self.settings = settings
-        self.threads = threads
         self.pose: Pose | None = None
         self._limbs = LimbSearch(settings.limbs, threads)
         self._before: Pose | None = None
@@ -130,7 +147,7 @@ class BodyTracker:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
         if self.pose is None:
             return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
-        half_head = 0.5 * self.model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
+        half_head = HEAD_CENTRE * self.model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
         return Pose(evidence.head_camera + half_head, self.pose.Rs)
 
     def _follow(self, last: Pose, look: _Look, statures_m: Sequence[float]) -> _Found:
@@ -165,7 +182,7 @@ class BodyTracker:
     ) -> list[tuple[BodyModel, list[Pose]]]:
         """Every stance in these directions, for every stature that the person may have."""
         head, up = look.evidence.head_camera, look.evidence.up_camera
-        models = [BodyModel.of(m, self.settings.proportions) for m in statures_m]  # fmt: skip
+        models = [BodyModel.of(m, self.settings.proportions) for m in statures_m]
         return [(model, stand_all(model, head, yaws_rad, up)) for model in models]
 
     def _best_with_limbs(
@@ -196,7 +213,7 @@ class BodyTracker:
         floor, head = look.evidence.floor, look.evidence.head_camera
         if not floor.any():
             return 0.0
-        top_m = floor[:3] @ head + floor[3] + 0.5 * look.model.lengths_m[HEAD]
+        top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * look.model.lengths_m[HEAD]
         stoop = np.log(look.model.stature_m / max(top_m, 0.3))
         return float(self.settings.stoop_weight * abs(stoop))
 
@@ -210,10 +227,8 @@ class BodyTracker:
         with look.clock.stage("refinement"):
             prior = _with_torso_of(predicted, pose) if hold > 1.0 else None
             refined = self._refined([pose], prior, look, hold=hold)
-        cost, hidden = (
-            float(self._costs(refined)[0]),
-            max(0.0, float(refined.hidden[0]) - self.settings.hidden_at_ease),
-        )
+        cost = float(self._costs(refined)[0])
+        hidden = max(0.0, float(refined.hidden[0]) - self.settings.hidden_at_ease)
         return _Found(refined.poses[0], kept, look.model, cost, hidden)
 
     def _refined(

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.kinematics import place_part
+from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.filter.particles import n_best
@@ -31,31 +33,62 @@ Array = NDArray[np.float64]
 # Legs first: an arm may lie on a thigh, but a leg hardly lies on an arm.
 LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
-HIDES_M = 0.05  # what is nearer by this hides; ours
-_LIMITS = np.array([part.limits_rad for part in PARTS])
+# Ours.
+HIDES_M = 0.05  # what is nearer by this hides
+FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
+STRETCHED = 0.998  # share of its length that a limb stretches to
 
 
 @dataclass(frozen=True, slots=True)
 class LimbSettings:
-    """Ours where not said otherwise; metres, radians.
+    """Ours where not said otherwise; metres and radians where the name says so.
+
+    Scores are logarithms of f_uTVR, lower is better; weights add to them. "A limb's worth" of
+    points is what a whole limb shows, seen from the side.
 
     Attributes:
         tolerance_m: the T of Sec. 5.2.1.
         clothing_m: added to the radii for the score, so that the points on the surface lie inside.
+        collision_share: of the radii of head and torso, when collisions are counted: skin that
+            touches does not collide.
         kept: hypotheses that go on to the next frame (Sec. 6.1.3: 10 for mobile parts).
         jittered, jitter_rad: hypotheses drawn around the kept ones, and how widely.
         palms, turns: points taken as ends of the limb, and elbows on each one's circle.
         wide: hypotheses from anywhere.
+        settled_unexplained, settled_own: a limb whose present pose leaves fewer points unexplained
+            than this share of a limb's worth, and has more than that share of them on its own
+            surface, is settled: it is searched only nearby.
+        settled_jittered, settled_jitter_rad: as `jittered` and `jitter_rad`, for a limb that is
+            settled or hidden.
+        hidden_share: of places along the limb; a limb with more of them out of sight is hidden.
+        distinct_rad: hypotheses that differ by less in both parts count as one.
         refined: best distinct hypotheses that are refined and scored again.
+        refine_iterations: Gauss-Newton steps of each.
+        reach_m, scale_m: refinement: points farther off do not pull, and the width of the robust
+            weight.
+        free_space_margin_m: refinement: how far a part may lie in front of what is seen.
+        free_space_weight: refinement: of a place in free space, against a point.
+        prior_weight: refinement: of leaving the hypothesis, points per square radian.
+        samples_per_part: refinement: places on each part that are tested against free space.
         taken_m: a point this near to another part's surface is that part's.
+        exclusive_m: a point farther than this from every other part's surface is one that only
+            this limb can explain.
         explained_m: a point this near to the limb's surface is explained by it.
-        unexplained_weight: of a limb's worth of unexplained points, in units of log score.
-        no_evidence: log score of a part without evidence and not in free space.
-        margin: by which another hypothesis must beat the present pose, log score.
+        unexplained_weight: of a limb's worth of unexplained points.
+        no_evidence: score of a part without evidence and not in free space.
+        free_space_penalty: how such a score grows with the share of pixels in free space.
+        coincident_share: how far a pixel on a seen surface counts as one in free space there: a
+            part that were at that surface would have points inside.
+        motion_rad, motion_weight: a part's turn away from the prediction that begins to count, and
+            the weight of its logarithm.
+        limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
+        floor_weight_per_m: of the limb's end below the floor.
+        margin: by which another hypothesis must beat the present pose.
     """
 
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
+    collision_share: float = 0.8
     kept: int = 10
     jittered: int = 80
     jitter_rad: float = 0.5
@@ -66,6 +99,8 @@ class LimbSettings:
     settled_own: float = 0.5
     settled_jittered: int = 24
     settled_jitter_rad: float = 0.25
+    hidden_share: float = 0.5
+    distinct_rad: float = 0.35
     refined: int = 16
     refine_iterations: int = 6
     reach_m: float = 0.12
@@ -86,9 +121,7 @@ class LimbSettings:
     limit_weight: float = 3.0
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
-    distinct_rad: float = 0.35
     margin: float = 0.15
-    hidden_share: float = 0.5
 
 
 def elbows_on_circle(
@@ -101,8 +134,8 @@ def elbows_on_circle(
     reach = palms - shoulder
     distance = np.linalg.norm(reach, axis=1)
     axis = unit(reach)
-    low = abs(length_upper - length_lower) + 0.02
-    span = np.clip(distance, low, (length_upper + length_lower) * 0.998)
+    shortest = abs(length_upper - length_lower) + FOLDED_M
+    span = np.clip(distance, shortest, (length_upper + length_lower) * STRETCHED)
     i = (span**2 + length_upper**2 - length_lower**2) / (2 * span)
     r = np.sqrt(np.maximum(length_upper**2 - i**2, 0.0))
     helper = np.where(np.abs(axis[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
@@ -131,7 +164,7 @@ def spread_points(points: Array, start: Array, count: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scored:
-    """Points and image that a score is taken from."""
+    """Points (x, y, z of each) and image that a score is taken from."""
 
     points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
     view: DepthView
@@ -141,17 +174,17 @@ class _Scored:
 class _Limb:
     """One limb's surroundings in one frame."""
 
-    upper: int
-    joint_camera: Array
-    lengths_m: Array
-    radii_m: Array
-    R_camera_parent: Array
+    upper: int  # the upper part; the lower one comes next in the table
+    joint_camera: Array  # [3] metres
+    lengths_m: Array  # [2]
+    radii_m: Array  # [2]
+    R_camera_parent: Array  # [3, 3]
     predicted: Array  # [2, 3] directions
     open_points: Array  # [N, 3] that no other part explains well, thinned
     exclusive_points: Array  # [N, 3] that no other part explains at all, thinned
     fine: _Scored
     coarse: _Scored
-    placed: NDArray[np.float32]
+    placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
     own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
@@ -208,7 +241,7 @@ class LimbSearch:
         s = self.settings
         parts = [upper, upper + 1]
         parent = PARTS[upper].parent
-        joint = origins[parent] + pose.Rs[parent] @ model.joints_parent[upper]
+        joint = place_part(model, upper, pose.Rs[parent], origins[parent])
         lengths, radii = model.lengths_m[parts], model.radii_m[parts, 0]
         (labels, distances), (all_labels, all_distances) = labelling
         thinned, points = evidence.points_camera, evidence.all_points_camera
@@ -236,7 +269,7 @@ class LimbSearch:
                 pose.Rs[placed],
                 origins[placed],
                 model.lengths_m[placed],
-                0.8 * model.radii_m[placed],
+                s.collision_share * model.radii_m[placed],
             ),
             int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
@@ -297,8 +330,9 @@ class LimbSearch:
             groups.append(unit(rng.standard_normal((s.wide, 2, 3))))
             palms = spread_points(limb.exclusive_points, limb.joint_camera, s.palms)
             if len(palms):
-                palms = palms + unit(palms) * limb.radii_m[1]
-                groups.append(elbows_on_circle(limb.joint_camera, palms, *limb.lengths_m, s.turns))
+                palms = palms + unit(palms) * limb.radii_m[1]  # from the skin to the axis
+                upper_m, lower_m = limb.lengths_m
+                groups.append(elbows_on_circle(limb.joint_camera, palms, upper_m, lower_m, s.turns))
         return np.concatenate(groups)
 
     def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, scored: _Scored) -> Array:
@@ -339,7 +373,7 @@ class LimbSearch:
         Rs, verdicts = np.empty((len(axes), 2, 3, 3)), np.empty((len(axes), 5))
         limb_kernel.judge_limbs(
             axes, limb.R_camera_parent[:, 0].copy(), HINGE_BENDS[limb.upper],
-            limb.R_camera_parent, _LIMITS[limb.upper : limb.upper + 2], limb.predicted,
+            limb.R_camera_parent, LIMITS_RAD[limb.upper : limb.upper + 2], limb.predicted,
             limb.joint_camera, limb.lengths_m, limb.radii_m, evidence.floor,
             limb.exclusive_points, self.settings.explained_m, Rs, verdicts,
         )  # fmt: skip

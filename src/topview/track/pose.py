@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.kinematics import Tree, place_part, rotations_in_camera, rotations_in_parent
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, PARTS, UPPER_TORSO
 from topview.geometry.rotations import transform
@@ -19,7 +20,9 @@ TREE_PARENT = tuple(
     -1 if index == UPPER_TORSO else UPPER_TORSO if index == HEAD else part.parent
     for index, part in enumerate(PARTS)
 )
-TREE_ORDER = (UPPER_TORSO, HEAD, *range(2, len(PARTS)))
+TREE: Tree = tuple(
+    (index, parent) for index, parent in enumerate(TREE_PARENT) if index != UPPER_TORSO
+)
 # +1 for elbows, which bend to the front, -1 for knees.
 HINGE_BENDS = {
     part.parent: 1.0 if part.limits_rad[0][1] > 1.0 else -1.0 for part in PARTS if part.is_hinge
@@ -41,27 +44,20 @@ class Pose:
 
     def relative(self) -> Array:
         """[11, 3, 3] rotations in the tree that hangs from the upper torso."""
-        Rs = self.Rs.copy()
-        for part in TREE_ORDER[1:]:
-            Rs[part] = self.Rs[TREE_PARENT[part]].T @ self.Rs[part]
-        return Rs
+        return rotations_in_parent(self.Rs, TREE)
 
     @staticmethod
     def from_relative(neck_camera: Array, Rs_relative: Array) -> Pose:
         """Inverse of `relative`."""
-        Rs = Rs_relative.copy()
-        for part in TREE_ORDER[1:]:
-            Rs[part] = Rs[TREE_PARENT[part]] @ Rs_relative[part]
-        return Pose(neck_camera, Rs)
+        return Pose(neck_camera, rotations_in_camera(Rs_relative, TREE))
 
     def origins(self, model: BodyModel) -> Array:
         """[11, 3] proximal joints in metres, camera frame."""
         origins = np.empty((len(PARTS), 3))
         origins[UPPER_TORSO] = self.neck_camera
         origins[HEAD] = self.neck_camera - self.Rs[HEAD][:, 1] * model.lengths_m[HEAD]
-        for part in TREE_ORDER[2:]:
-            parent = PARTS[part].parent
-            origins[part] = origins[parent] + self.Rs[parent] @ model.joints_parent[part]
+        for part, parent in TREE[1:]:
+            origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins
 
     def transforms(self, model: BodyModel) -> Array:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.kernels import body as kernel
@@ -22,10 +23,27 @@ from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
 Array = NDArray[np.float64]
 
+UNIT_AREA_M2 = 4e-4  # the seen surface whose weight is 1; ours
+
 
 @dataclass(frozen=True, slots=True)
 class RefinementSettings:
-    """Ours, all of it: lengths in metres, weights against that of 4 cm2 of seen surface."""
+    """Ours, all of it. Weights are against that of 4 cm2 of seen surface.
+
+    Attributes:
+        iterations: Gauss-Newton steps.
+        reach_m, scale_m: points farther from a surface do not pull it, and the width of the robust
+            weight, metres.
+        free_space_margin_m: how far a part may lie in front of what is seen, metres.
+        free_space_weight: of a place on a part's axis in free space.
+        collision_weight: of a place on a limb's axis inside the torso.
+        limit_weight: of a joint beyond Table 3.2, metres per radian squared.
+        place_prior_weight: of the neck joint away from the prior.
+        turn_prior_weight: of a part turned away from the prior, metres per radian squared.
+        twist_prior_weight: the same for the head about its own axis, which hardly shows.
+        head_weight: of the head's measured centre.
+        samples_per_part: places on each part's axis that are tested against free space.
+    """
 
     iterations: int = 5
     reach_m: float = 0.15
@@ -67,7 +85,6 @@ _CHAIN, _N_CHAIN = _padded(
 )
 _PARENTS = np.array([part.parent for part in PARTS])
 _TREE = np.array(TREE_PARENT)
-_LIMITS = np.array([part.limits_rad for part in PARTS])
 _HINGES = np.array(HINGE_PAIRS)
 _BENDS = np.array([HINGE_BENDS[upper] for upper, _ in HINGE_PAIRS])
 
@@ -124,7 +141,7 @@ def refine(
         model.joints_parent,
         _PARENTS,
         _TREE,
-        _LIMITS,
+        LIMITS_RAD,
         _HINGES,
         _BENDS,
         DOF_PART,
@@ -147,7 +164,7 @@ def refine(
         evidence.floor,
         s.reach_m,
         s.scale_m,
-        evidence.point_area_m2 / 4e-4,
+        evidence.point_area_m2 / UNIT_AREA_M2,
         s.free_space_margin_m,
         s.free_space_weight,
         s.collision_weight,

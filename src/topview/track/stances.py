@@ -1,8 +1,7 @@
 """Ways to stand, bend and sit, from which a pose that is new or lost is searched (ours).
 
 The thesis starts from roughly standing; arbitrary initial poses are its future work (Sec. 7.1).
-The limb search then finds arms
-and legs.
+The limb search then finds arms and legs.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import BodyModel
+from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import (
     HEAD,
     LEFT_FOREARM,
@@ -89,7 +88,7 @@ def stand(
     Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)
     Rs[[LEFT_UPPER_ARM, RIGHT_UPPER_ARM]] = pitched(stance.shoulder - stance.lean)
     Rs[[LEFT_FOREARM, RIGHT_FOREARM]] = pitched(stance.shoulder - stance.lean + stance.elbow)
-    return Pose(head_camera + 0.5 * model.lengths_m[HEAD] * Rs[HEAD][:, 1], Rs)
+    return Pose(head_camera + HEAD_CENTRE * model.lengths_m[HEAD] * Rs[HEAD][:, 1], Rs)
 
 
 def stand_all(

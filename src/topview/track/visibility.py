@@ -25,9 +25,7 @@ OUT_OF_VIEW_CONFIDENCE = 0.1
 
 _PART_OF = np.array([joint.part for joint in JOINTS])
 # A joint's neighbourhood: its middle and eight places around, in radii of its part.
-_DISC = np.array(
-    [(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4]
-) * np.array([0.7, 0.7])
+_DISC = 0.7 * np.array([(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
