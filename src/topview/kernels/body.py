@@ -14,9 +14,16 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+# Ours, all of them.
 BACK_FACING = 0.2  # cosine between normal and ray from which a surface cannot be the seen one
 LARGEST_TURN_RAD = 0.5  # of one step
 LARGEST_GAP_M = 0.15  # that one free-space sample may ask for
+LARGEST_OVERLAP_M = 0.1  # that one sample inside the torso may ask for
+FREE_M = 0.05  # so far in free space, or below the floor, a sample counts in full
+INNER_SHARE = 0.25  # of its radius that a part's axis may lie outside of the silhouette
+NEAREST_M = 0.1  # what is nearer to the camera is not looked at
+HEAD_SCALE_M = 0.1  # width of the robust weight of the head's measured centre
+OVERTURNED_RAD = 0.35  # beyond its limit, from which a hip says that its knee bends the wrong way
 FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space sample
 UPPER_TORSO = 1
 HEAD = 0
@@ -288,7 +295,7 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                 continue
             beyond = max(angles[turn] - high, 0.0) - max(low - angles[turn], 0.0)
             is_knee = low < -1.0 and high < 1.0 and turn == 0
-            if is_knee and overturned[p] > 0.35:
+            if is_knee and overturned[p] > OVERTURNED_RAD:
                 beyond = angles[turn]
             if beyond == 0.0:
                 continue
@@ -338,10 +345,15 @@ def refine_bodies(
         head, head_weight: [3] measured centre of the head, and its weight, 0 for none.
         floor: [4] upward normal and height of the camera, zeros for none: h = n . p + d >= 0.
         reach, scale: metres; points farther off do not pull, and the width of the robust weight.
-        margin: metres that a part's axis may lie in front of what is seen.
-        costs: unexplained share of the points, share of axis samples in free space, and mean
-            squared departure from the prior pose, share of axis samples that something else than
-            the user hides or that lie outside of the image.
+        point_weight: of each point, which the other weights are against.
+        margin: metres that a part may lie in front of what is seen.
+        free_weight, collision_weight, limit_weight: of a sample in free space, a limb's sample
+            inside the torso, and a radian beyond the limits.
+        samples: places on each part's axis that are tested against free space and the torso.
+        iterations: Gauss-Newton steps.
+        costs: unexplained share of the points, share of axis samples in free space, mean squared
+            departure from the prior pose, and share of axis samples that something else than the
+            user hides or that lie outside of the image.
     """
     H, W = depth.shape
     B = Rs_all.shape[1]
@@ -411,7 +423,7 @@ def refine_bodies(
                 z = origins[k, 2] + lengths[k] * Rs[k, 2, 1]
                 below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
                 if below > 0.0:
-                    free += min(below / 0.05, 1.0)
+                    free += min(below / FREE_M, 1.0)
                     _pull(
                         A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                         floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
@@ -436,7 +448,7 @@ def refine_bodies(
                                 q[0, 2] * dx + q[1, 2] * dy + q[2, 2] * dz,
                                 lengths[torso], radii[torso, 0], radii[torso, 1],
                             )  # fmt: skip
-                            gap = min(0.5 * radius - d, 0.1)
+                            gap = min(0.5 * radius - d, LARGEST_OVERLAP_M)
                             if gap > 0.0:
                                 _pull(
                                     A, g, J, k, chain, n_chain, axes, centers, x, y, z,
@@ -445,7 +457,7 @@ def refine_bodies(
                                     q[2, 0] * nx + q[2, 2] * nz,
                                     gap, collision_weight,
                                 )  # fmt: skip
-                    if z < 0.1:
+                    if z < NEAREST_M:
                         continue
                     u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
                     if u < 0 or v < 0 or u >= W or v >= H:
@@ -463,9 +475,9 @@ def refine_bodies(
                         du = (target % W - u) * z / fx
                         dv = (target // W - v) * z / fy
                         distance = np.sqrt(du * du + dv * dv)
-                        gap = distance - 0.25 * radius
+                        gap = distance - INNER_SHARE * radius
                         if gap > 0.0:
-                            free += min(gap / 0.05, 1.0)
+                            free += min(gap / FREE_M, 1.0)
                             _pull(
                                 A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                 du / distance, dv / distance, 0.0,
@@ -473,7 +485,7 @@ def refine_bodies(
                             )  # fmt: skip
                     elif seen > front + margin:
                         gap = seen - front
-                        free += min((gap - margin) / 0.05, 1.0)
+                        free += min((gap - margin) / FREE_M, 1.0)
                         norm = np.sqrt(x * x + y * y + z * z)
                         _pull(
                             A, g, J, k, chain, n_chain, axes, centers, x, y, z,
@@ -487,7 +499,7 @@ def refine_bodies(
                 z = neck[2] - half * Rs[HEAD, 2, 1]
                 for i in range(3):
                     gap = head[i] - (x if i == 0 else (y if i == 1 else z))
-                    w = head_weight / (1.0 + (gap / 0.1) ** 2)
+                    w = head_weight / (1.0 + (gap / HEAD_SCALE_M) ** 2)
                     _pull(
                         A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
                         1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,

@@ -9,9 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from topview.kernels.body import BACK_FACING, FLOOR_WEIGHT, STRAIGHT, solve_lower
-
-LARGEST_STEP_RAD = 0.5
+from topview.kernels.body import (
+    BACK_FACING,
+    FLOOR_WEIGHT,
+    INNER_SHARE,
+    LARGEST_GAP_M,
+    LARGEST_TURN_RAD,
+    NEAREST_M,
+    STRAIGHT,
+    solve_lower,
+)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -62,7 +69,8 @@ def refine_limbs(
         joint: [3] the limb's proximal joint, metres, camera frame.
         lengths, radii: [2] of upper and lower part, metres.
         points: [N, 3] that the limb may explain.
-        depth, mine, nearest, fx, fy, cx, cy, floor, margin: as in `body.refine_bodies`.
+        depth, mine, nearest, fx, fy, cx, cy, floor, margin, free_weight, iterations: as in
+            `body.refine_bodies`.
         reach, scale: metres; farther points do not pull, and the width of the robust weight.
         prior_weight: against leaving the candidate, per square radian.
         samples: places on each part's axis that are tested against free space.
@@ -132,7 +140,7 @@ def refine_limbs(
                     x = (joint[0] if k == 0 else elbow[0]) + t * axes[m, k, 0]
                     y = (joint[1] if k == 0 else elbow[1]) + t * axes[m, k, 1]
                     z = (joint[2] if k == 0 else elbow[2]) + t * axes[m, k, 2]
-                    if z < 0.1:
+                    if z < NEAREST_M:
                         continue
                     u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
                     if u < 0 or v < 0 or u >= W or v >= H:
@@ -147,7 +155,7 @@ def refine_limbs(
                         du = (target % W - u) * z / fx
                         dv = (target // W - v) * z / fy
                         distance = np.sqrt(du * du + dv * dv)
-                        gap = min(distance - 0.25 * radii[k], 0.15)
+                        gap = min(distance - INNER_SHARE * radii[k], LARGEST_GAP_M)
                         if gap > 0.0:
                             _pull(
                                 A, g, upper, lower, k == 1, along, t,
@@ -157,13 +165,14 @@ def refine_limbs(
                         norm = np.sqrt(x * x + y * y + z * z)
                         _pull(
                             A, g, upper, lower, k == 1, along, t,
-                            x / norm, y / norm, z / norm, min(seen - front, 0.15), free_weight, J,
+                            x / norm, y / norm, z / norm,
+                            min(seen - front, LARGEST_GAP_M), free_weight, J,
                         )  # fmt: skip
             step = solve_lower(A, g)
             for k in range(2):
                 basis = upper if k == 0 else lower
-                a = min(max(step[2 * k], -LARGEST_STEP_RAD), LARGEST_STEP_RAD)
-                b = min(max(step[2 * k + 1], -LARGEST_STEP_RAD), LARGEST_STEP_RAD)
+                a = min(max(step[2 * k], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
+                b = min(max(step[2 * k + 1], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
                 norm = 0.0
                 for i in range(3):
                     axes[m, k, i] += a * basis[0, i] + b * basis[1, i]
@@ -252,9 +261,7 @@ def judge_limbs(
         for i in range(points.shape[0]):
             dx, dy, dz = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
             t = min(max(dx * u[0] + dy * u[1] + dz * u[2], 0.0), lengths[0])
-            near = (dx - t * u[0]) ** 2 + (dy - t * u[1]) ** 2 + (
-                dz - t * u[2]
-            ) ** 2 <= limit_upper
+            near = (dx - t * u[0]) ** 2 + (dy - t * u[1]) ** 2 + (dz - t * u[2]) ** 2 <= limit_upper
             dx -= lengths[0] * u[0]
             dy -= lengths[0] * u[1]
             dz -= lengths[0] * u[2]

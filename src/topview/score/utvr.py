@@ -15,6 +15,8 @@ from topview.kernels import utvr as kernel
 # With fewer points than this inside, a hypothesis has no evidence and no score (method, part 7);
 # ours: the smallest number whose top view can tell an axis.
 MIN_POINTS = 6
+# A thick part's cells are so large at least, that the kernel's top view has room for all of it.
+CELLS_ACROSS = kernel.GRID - 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +121,12 @@ def score_hypotheses(
         f4(length_m),
         f4(radii_m[0]),
         f4(radii_m[1]),
-        f4(max(view.cell_m(float(origins[:, 2].mean())) if M else 1.0, 2 * max(radii_m) / 62)),
+        f4(
+            max(
+                view.cell_m(float(origins[:, 2].mean())) if M else 1.0,
+                2 * max(radii_m) / CELLS_ACROSS,
+            )
+        ),
         f4(tolerance_m),
         placed,
         max(1, min(threads, M)),
