@@ -105,6 +105,7 @@ def nearest_pixels(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
     _, labels = cv2.distanceTransformWithLabels(
         (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
     )
+    labels = np.asarray(labels, np.int32)
     pixels = np.flatnonzero(mask)
     index_of = np.zeros(labels.max() + 1, np.int32)
     index_of[labels.ravel()[pixels]] = pixels
