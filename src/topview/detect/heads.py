@@ -7,7 +7,7 @@ it does not: there is only an arm below it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, sin
 from typing import Final, Protocol
 
@@ -34,10 +34,13 @@ class HeadCandidate:
     Attributes:
         center_camera: [3] metres, the centre of the head.
         confidence: 0..1.
+        torso_is_unread: the place of its torso has no reading at all, so that it counts for
+            nothing in the confidence; legs below must tell whether it is a head.
     """
 
     center_camera: Vector
     confidence: float
+    torso_is_unread: bool = False
 
 
 class HeadDetector(Protocol):
@@ -153,6 +156,18 @@ def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> He
     )
 
 
+# Ours: of a torso in black cloth, which swallows the infrared light, a zip or a hand may be read.
+UNREAD_SHARE: Final = 0.75
+
+
+def torso_is_unread(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
+    """[N] whether there is no reading, neither of a chest nor of anything before or behind it,
+    where the shoulders and the chest under [N, 3] heads would be."""
+    offsets = SHOULDERS[:, :1] * right_of(up_camera) + SHOULDERS[:, 1:] * up_camera
+    depth_m, is_inside = cloud.lookup((centers_camera[:, None] + offsets).transpose(2, 0, 1))
+    return (is_inside & (depth_m == 0.0)).mean(1) >= UNREAD_SHARE
+
+
 # Ours: people lean to the side; the template leans with them, at some cost per radian.
 TILTS_RAD: Final = (-0.5, 0.0, 0.5)
 TILT_PENALTY: Final = 0.15
@@ -172,18 +187,29 @@ class DepthHeadDetector:
 
     def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
         tops = self._tops(cloud)
-        all_centers, all_confidence = [], []
+        all_centers, all_confidence, lone_centers, lone_confidence = [], [], [], []
         for tilt in TILTS_RAD:
             tilted = tilted_up(up_camera, tilt)
             centers = tops - HEAD_HALF_HEIGHT_M * tilted
             depth, in_view = cloud.lookup(centers.T)
             centers = centers[in_view & (np.abs(depth - centers[:, 2]) < 0.2)]
-            confidence = head_evidence(cloud, centers, tilted).confidence
+            evidence = head_evidence(cloud, centers, tilted)
+            upright = 1.0 - TILT_PENALTY * abs(tilt)
             all_centers.append(centers)
-            all_confidence.append((1.0 - TILT_PENALTY * abs(tilt)) * confidence)
-        return _strongest(
+            all_confidence.append(upright * evidence.confidence)
+            alone = upright * evidence.inside * evidence.free
+            is_lone = alone >= self.min_confidence
+            is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
+            is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], tilted)
+            lone_centers.append(centers[is_lone])
+            lone_confidence.append(alone[is_lone])
+        heads = _strongest(
             np.concatenate(all_centers), np.concatenate(all_confidence), self.min_confidence
         )
+        lone_heads = _strongest(
+            np.concatenate(lone_centers), np.concatenate(lone_confidence), self.min_confidence
+        )
+        return heads + [replace(head, torso_is_unread=True) for head in lone_heads]
 
     def _tops(self, cloud: Cloud) -> Vector:
         """[N, 3] points with nothing at their depth right above them in the image."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,16 +109,24 @@ class PeopleFinder:
                 user.head_camera = np.array(head_camera)
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
-        """Detected heads, centred on their points, best first."""
+        """Detected heads, centred on their points, best first; those whose torso has no reading
+        come last, if they stand on legs."""
         candidates = self._detector.detect(scene.cloud, scene.up_camera)
+        nobody = Present()
         centers = [
             refine_center(scene.cloud, candidate.center_camera, scene.up_camera)
             for candidate in candidates
         ]
-        return [
-            HeadCandidate(center, candidate.confidence)
+        heads = [
+            replace(candidate, center_camera=center)
             for center, candidate in zip(centers, candidates, strict=True)
             if center is not None
+        ]
+        return [
+            head
+            for head in heads
+            if not head.torso_is_unread
+            or nobody.person_under(scene, head, self.settings) is not None
         ]
 
     def _find_again(
@@ -262,7 +271,9 @@ class PeopleFinder:
         """
         is_body = np.isfinite(body)
         unsure = HeadCandidate(head.center_camera, 0.0)
-        if not looks_like_person(scene, unsure, own, self.settings.limits):
+        if not head.torso_is_unread and not looks_like_person(
+            scene, unsure, own, self.settings.limits
+        ):
             reach_m = self.settings.segmentation.core_radius * PRIOR_HEIGHT_M
             is_rest = is_body & ~scene.is_under(head.center_camera, reach_m)
             self._background.learn(scene.cloud.depth_m, is_rest)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, head_evidence
 from topview.people.height import PRIOR_HEIGHT_M
+from topview.people.legs import stands_on_legs
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
@@ -61,10 +62,15 @@ class Present:
         """The body that a new head stands over, if what of it is nobody else's measures like a
         person's and the head is far enough from other heads."""
         center = head.center_camera
-        if head.confidence < settings.new_confidence or any(
+        if any(
             np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
             for other in self.heads
         ):
+            return None
+        if head.torso_is_unread:
+            body = body_distance(scene, center, PRIOR_HEIGHT_M, settings.segmentation)
+            return body if stands_on_legs(scene, head, self.left_of(body)) else None
+        if head.confidence < settings.new_confidence:
             return None
         upright = head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0]
         if upright < settings.upright_confidence:
