@@ -171,6 +171,8 @@ def torso_is_unread(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> 
 # Ours: people lean to the side; the template leans with them, at some cost per radian.
 TILTS_RAD: Final = (-0.5, 0.0, 0.5)
 TILT_PENALTY: Final = 0.15
+# Ours: two heads are not nearer to each other than two heads' breadths.
+LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +211,14 @@ class DepthHeadDetector:
         lone_heads = _strongest(
             np.concatenate(lone_centers), np.concatenate(lone_confidence), self.min_confidence
         )
-        return heads + [replace(head, torso_is_unread=True) for head in lone_heads]
+        return heads + [
+            replace(lone, torso_is_unread=True)
+            for lone in lone_heads
+            if all(
+                np.linalg.norm(lone.center_camera - head.center_camera) > LEAST_APART_M
+                for head in heads
+            )
+        ]
 
     def _tops(self, cloud: Cloud) -> Vector:
         """[N, 3] points with nothing at their depth right above them in the image."""
@@ -236,8 +245,7 @@ def _strongest(
         distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
         like = left & (distance < HEAD_RADIUS_M) & (confidence > 0.9 * confidence[best])
         found.append(HeadCandidate(centers_camera[like].mean(0), float(confidence[best])))
-        # Ours: two heads are not nearer to each other than two heads' breadths.
-        left &= distance > 4 * HEAD_RADIUS_M
+        left &= distance > LEAST_APART_M
     return found
 
 
