@@ -195,7 +195,7 @@ class BodyTracker:
             tried: list[tuple[float, int, Pose]] = []
             for index, (_, poses) in enumerate(trials):
                 refined = self._refined(poses, None, looks[index], iterations)
-                costs = self._costs(refined) + self._stature_cost(looks[index])
+                costs = self._costs(refined) + self._stature_cost(looks[index].model, look.evidence)
                 tried += [(float(c), index, p) for c, p in zip(costs, refined.poses, strict=True)]
             tried.sort(key=lambda trial: trial[0])
         founds = []
@@ -203,18 +203,17 @@ class BodyTracker:
             found = self._with_limbs(pose, pose, {}, looks[index])
             founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
         return min(
-            founds,
-            key=lambda found: found.cost + self._stature_cost(replace(look, model=found.model)),
+            founds, key=lambda found: found.cost + self._stature_cost(found.model, look.evidence)
         )
 
-    def _stature_cost(self, look: _Look) -> float:
+    def _stature_cost(self, model: BodyModel, evidence: Evidence) -> float:
         """What speaks against a stature before any pose: people stand more often than they sit,
         and nobody is shorter than the head is high above the floor."""
-        floor, head = look.evidence.floor, look.evidence.head_camera
+        floor, head = evidence.floor, evidence.head_camera
         if not floor.any():
             return 0.0
-        top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * look.model.lengths_m[HEAD]
-        stoop = np.log(look.model.stature_m / max(top_m, 0.3))
+        top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * model.lengths_m[HEAD]
+        stoop = np.log(model.stature_m / max(top_m, 0.3))
         return float(self.settings.stoop_weight * abs(stoop))
 
     def _with_limbs(
