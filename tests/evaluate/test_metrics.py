@@ -311,6 +311,26 @@ class TestBadInput:
         with pytest.raises(InputError, match=r"occluded_by_person has shape \(3, 1\)"):
             reference_of(people_standing(3, 0.0), occluded_by_person=np.zeros((3, 1)))
 
+    @pytest.mark.parametrize(
+        ("field", "message"),
+        [
+            ({"occluded_by_object": np.zeros((3, 1))}, r"occluded_by_object has shape \(3, 1\)"),
+            ({"occluded_by_self": np.zeros((3, 2, J))}, "occluded_by_self has shape"),
+            ({"outside": np.full((3, 1, J), 30.0)}, "outside has the share 30; it must be 0 to 1"),
+            ({"occluded_by_person": np.full((3, 1, J), -1.0)}, "the share -1; it must be 0 to 1"),
+            ({"actions": np.array(["boxing"])}, r"actions has shape .* must be \(3, 1\)"),
+            ({"bodies": ("man", "woman")}, "bodies describes 2 people; it must be 1"),
+            ({"Rs_camera_part": np.zeros((3, 1, 2, 3, 3))}, r"must be \(3, 1, 0, 3, 3\)"),
+        ],
+    )
+    def test_what_else_is_known(self, field: dict, message: str) -> None:
+        with pytest.raises(InputError, match=message):
+            reference_of(people_standing(3, 0.0), **field)
+
+    def test_unknown_shares_and_rounded_ones_are_right(self) -> None:
+        shares = np.array([np.nan, np.float32(1.0000001), *[0.0] * (J - 2)]).reshape(1, 1, J)
+        assert reference_of(people_standing(1, 0.0), outside=shares).outside is shares
+
     def test_frames_given_twice(self) -> None:
         with pytest.raises(InputError, match="does not rise"):
             reference_of(people_standing(3, 0.0), frame_index=np.array([0, 0, 1]))

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import InputError, read_only
 
+SHARES: Final = ("occluded_by_person", "occluded_by_object", "occluded_by_self", "outside")
+ROUNDING: Final = 1e-3  # ours: shares are written in single precision, or in thousandths
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReferenceSequence:
-    """The reference skeletons of a recording: F frames, R people, K joints.
+    """The reference skeletons of a recording: F frames, R people, K joints, B parts.
 
-    Frames without a reference are left out of `frame_index`, and then are not evaluated.
+    Frames without a reference are left out of `frame_index`, and then are not evaluated. What is
+    None is not known of the whole recording.
 
     Attributes:
         frame_index: [F] int64, numbers of the recording's frames, rising.
@@ -25,9 +30,18 @@ class ReferenceSequence:
         occluded_by_person: [F, R, K] share 0..1 of the joint that another person hides, NaN where
             unknown; or None.
         statures_m: [R] metres, NaN where unknown; or None.
+        occluded_by_object: [F, R, K] share that furniture or another object hides, as above.
+        occluded_by_self: [F, R, K] share that the person's own body hides, as above.
+        outside: [F, R, K] share that lies outside the image, as above.
+        actions: [F, R] str, what the person does, "" where unknown; or None.
+        bodies: R descriptions of the people's bodies, such as "woman 1.62 m"; or None.
+        part_names: B names, all of them in `topview.body.PART_NAMES`.
+        Rs_camera_part: [F, R, B, 3, 3] orientation of the parts, axes as in
+            `topview.records.Person`, NaN where unknown; or None.
 
     Raises:
-        InputError: a shape does not fit, or a person is present without a single known joint.
+        InputError: a shape or a share does not fit, or a person is present without a single known
+            joint.
     """
 
     frame_index: NDArray[np.int64]
@@ -37,14 +51,23 @@ class ReferenceSequence:
     present: NDArray[np.bool_]
     occluded_by_person: NDArray[np.float64] | None = None
     statures_m: NDArray[np.float64] | None = None
+    occluded_by_object: NDArray[np.float64] | None = None
+    occluded_by_self: NDArray[np.float64] | None = None
+    outside: NDArray[np.float64] | None = None
+    actions: NDArray[np.str_] | None = None
+    bodies: tuple[str, ...] | None = None
+    part_names: tuple[str, ...] = ()
+    Rs_camera_part: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         F, R, K = len(self.frame_index), len(self.person_ids), len(self.joint_names)
-        expected = {
+        expected: dict[str, tuple[int, ...]] = {
             "joints_camera": (F, R, K, 3),
             "present": (F, R),
-            "occluded_by_person": (F, R, K),
             "statures_m": (R,),
+            "actions": (F, R),
+            "Rs_camera_part": (F, R, len(self.part_names), 3, 3),
+            **dict.fromkeys(SHARES, (F, R, K)),
         }
         for name, shape in expected.items():
             array = getattr(self, name)
@@ -53,6 +76,14 @@ class ReferenceSequence:
             if array.shape != shape:
                 raise InputError(f"reference {name} has shape {array.shape}; it must be {shape}")
             read_only(array)
+        for name in SHARES:
+            if (shares := getattr(self, name)) is not None:
+                _check_shares(name, shares)
+        if self.bodies is not None and len(self.bodies) != R:
+            raise InputError(
+                f"reference bodies describes {len(self.bodies)} people; it must be {R}, "
+                "as many as person_ids"
+            )
         if np.any(np.diff(self.frame_index) <= 0):
             raise InputError("reference frame_index does not rise; each frame must be given once")
         unknown = self.present & ~np.isfinite(self.joints_camera).all(-1).any(-1)
@@ -62,3 +93,9 @@ class ReferenceSequence:
                 f"reference person {self.person_ids[r]} is present in frame {self.frame_index[f]} "
                 "but all joints are NaN; at least one must be known"
             )
+
+
+def _check_shares(name: str, shares: NDArray[Any]) -> None:
+    beyond = shares[(shares < -ROUNDING) | (shares > 1.0 + ROUNDING)]
+    if beyond.size:
+        raise InputError(f"reference {name} has the share {beyond[0]:g}; it must be 0 to 1, or NaN")
