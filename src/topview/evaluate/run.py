@@ -1,4 +1,4 @@
-"""Run the tracker over a data set in several processes, and measure each recording there."""
+"""Run trackers over recordings in several processes, and measure each recording there."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -52,6 +53,36 @@ class EvaluationRun:
     interrupted: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One recording to be tracked and measured, in any process.
+
+    Attributes:
+        recording: what to track.
+        settings: of the tracker.
+        track: the tracker, importable by its name; another one can be measured in its place.
+    """
+
+    recording: EvaluatedRecording
+    settings: TrackerSettings
+    track: Track = track_recording
+
+    def __call__(self) -> Outcome:
+        name = self.recording.name
+        try:
+            recording = self.recording.open()
+            reference = self.recording.reference()
+            _check_frame_count(recording, reference)
+            result = self.track(recording, self.settings)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            errors = measure_sequence(result.skeletons, reference, name, result.seconds)
+        except InputError as error:
+            return Outcome(None, (f"{name}: {error}",))
+        problems = tuple(f"{name}: {problem}" for problem in recording.problems)
+        return Outcome(errors, problems)
+
+
 def run_evaluation(
     recordings: Sequence[EvaluatedRecording],
     settings: TrackerSettings,
@@ -73,18 +104,53 @@ def run_evaluation(
         track: the tracker, importable by its name; another one can be measured in its place.
         console: where the progress bar goes, stderr if None.
     """
+    settings = replace(settings, threads=1)
+    done = run_all([Job(recording, settings, track) for recording in recordings], workers, console)
+    outcomes = [outcome for outcome in done.results if outcome is not None]
+    return EvaluationRun(
+        Evaluation(tuple(outcome.errors for outcome in outcomes if outcome.errors is not None)),
+        tuple(problem for outcome in outcomes for problem in outcome.problems) + done.problems,
+        len(recordings),
+        done.interrupted,
+    )
+
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Done(Generic[Result]):
+    """What became of many jobs.
+
+    Attributes:
+        results: one of each job, None where it was not done.
+        problems: what else went wrong, one line each.
+        interrupted: True if Ctrl-C ended it early.
+    """
+
+    results: tuple[Result | None, ...]
+    problems: tuple[str, ...]
+    interrupted: bool
+
+
+def run_all(
+    jobs: Sequence[Callable[[], Result]],
+    workers: int = 0,
+    console: Console | None = None,
+    what: str = "tracking",
+) -> Done[Result]:
+    """Do picklable jobs in several processes, with a progress bar; see `run_evaluation`."""
     if workers < 0:
         raise InputError(f"workers is {workers}; it must be 0 (one per core) or more")
-    workers = min(workers or os.cpu_count() or 1, len(recordings))
-    job = _Job(replace(settings, threads=1), track)
-    outcomes: dict[int, Outcome] = {}
+    workers = min(workers or os.cpu_count() or 1, len(jobs))
+    results: list[Result | None] = [None] * len(jobs)
     interrupted = False
     died: tuple[str, ...] = ()
     with _progress_bar(console) as progress:
-        task = progress.add_task("tracking", total=len(recordings))
+        task = progress.add_task(what, total=len(jobs))
         try:
-            for i, outcome in _outcomes(job, recordings, workers):
-                outcomes[i] = outcome
+            for i, result in _results(jobs, workers):
+                results[i] = result
                 progress.advance(task)
         except KeyboardInterrupt:
             interrupted = True
@@ -92,35 +158,7 @@ def run_evaluation(
             died = (
                 f"one of {workers} processes was killed, for lack of memory perhaps; use fewer",
             )
-    done = [outcomes[i] for i in sorted(outcomes)]
-    return EvaluationRun(
-        Evaluation(tuple(outcome.errors for outcome in done if outcome.errors is not None)),
-        tuple(problem for outcome in done for problem in outcome.problems) + died,
-        len(recordings),
-        interrupted,
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """What every process does with a recording."""
-
-    settings: TrackerSettings
-    track: Track
-
-    def __call__(self, evaluated: EvaluatedRecording) -> Outcome:
-        try:
-            recording = evaluated.open()
-            reference = evaluated.reference()
-            _check_frame_count(recording, reference)
-            result = self.track(recording, self.settings)
-            if result.interrupted:
-                raise KeyboardInterrupt
-            errors = measure_sequence(result.skeletons, reference, evaluated.name, result.seconds)
-        except InputError as error:
-            return Outcome(None, (f"{evaluated.name}: {error}",))
-        problems = tuple(f"{evaluated.name}: {problem}" for problem in recording.problems)
-        return Outcome(errors, problems)
+    return Done(tuple(results), died, interrupted)
 
 
 def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> None:
@@ -134,12 +172,14 @@ def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> No
         )
 
 
-def _outcomes(
-    job: _Job, recordings: Sequence[EvaluatedRecording], workers: int
-) -> Iterator[tuple[int, Outcome]]:
-    """Index and outcome of each recording, as they are done."""
+def _call(job: Callable[[], Result]) -> Result:
+    return job()
+
+
+def _results(jobs: Sequence[Callable[[], Result]], workers: int) -> Iterator[tuple[int, Result]]:
+    """Index and result of each job, as they are done."""
     if workers <= 1:
-        yield from ((i, job(recording)) for i, recording in enumerate(recordings))
+        yield from ((i, job()) for i, job in enumerate(jobs))
         return
     others = multiprocessing.active_children()
     # Spawned, not forked: the parent's threads would not survive a fork.
@@ -147,13 +187,11 @@ def _outcomes(
         workers, multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
     )
     try:
-        index: dict[Future[Outcome], int] = {
-            executor.submit(job, recording): i for i, recording in enumerate(recordings)
-        }
+        index = {executor.submit(_call, job): i for i, job in enumerate(jobs)}
         for future in as_completed(index):
             yield index[future], future.result()
     except BaseException:
-        # Without waiting for the recordings that are under way.
+        # Without waiting for the jobs that are under way.
         executor.shutdown(wait=False, cancel_futures=True)
         for child in set(multiprocessing.active_children()).difference(others):
             child.terminate()

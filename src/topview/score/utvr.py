@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,10 @@ from topview.kernels import utvr as kernel
 MIN_POINTS = 6
 # A thick part's cells are so large at least, that the kernel's top view has room for all of it.
 CELLS_ACROSS = kernel.GRID - 2
+
+Factor = Literal["reproj", "align", "discr"]
+FACTORS: Final[tuple[Factor, ...]] = ("reproj", "align", "discr")
+"""Of f_uTVR, Eq. 5.7."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +73,21 @@ class UtvrTerms:
     def has_evidence(self) -> NDArray[np.bool_]:
         """[M] True where points say anything at all."""
         return (self.n_points >= MIN_POINTS) & (self.n_inliers > 0)
+
+    @property
+    def discr(self) -> NDArray[np.float64]:
+        """[M] the discrepancy term of Eq. 5.8."""
+        return self.occl * self.coll * self.ovl
+
+    def product(self, factors: Collection[Factor]) -> NDArray[np.float64]:
+        """[M] the score of some of the factors of Eq. 5.7 alone, as Table 6.3 compares them."""
+        chosen = [getattr(self, factor) for factor in FACTORS if factor in factors]
+        return np.multiply.reduce(chosen) if chosen else np.ones_like(self.score)
+
+    def btvr(self, hidden_share: float) -> NDArray[np.float64]:
+        """[M] f_bTVR (Eq. 5.1): `hidden_share` is P_occl, how much of the user's image area is
+        covered by other users, 0 to 1 (Eq. 5.3)."""
+        return self.reproj * self.align * (2.0 - hidden_share)
 
     @classmethod
     def from_counts(cls, counts: NDArray[np.int32]) -> UtvrTerms:

@@ -26,7 +26,8 @@ from topview.body.proportions import THESIS
 from topview.filter.particles import generator, importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.score.utvr import placed_parts, score_hypotheses
+from topview.records import InputError
+from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -58,6 +59,10 @@ class PartByPartSettings:
         collision_share: of the radii of parts already placed, when collisions are counted: skin
             that touches does not collide. Adjoining parts share a joint and are left out.
         no_evidence: f_uTVR from which on a hypothesis has too little on its side to go by.
+        factors: of Eq. 5.7 by which hypotheses are chosen; leaving one out shows what it is worth
+            (Table 6.3).
+        n_best: hypotheses of every part that go on to the next frame, in place of those of
+            `topview.body.parts`; for showing what they are worth (Fig. 6.3).
     """
 
     hypotheses: int = 200
@@ -70,6 +75,14 @@ class PartByPartSettings:
     clothing_m: float = 0.015
     collision_share: float = 0.8
     no_evidence: float = 6.0
+    factors: tuple[Factor, ...] = FACTORS
+    n_best: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.n_best is not None and not 1 <= self.n_best <= self.hypotheses:
+            raise InputError(f"n_best is {self.n_best}; it must be 1 to {self.hypotheses}")
+        if not self.factors:
+            raise InputError(f"factors is empty; it must name some of {', '.join(FACTORS)}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +148,7 @@ class PartByPartTracker:
                 allowed = Rs[: len(before.Rs)]
                 spread = min(s.spreading * before.spread, s.widest)
                 return _Particles(allowed, np.ones(len(allowed)), spread)
-            best = n_best(scores, PARTS[part].n_best)
+            best = n_best(scores, s.n_best or PARTS[part].n_best)
             particles = _Particles(known[best], scores[best], 1.0)
         return particles
 
@@ -159,7 +172,7 @@ class PartByPartTracker:
     def _evaluated(
         self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
     ) -> tuple[Array, Array]:
-        """Those hypotheses for which there is evidence, and their f_uTVR (Eq. 5.7)."""
+        """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
         origins = body.joints_of(part, Rs)
         near = cloud[self._is_near(part, origins, cloud)]
@@ -176,7 +189,7 @@ class PartByPartTracker:
             self.threads,
         )
         is_known = terms.has_evidence & (terms.score < s.no_evidence)
-        return Rs[is_known], terms.score[is_known]
+        return Rs[is_known], terms.product(s.factors)[is_known]
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
         """[N] points that some hypothesis may hold; all others need not be looked at."""

@@ -37,9 +37,11 @@ def track_recording(
     recording: Recording,
     settings: TrackerSettings | None = None,
     on_frame: OnFrame | None = None,
+    tracker: Tracker | None = None,
 ) -> TrackingResult:
-    """Run a new tracker over every readable frame; `on_frame` is told of each as it is done."""
-    tracker = Tracker(settings)
+    """Run a new tracker, made of `settings` or given, over every readable frame; `on_frame` is told
+    of each as it is done."""
+    tracker = tracker or Tracker(settings)
     tracked: list[tuple[int, float, list[Person]]] = []
     seconds = 0.0
     interrupted = False

@@ -43,11 +43,15 @@ class Tracker:
     """
 
     def __init__(
-        self, settings: TrackerSettings | None = None, body: BodySettings | None = None
+        self,
+        settings: TrackerSettings | None = None,
+        body: BodySettings | None = None,
+        part_by_part: PartByPartSettings | None = None,
     ) -> None:
         self.settings = settings or TrackerSettings()
         self.clock = StageClock()
         self._body = body or BodySettings()
+        self._part_by_part = part_by_part or PartByPartSettings()
         self._finder = PeopleFinder()
         self._threads = 1
         self._bodies: dict[int, _Tracked] = {}
@@ -76,8 +80,7 @@ class Tracker:
             return tracked
         s = self.settings
         if s.method == "thesis":
-            thesis = PartByPartSettings()
-            return _Tracked(PartByPartTracker(user.id, s.seed, thesis, self._threads))
+            return _Tracked(PartByPartTracker(user.id, s.seed, self._part_by_part, self._threads))
         return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
     def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:

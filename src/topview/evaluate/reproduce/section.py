@@ -1,0 +1,125 @@
+"""What an experiment has to tell: text, tables, pictures, and what it makes of the thesis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any, Literal
+
+from topview.evaluate.metrics import Statistic
+from topview.evaluate.reproduce.printed import Printed
+
+Kind = Literal["ours", "printed", "open"]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of a table; `kind` says whose numbers these are, "open": nobody's yet."""
+
+    cells: tuple[str, ...]
+    kind: Kind = "ours"
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table; the first column holds names, the others numbers."""
+
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+    caption: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture in the report's folder."""
+
+    path: Path
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is compared with the thesis, or a conclusion of it that is checked.
+
+    Attributes:
+        claim: what is asked.
+        holds: ahead of the thesis, or the conclusion is confirmed; None: cannot be said.
+        evidence: the numbers.
+        is_conclusion: a conclusion of the thesis, else a comparison with its numbers.
+    """
+
+    claim: str
+    holds: bool | None
+    evidence: str
+    is_conclusion: bool = False
+
+    @property
+    def word(self) -> str:
+        if self.holds is None:
+            return "open"
+        if self.is_conclusion:
+            return "confirmed" if self.holds else "not confirmed"
+        return "ahead" if self.holds else "behind"
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One table or figure of the thesis, reproduced.
+
+    Attributes:
+        name: as the command line has it, such as "table-6.1".
+        title: for people.
+        text: paragraphs: what was done, on what.
+        tables, pictures, verdicts: in the order in which they are shown.
+        numbers: everything behind them, plain JSON types.
+    """
+
+    name: str
+    title: str
+    text: tuple[str, ...]
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+
+def number(value: float, digits: int = 1) -> str:
+    return f"{value:.{digits}f}" if isfinite(value) else "–"
+
+
+def percent(share: float | None) -> str:
+    return "–" if share is None or not isfinite(share) else f"{share:.1%}".replace("%", " %")
+
+
+def statistic_cells(statistic: Statistic | Printed) -> tuple[str, str, str]:
+    """Mean, standard deviation, share within 10."""
+    return (
+        number(statistic.mean, 2),
+        number(statistic.std, 2),
+        percent(statistic.within_10),
+    )
+
+
+def compared(what: str, ours: Statistic, printed: Printed, unit: str) -> Verdict:
+    """Our mean beside the thesis's."""
+    known = isfinite(ours.mean)
+    return Verdict(
+        what,
+        ours.mean <= printed.mean if known else None,
+        f"mean error {number(ours.mean, 2)} {unit}, thesis {printed.mean:.2f} {unit}; within 10 "
+        f"{unit} {percent(ours.within_10)}, thesis {percent(printed.within_10)}",
+    )
+
+
+def as_json(statistic: Statistic | Printed) -> dict[str, float | int | None]:
+    values = {name: getattr(statistic, name, None) for name in ("mean", "std", "within_10")}
+    if isinstance(statistic, Statistic):
+        values["count"] = statistic.count
+    return values
+
+
+def sentence(items: Sequence[str]) -> str:
+    """Names as English enumerates them."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
