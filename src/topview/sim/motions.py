@@ -47,6 +47,15 @@ class Performance:
     clips: tuple[Clip, ...]
     style: Style
 
+    def action_at(self, time_s: float) -> str:
+        """What shows most at a moment: a clip's action (the last of equals), "walk" or "stand"."""
+        shown = [(clip.weight(time_s), k) for k, clip in enumerate(self.clips)]
+        weight, k = max(shown, default=(0.0, -1))
+        pace = self.path.walked(time_s).pace
+        if weight >= 0.5 and weight >= pace:
+            return self.clips[k].action
+        return "walk" if pace >= 0.5 else "stand"
+
     def pose(self, body: Body, time_s: float) -> Pose:
         """The pose at a moment, with the soles on the floor."""
         style, walked = self.style, self.path.walked(time_s)
