@@ -80,7 +80,11 @@ def test_seen_surfaces_lie_near_the_joints_that_they_cover(
 
 def test_shares_are_shares(pass_by: Scene, pass_by_truth: GroundTruth) -> None:
     for name in SHARES:
-        for scope, shape in (("joint", (120, 2, 21)), ("person", (120, 2))):
+        for scope, shape in (
+            ("joint", (120, 2, 21)),
+            ("part", (120, 2, 15)),
+            ("person", (120, 2)),
+        ):
             share = getattr(pass_by_truth, f"{scope}_{name}")
             assert share.shape == shape
             assert share.dtype == np.float32
@@ -110,10 +114,10 @@ def test_furniture_hides_what_stands_behind_it() -> None:
     drawing = Renderer(hidden).draw(0)
     bodies = [actor.body for actor in hidden.actors]
     truth = frame_truth(bodies, drawing.Ts_camera_segment, drawing.rendering, hidden.camera)
-    by_table = dict(zip(JOINT_NAMES, truth.by_furniture[0], strict=True))
+    by_table = dict(zip(JOINT_NAMES, truth.joint_hidden.by_furniture[0], strict=True))
     assert by_table["ankle_l"] == by_table["ankle_r"] == 1.0
     assert by_table["head"] == by_table["neck"] == 0.0
-    assert (truth.by_person == 0.0).all()
+    assert (truth.joint_hidden.by == 0.0).all()
 
 
 def test_in_profile_the_own_trunk_hides_the_far_side() -> None:
@@ -124,7 +128,7 @@ def test_in_profile_the_own_trunk_hides_the_far_side() -> None:
     background = render_room(scene.room, (), scene.camera, scene.mount)
     rendering = draw_people([actor.body], [Ts], background, scene.camera)
     truth = frame_truth([actor.body], [Ts], rendering, scene.camera)
-    by_self = dict(zip(JOINT_NAMES, truth.by_self[0], strict=True))
+    by_self = dict(zip(JOINT_NAMES, truth.joint_hidden.by_self[0], strict=True))
     assert by_self["shoulder_l"] > 0.7
     assert by_self["hip_l"] > 0.7
     assert by_self["shoulder_r"] < 0.2
@@ -138,8 +142,9 @@ def test_a_person_out_of_the_image_is_outside() -> None:
     Ts = renderer.draw(0).Ts_camera_segment[0].copy()
     Ts[:, 0, 3] += 10.0
     truth = frame_truth([body], [Ts], renderer.background, scene.camera)
-    assert (truth.outside == 1.0).all()
-    assert not stack_truth([body], [truth]).present.any()
+    assert (truth.joint_hidden.outside == 1.0).all()
+    assert (truth.part_hidden.outside == 1.0).all()
+    assert not stack_truth(scene, [truth]).present.any()
 
 
 def test_the_floor_lies_where_the_camera_says() -> None:

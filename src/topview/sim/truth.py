@@ -1,4 +1,4 @@
-"""The truth behind a scene: joints, who is there, and what hides each joint from the camera."""
+"""The truth behind a scene: joints, part frames, who is there, and what hides all of it."""
 
 from __future__ import annotations
 
@@ -9,69 +9,92 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera.projection import project
+from topview.geometry.rotations import transform, unit
 from topview.records import Camera, read_only
 from topview.sim.bodies import JOINT_NAMES, PART_NAMES, Body
-from topview.sim.images import FURNITURE, Rendering
+from topview.sim.images import Rendering
+from topview.sim.occlusion import Hidden, hidden_shares, joint_samples, part_samples
 from topview.sim.render import Renderer
 from topview.sim.scene import Scene
+from topview.sim.skeleton import SEGMENT_INDEX
 
-_PARTS_OF_JOINT: Final = {
-    "head_top": ("head",), "head": ("head",), "neck": ("head", "upper_torso"),
-    "torso": ("upper_torso", "lower_torso"),
-    "pelvis": ("lower_torso", "upper_leg_l", "upper_leg_r"),
-    "shoulder": ("upper_torso", "upper_arm"), "elbow": ("upper_arm", "forearm"),
-    "wrist": ("forearm", "hand"), "hand": ("hand",),
-    "hip": ("lower_torso", "upper_leg"), "knee": ("upper_leg", "lower_leg"),
-    "ankle": ("lower_leg", "foot"), "foot": ("foot",),
-}  # fmt: skip
-
-
-def _carriers() -> NDArray[np.bool_]:
-    """[J, 256] True for the part labels that a joint belongs to."""
-    table = np.zeros((len(JOINT_NAMES), 256), np.bool_)
-    for j, name in enumerate(JOINT_NAMES):
-        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
-        for part in _PARTS_OF_JOINT[stem]:
-            label = part if part in PART_NAMES else part + side
-            table[j, PART_NAMES.index(label)] = True
-    return table
+_MIDDLE: Final = {
+    "head": ("head_top", "neck", "head"),
+    "upper_torso": ("neck", "torso", "chest"),
+    "lower_torso": ("torso", "pelvis", "pelvis"),
+}
+_LIMBS: Final = {
+    "upper_arm": ("shoulder", "elbow", "upper_arm"),
+    "forearm": ("elbow", "wrist", "forearm"),
+    "hand": ("wrist", "hand", "hand"),
+    "upper_leg": ("hip", "knee", "thigh"),
+    "lower_leg": ("knee", "ankle", "calf"),
+    "foot": ("ankle", "foot", "foot"),
+}
+"""For each part: the joint at its origin, the one at its far end, the segment it turns with."""
 
 
-_CARRIERS: Final = read_only(_carriers())
+def _part_table() -> NDArray[np.intp]:
+    """[B, 3] indices of these joints and of the segment."""
+    rows = []
+    for part in PART_NAMES:
+        stem, side = (part[:-2], part[-2:]) if part[:-2] in _LIMBS else (part, "")
+        first, last, segment = (name + side for name in (_LIMBS | _MIDDLE)[stem])
+        rows.append((JOINT_NAMES.index(first), JOINT_NAMES.index(last), SEGMENT_INDEX[segment]))
+    return np.array(rows)
+
+
+_PART_ORIGIN, _PART_END, _PART_SEGMENT = _part_table().T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
-    """F frames, P people, J joints; camera frame, metres. The fields are `groundtruth.npz`'s keys.
-
-    A joint's neighbourhood is a disc of four fifths of the limb's radius around it that faces the
-    camera. A sample of it is hidden by what an ideal camera sees there in front of the joint:
-    another person, furniture, or a part of the own body that does not carry the joint (or that
-    carries it, but lies more than a limb's width in front, as the near hip does in profile).
+    """F frames, P people, J joints, B parts; camera frame, metres. The fields are the keys of
+    `groundtruth.npz`. How shares of joints and parts are sampled: `topview.sim.occlusion`.
 
     Attributes:
         names: [J] joint names.
         joints: [F, P, J, 3] float32.
         ids: [P] int64, person k in the masks.
         stature: [P] float32.
+        bodies: [P] what kind of body it is.
+        actions: [F, P] what the person does.
         present: [F, P] True unless the whole of a person lies outside of the image.
+        part_names: [B].
+        Ts_camera_part: [F, P, B, 4, 4] float32 part frames as in `topview.records.Person`, their
+            origins and far ends at the joints.
         joint_occ_person, joint_occ_furniture, joint_occ_inter, joint_occ_self, joint_outside:
-            [F, P, J] float32 shares of the neighbourhood in 0..1 (inter: person or furniture).
-        person_occ_person, person_occ_furniture, person_occ_inter, person_occ_self, person_outside:
-            [F, P] float32, the means over the joints.
+            [F, P, J] float32 shares in 0..1 of a disc around the joint (inter: person or
+            furniture).
+        joint_occ_by: [F, P, J, P] float32 the share that person k + 1 hides, 0 for oneself; the
+            sum is joint_occ_person.
+        part_occ_person, ..., part_outside, part_occ_by: the same for the surface that each part
+            would turn to the camera if it were alone.
+        person_occ_person, ..., person_outside: [F, P] float32 means over the parts by the area
+            that each has in the image.
     """
 
     names: NDArray[np.str_]
     joints: NDArray[np.float32]
     ids: NDArray[np.int64]
     stature: NDArray[np.float32]
+    bodies: NDArray[np.str_]
+    actions: NDArray[np.str_]
     present: NDArray[np.bool_]
+    part_names: NDArray[np.str_]
+    Ts_camera_part: NDArray[np.float32]
     joint_occ_person: NDArray[np.float32]
     joint_occ_furniture: NDArray[np.float32]
     joint_occ_inter: NDArray[np.float32]
     joint_occ_self: NDArray[np.float32]
     joint_outside: NDArray[np.float32]
+    joint_occ_by: NDArray[np.float32]
+    part_occ_person: NDArray[np.float32]
+    part_occ_furniture: NDArray[np.float32]
+    part_occ_inter: NDArray[np.float32]
+    part_occ_self: NDArray[np.float32]
+    part_outside: NDArray[np.float32]
+    part_occ_by: NDArray[np.float32]
     person_occ_person: NDArray[np.float32]
     person_occ_furniture: NDArray[np.float32]
     person_occ_inter: NDArray[np.float32]
@@ -89,28 +112,20 @@ class GroundTruth:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameTruth:
-    """The truth of one frame, P people: joints [P, J, 3] metres in the camera frame, and shares of
-    each joint's neighbourhood [P, J]."""
+    """The truth of one frame: P people, J joints, B parts.
+
+    Attributes:
+        joints: [P, J, 3] metres in the camera frame.
+        Ts_camera_part: [P, B, 4, 4].
+        joint_hidden, part_hidden: shares of [P, J] and [P, B].
+        part_area: [P, B] that each part has in the image if nothing hides it, at z = 1.
+    """
 
     joints: NDArray[np.float64]
-    by_person: NDArray[np.float64]
-    by_furniture: NDArray[np.float64]
-    by_self: NDArray[np.float64]
-    outside: NDArray[np.float64]
-
-
-def _disc(rings: int = 4) -> NDArray[np.float64]:
-    """[K, 2] points that fill the unit disc evenly."""
-    radii = (np.arange(rings) + 0.5) / rings
-    points = [
-        radius * np.array([np.cos(angle), np.sin(angle)])
-        for ring, radius in enumerate(radii)
-        for angle in 2.0 * np.pi * (np.arange(6 * ring + 3) + 0.5 * ring) / (6 * ring + 3)
-    ]
-    return np.array(points)
-
-
-_DISC: Final = read_only(0.8 * _disc())
+    Ts_camera_part: NDArray[np.float64]
+    joint_hidden: Hidden
+    part_hidden: Hidden
+    part_area: NDArray[np.float64]
 
 
 def frame_truth(
@@ -119,41 +134,43 @@ def frame_truth(
     rendering: Rendering,
     camera: Camera,
 ) -> FrameTruth:
-    """Joints of posed bodies, and what hides them in a noise-free rendering of them."""
-    P, J = len(bodies), len(JOINT_NAMES)
-    joints = np.zeros((P, J, 3))
-    shares = np.zeros((4, P, J))
-    for p, (body, Ts) in enumerate(zip(bodies, Ts_camera_segment, strict=True)):
-        joints[p] = body.joints(Ts)
-        shares[:, p] = _hidden(joints[p], body.joint_radii_m, p + 1, rendering, camera)
-    return FrameTruth(joints, *shares)
+    """Joints and parts of posed bodies, and what hides them in a noise-free rendering of them."""
+    P = len(bodies)
+    if P == 0:
+        return _nobody()
+    joints, frames, joint_hidden, part_hidden, areas = [], [], [], [], []
+    for k, (body, Ts) in enumerate(zip(bodies, Ts_camera_segment, strict=True), start=1):
+        joints.append(body.joints(Ts))
+        frames.append(part_frames(joints[-1], Ts))
+        of_joints = joint_samples(joints[-1], body.joint_radii_m, camera)
+        of_parts = part_samples(body.flesh(Ts), body.parts, camera)
+        joint_hidden.append(hidden_shares(of_joints, k, P, rendering, camera))
+        part_hidden.append(hidden_shares(of_parts, k, P, rendering, camera))
+        areas.append(of_parts.area)
+    return FrameTruth(
+        np.stack(joints),
+        np.stack(frames),
+        Hidden.stacked(joint_hidden),
+        Hidden.stacked(part_hidden),
+        np.stack(areas),
+    )
 
 
-def _hidden(
-    joints_camera: NDArray[np.float64],
-    radii_m: NDArray[np.float64],
-    person: int,
-    rendering: Rendering,
-    camera: Camera,
+def _nobody() -> FrameTruth:
+    J, B = len(JOINT_NAMES), len(PART_NAMES)
+    joints, parts = (Hidden(np.zeros((0, n, 0)), *np.zeros((3, 0, n))) for n in (J, B))
+    return FrameTruth(np.zeros((0, J, 3)), np.zeros((0, B, 4, 4)), joints, parts, np.zeros((0, B)))
+
+
+def part_frames(
+    joints_camera: NDArray[np.float64], Ts_camera_segment: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[4, J] shares of one person's joints hidden by others, furniture, itself; outside."""
-    samples = np.repeat(joints_camera[:, None], len(_DISC), axis=1)
-    samples[..., :2] += radii_m[:, None, None] * _DISC
-    pixels = project(samples, camera)
-    beyond = (camera.width - 0.5, camera.height - 0.5)
-    is_inside = np.all((pixels >= -0.5) & (pixels < beyond), axis=-1)
-    u, v = np.where(is_inside[..., None], np.rint(pixels), 0).astype(np.intp).transpose(2, 0, 1)
-
-    depth, instance, part = rendering.depth_m[v, u], rendering.instance[v, u], rendering.part[v, u]
-    joint_depth, radius = joints_camera[:, None, 2], radii_m[:, None]
-    is_front = is_inside & (depth < joint_depth)
-    is_own = instance == person
-    is_carrier = _CARRIERS[np.arange(len(radii_m))[:, None], part]
-    hides_itself = is_own & (~is_carrier | (depth < joint_depth - 2.0 * radius))
-    is_furniture = instance == FURNITURE
-    is_other = ~is_own & ~is_furniture & (instance > 0)
-    flags = (is_front & is_other, is_front & is_furniture, is_front & hides_itself, ~is_inside)
-    return np.stack([flag.mean(-1) for flag in flags])
+    """[B, 4, 4] Ts_camera_part: from joint to joint, +x as near the person's right as can be."""
+    origins = joints_camera[_PART_ORIGIN]
+    y = unit(joints_camera[_PART_END] - origins)
+    right = -Ts_camera_segment[_PART_SEGMENT, :3, 0]
+    x = unit(right - (right * y).sum(-1, keepdims=True) * y)
+    return transform(np.stack([x, y, np.cross(x, y)], -1), origins)
 
 
 def simulate_truth(scene: Scene) -> GroundTruth:
@@ -165,28 +182,55 @@ def simulate_truth(scene: Scene) -> GroundTruth:
         drawing = renderer.draw(frame)
         poses = drawing.Ts_camera_segment
         frames.append(frame_truth(bodies, poses, drawing.rendering, scene.camera))
-    return stack_truth(bodies, frames)
+    return stack_truth(scene, frames)
 
 
-def stack_truth(bodies: Sequence[Body], frames: Sequence[FrameTruth]) -> GroundTruth:
-    """The truth of many frames as one record."""
-
-    def stacked(name: str) -> NDArray[np.float32]:
-        return np.array([getattr(frame, name) for frame in frames], np.float32)
-
-    shares = {
-        "occ_person": stacked("by_person"),
-        "occ_furniture": stacked("by_furniture"),
-        "occ_inter": stacked("by_person") + stacked("by_furniture"),
-        "occ_self": stacked("by_self"),
-        "outside": stacked("outside"),
+def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
+    """The truth of a scene's first frames as one record."""
+    actors = scene.actors
+    hidden = {
+        "joint": Hidden.stacked([frame.joint_hidden for frame in frames]),
+        "part": Hidden.stacked([frame.part_hidden for frame in frames]),
     }
+    hidden["person"] = hidden["part"].mean(np.stack([frame.part_area for frame in frames]))
+    shares = {
+        f"{scope}_{name}": share.astype(np.float32)
+        for scope, of in hidden.items()
+        for name, share in _shares(of).items()
+    }
+    del shares["person_occ_by"]
     return GroundTruth(
         names=np.array(JOINT_NAMES),
-        joints=stacked("joints"),
-        ids=np.arange(1, len(bodies) + 1, dtype=np.int64),
-        stature=np.array([body.look.stature_m for body in bodies], np.float32),
-        present=(shares["outside"] < 1.0).any(-1),
-        **{f"joint_{name}": share for name, share in shares.items()},
-        **{f"person_{name}": share.mean(-1) for name, share in shares.items()},
+        joints=np.array([frame.joints for frame in frames], np.float32),
+        ids=np.arange(1, len(actors) + 1, dtype=np.int64),
+        stature=np.array([actor.body.look.stature_m for actor in actors], np.float32),
+        bodies=np.array([_body_label(actor.body) for actor in actors], np.str_),
+        actions=_actions(scene, len(frames)),
+        present=np.any(shares["part_outside"] < 1.0, axis=-1),
+        part_names=np.array(PART_NAMES),
+        Ts_camera_part=np.array([frame.Ts_camera_part for frame in frames], np.float32),
+        **shares,
     )
+
+
+def _shares(hidden: Hidden) -> dict[str, NDArray[np.float64]]:
+    by_person = hidden.by.sum(-1)
+    return {
+        "occ_person": by_person,
+        "occ_furniture": hidden.by_furniture,
+        "occ_inter": by_person + hidden.by_furniture,
+        "occ_self": hidden.by_self,
+        "outside": hidden.outside,
+        "occ_by": hidden.by,
+    }
+
+
+def _body_label(body: Body) -> str:
+    return f"{body.look.sex} {body.look.stature_m:.2f} m"
+
+
+def _actions(scene: Scene, frames: int) -> NDArray[np.str_]:
+    """[F, P] what everyone does."""
+    times_s = np.arange(frames) / scene.fps
+    names = [[actor.performance.action_at(float(t)) for actor in scene.actors] for t in times_s]
+    return np.array(names, np.str_).reshape(frames, len(scene.actors))

@@ -48,7 +48,7 @@ def write_scene(
             _write_png(folder / "mask" / file, frame.mask)
             if on_frame is not None:
                 on_frame(index)
-        truth = stack_truth([actor.body for actor in scene.actors], truths)
+        truth = stack_truth(scene, truths)
         np.savez_compressed(folder / "groundtruth.npz", **truth.arrays())
     except OSError as error:
         raise InputError(
