@@ -243,16 +243,28 @@ class TestExamples:
         means = {
             occlusion: (table["all"].raw.count, round(table["all"].raw.mean, 6))
             for occlusion, table in summary.joints_cm.items()
+            if table["all"].raw.count
         }
         assert means == {
             "all": (16, round(7.0 / 16, 6)),
-            "hidden < 30%": (1, 1.0),
+            "unhidden": (1, 1.0),
             "hidden ≥ 30%": (2, 3.0),
             "hidden ≥ 60%": (1, 4.0),
+            "hidden by another person ≥ 30%": (2, 3.0),
+            "hidden by another person ≥ 60%": (1, 4.0),
         }
-        # The left forearm: elbow 0, hand 0.3; no other part has two known joints.
-        assert summary.axes_deg["hidden < 30%"]["left_forearm"].raw.count == 1
-        assert summary.axes_deg["hidden < 30%"]["all"].raw.count == 1
+
+    def test_a_part_is_hidden_as_much_as_its_two_joints_on_average(self) -> None:
+        shares = np.full((1, 1, J), np.nan)
+        shares[..., JOINT_NAMES.index("left_elbow")] = 0.2
+        shares[..., JOINT_NAMES.index("left_hand")] = 0.6
+        joints = people_standing(1, 0.0)
+        summary = summarise(
+            evaluate_sequence(predicted_of(joints), reference_of(joints, occluded_by_self=shares))
+        )
+        hidden = summary.axes_deg["hidden by oneself ≥ 30%"]
+        assert {name for name, c in hidden.items() if c.raw.count} == {"left_forearm", "all"}
+        assert summary.axes_deg["hidden ≥ 60%"]["all"].raw.count == 0
 
     def test_the_references_stature_scales_the_offsets_where_it_is_known(self) -> None:
         truth = people_standing(1, 0.0)

@@ -11,7 +11,7 @@ from topview.evaluate.metrics import (
     PeopleCounts,
     evaluate_sequence,
     match_people,
-    mean_joint_distances,
+    people_distances,
 )
 
 
@@ -33,11 +33,11 @@ def test_matches_are_one_to_one_and_within_the_gate(seed: int, R: int, P: int) -
     rng = np.random.default_rng(seed)
     reference = rng.uniform(-0.6, 0.6, (5, R, 1, 3))
     predicted = rng.uniform(-0.6, 0.6, (5, P, 1, 3))
-    matches = match_people(reference, predicted)
-    for f in range(5):
+    distances_m = people_distances(reference, predicted)
+    matches = match_people(distances_m)
+    for f, distances in enumerate(distances_m):
         matched = matches[f][matches[f] >= 0]
         assert len(set(matched.tolist())) == len(matched)
-        distances = mean_joint_distances(reference[f], predicted[f])
         assert all(distances[r, p] <= GATE_M for r, p in enumerate(matches[f]) if p >= 0)
         # Nobody is left over who could still be matched.
         left = distances[np.ix_(matches[f] < 0, np.setdiff1d(np.arange(P), matched))]
@@ -45,9 +45,9 @@ def test_matches_are_one_to_one_and_within_the_gate(seed: int, R: int, P: int) -
 
 
 def test_mean_distance_leaves_out_joints_that_only_one_has() -> None:
-    reference = np.array([[[0.0, 0, 0], [1.0, 0, 0]]])
-    predicted = np.array([[[0.3, 0, 0], [np.nan, 0, 0]], [[np.nan] * 3, [np.nan] * 3]])
-    assert mean_joint_distances(reference, predicted).tolist() == [[pytest.approx(0.3), np.inf]]
+    reference = np.array([[[[0.0, 0, 0], [1.0, 0, 0]]]])
+    predicted = np.array([[[[0.3, 0, 0], [np.nan, 0, 0]], [[np.nan] * 3, [np.nan] * 3]]])
+    assert people_distances(reference, predicted).tolist() == [[[pytest.approx(0.3), np.inf]]]
 
 
 def test_two_who_exchange_ids_count_two_swaps() -> None:
@@ -129,5 +129,5 @@ def test_nobody_there_and_nobody_found() -> None:
 
 def test_as_many_as_possible_are_matched() -> None:
     """The nearest pair alone (0.05 m) would leave the other two (0.7 m) unmatched."""
-    truth = people_standing(1, 0.0, 0.25)
-    assert match_people(truth, people_standing(1, 0.3, 0.7)).tolist() == [[0, 1]]
+    distances_m = people_distances(people_standing(1, 0.0, 0.25), people_standing(1, 0.3, 0.7))
+    assert match_people(distances_m).tolist() == [[0, 1]]

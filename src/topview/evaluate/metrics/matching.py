@@ -14,42 +14,41 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from topview.evaluate.metrics.statistics import share
+
 GATE_M: Final = 0.5  # ours: about half the shoulder breadths of two people side by side
 NOBODY: Final = -1
 
 
-def mean_joint_distances(
+def people_distances(
     reference_camera: NDArray[np.float64], predicted_camera: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[R, P] mean distance over the joints that both have, infinite where there are none.
-
-    Args:
-        reference_camera: [R, J, 3] metres, NaN where unknown or absent.
-        predicted_camera: [P, J, 3] metres, NaN where absent.
-    """
-    distances = np.linalg.norm(reference_camera[:, None] - predicted_camera[None], axis=-1)
-    known = np.isfinite(distances)
-    total = np.where(known, distances, 0.0).sum(-1)
-    return np.where(known.any(-1), total / np.maximum(known.sum(-1), 1), np.inf)
-
-
-def match_people(
-    reference_camera: NDArray[np.float64],
-    predicted_camera: NDArray[np.float64],
-    gate_m: float = GATE_M,
-) -> NDArray[np.int64]:
-    """[F, R] the predicted person (column of P) matched to each reference person, or -1.
+    """[F, R, P] mean distance over the joints that both have, infinite where there are none.
 
     Args:
         reference_camera: [F, R, J, 3] metres, NaN where unknown or absent.
         predicted_camera: [F, P, J, 3] metres, NaN where absent.
-        gate_m: people further apart than this mean joint distance are never matched.
     """
     F, R = reference_camera.shape[:2]
-    matches = np.full((F, R), NOBODY, np.int64)
-    before = np.full(R, NOBODY, np.int64)
-    for f in range(F):
-        distances = mean_joint_distances(reference_camera[f], predicted_camera[f])
+    mean_m = np.full((F, R, predicted_camera.shape[1]), np.inf)
+    for r in range(R):  # one by one: a long recording may have hundreds of ids
+        distances = np.linalg.norm(reference_camera[:, r, None] - predicted_camera, axis=-1)
+        known = np.isfinite(distances)
+        total = np.where(known, distances, 0.0).sum(-1)
+        np.divide(total, known.sum(-1), out=mean_m[:, r], where=known.any(-1))
+    return mean_m
+
+
+def match_people(distances_m: NDArray[np.float64], gate_m: float = GATE_M) -> NDArray[np.int64]:
+    """[F, R] the predicted person (column of P) matched to each reference person, or -1.
+
+    Args:
+        distances_m: [F, R, P] as from `people_distances`.
+        gate_m: people further apart than this mean joint distance are never matched.
+    """
+    matches = np.full(distances_m.shape[:2], NOBODY, np.int64)
+    before = np.full(distances_m.shape[1], NOBODY, np.int64)
+    for f, distances in enumerate(distances_m):
         before = matches[f] = _match_frame(distances, before, gate_m)
     return matches
 
@@ -87,6 +86,8 @@ class PeopleCounts:
         false_people: predicted ids that never match anybody.
         id_swaps: a reference person goes on under another id than before, or appears under an id
             that was somebody else's; two people who exchange ids count two.
+        mismatches: those swaps in which a reference person goes on under another id: the ones
+            that CLEAR MOT counts.
         frames_lost: somebody was present, and nobody of them was found.
     """
 
@@ -97,6 +98,7 @@ class PeopleCounts:
     false_person_frames: int = 0
     false_people: int = 0
     id_swaps: int = 0
+    mismatches: int = 0
     frames_lost: int = 0
 
     def __add__(self, other: PeopleCounts) -> PeopleCounts:
@@ -108,17 +110,13 @@ class PeopleCounts:
     @property
     def recall(self) -> float:
         """Share of the present person-frames that were found, NaN if nobody was present."""
-        return _share(self.person_frames - self.missed, self.person_frames)
+        return share(self.person_frames - self.missed, self.person_frames)
 
     @property
     def precision(self) -> float:
         """Share of the predicted person-frames that match somebody, NaN if none was predicted."""
         found = self.person_frames - self.missed
-        return _share(found, found + self.false_person_frames)
-
-
-def _share(part: int, whole: int) -> float:
-    return part / whole if whole else float("nan")
+        return share(found, found + self.false_person_frames)
 
 
 def count_people(
@@ -141,6 +139,7 @@ def count_people(
     frames, people = np.nonzero(found)
     is_matched[frames, matches[frames, people]] = True
     ever_present = predicted_present.any(0)
+    mismatches, handed_on = _count_swaps(matches)
     return PeopleCounts(
         frames=F,
         frames_unread=frames_unread,
@@ -148,19 +147,21 @@ def count_people(
         missed=int((reference_present & ~found).sum()),
         false_person_frames=int((predicted_present & ~is_matched).sum()),
         false_people=int((ever_present & ~is_matched.any(0)).sum()),
-        id_swaps=_count_swaps(matches),
+        id_swaps=mismatches + handed_on,
+        mismatches=mismatches,
         frames_lost=int((reference_present.any(1) & ~found.any(1)).sum()),
     )
 
 
-def _count_swaps(matches: NDArray[np.int64]) -> int:
-    """Swaps in [F, R] matches, see `PeopleCounts.id_swaps`."""
+def _count_swaps(matches: NDArray[np.int64]) -> tuple[int, int]:
+    """People of the [F, R] matches who go on under another id; who appear under somebody else's."""
     id_of: dict[int, int] = {}
     owner_of: dict[int, int] = {}
-    swaps = 0
+    mismatches = handed_on = 0
     for frame in matches:
         pairs = [(r, int(p)) for r, p in enumerate(frame) if p != NOBODY]
-        swaps += sum(id_of[r] != p if r in id_of else owner_of.get(p, r) != r for r, p in pairs)
+        mismatches += sum(id_of.get(r, p) != p for r, p in pairs)
+        handed_on += sum(r not in id_of and owner_of.get(p, r) != r for r, p in pairs)
         id_of.update(pairs)
         owner_of.update((p, r) for r, p in pairs)
-    return swaps
+    return mismatches, handed_on
