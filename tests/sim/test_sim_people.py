@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from topview.records import InputError
+from topview.sim.anthropometry import hip_share
 from topview.sim.bodies import JOINT_NAMES, build_body
-from topview.sim.looks import random_look
+from topview.sim.looks import Proportions, random_look
 from topview.sim.paths import Path
 from topview.sim.scene import Actor
 from topview.sim.scenes import SCENES, scene_by_name
@@ -86,7 +87,8 @@ def test_feet_stand_on_the_floor(actor: Actor) -> None:
 def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> None:
     look = replace(random_look(np.random.default_rng(seed)), stature_m=stature_m)
     body = build_body(look)
-    upright = Pose(np.array([0.0, 0.0, 0.53 * stature_m]), 0.0, np.zeros((len(SEGMENTS), 3)))
+    hips = np.array([0.0, 0.0, stature_m * hip_share(look)])
+    upright = Pose(hips, 0.0, np.zeros((len(SEGMENTS), 3)))
     joints = dict(
         zip(JOINT_NAMES, body.joints(segment_poses(body.offsets_m, upright)), strict=True)
     )
@@ -99,6 +101,7 @@ def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> No
 
 def test_adults_have_the_published_segment_lengths() -> None:
     look = replace(random_look(np.random.default_rng(0), "man"), stature_m=1.756)
+    look = replace(look, proportions=Proportions())
     body = build_body(look)
     upright = Pose(np.zeros(3), 0.0, np.zeros((len(SEGMENTS), 3)))
     joints = body.joints(segment_poses(body.offsets_m, upright))

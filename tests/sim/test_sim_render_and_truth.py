@@ -8,7 +8,7 @@ import pytest
 from topview.camera.projection import project
 from topview.records import Camera
 from topview.sim import GroundTruth, Scene, scene_by_name
-from topview.sim.bodies import JOINT_NAMES, PART_NAMES
+from topview.sim.bodies import JOINT_NAMES, PART_NAMES, build_body
 from topview.sim.images import FURNITURE
 from topview.sim.render import Renderer, draw_people
 from topview.sim.room import render_room
@@ -21,7 +21,8 @@ SHARES = ("occ_person", "occ_furniture", "occ_inter", "occ_self", "outside")
 
 def test_a_mirrored_pose_gives_the_mirrored_image(tiny_camera: Camera, render_plain) -> None:
     scene = scene_by_name("all_actions", seed=4)
-    body, performance = scene.actors[0].body, scene.actors[0].performance
+    performance = scene.actors[0].performance
+    body = build_body(scene.actors[0].body.look.even())
     empty = render_plain(np.full((tiny_camera.height, tiny_camera.width), np.inf, np.float32))
     swap = [
         PART_NAMES.index(name[:-1] + {"l": "r", "r": "l"}[name[-1]] if name[-2] == "_" else name)

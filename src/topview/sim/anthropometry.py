@@ -16,48 +16,75 @@ Vector = tuple[float, float, float]
 ADULT_HEAD_SHARE: Final = 0.130  # chin to head top, Winter (2009)
 SOLE_SHARE: Final = 0.039  # the ankle above the sole
 HIP_SHARE, KNEE_SHARE = 0.530, 0.285
+TORSO_SHARE: Final = 0.100  # the mid spine above the hips
+UPPER_ARM_SHARE, FOREARM_SHARE = 0.186, 0.146
 CHIN_DROP_SHARE: Final = 0.032  # the chin below the joint of head and neck (ours)
 C7_DROP_SHARE: Final = 0.020  # the base of the neck below the chin, Gordon et al. (1989)
 
 
-def head_share(stature_m: float) -> float:
+def head_share(look: Look) -> float:
     """Chin to head top as a share of stature: heads of children grow less than their bodies."""
-    return ADULT_HEAD_SHARE * (MEAN_STATURE_M / stature_m) ** 0.6
+    return ADULT_HEAD_SHARE * (MEAN_STATURE_M / look.stature_m) ** 0.6 * look.proportions.head
 
 
-def segment_offsets(look: Look) -> tuple[dict[str, Vector], dict[str, Vector]]:
-    """Origins of the middle and of the left segments in their carriers, shares of stature.
+def hip_share(look: Look) -> float:
+    """Height of the hips of the standing person."""
+    return HIP_SHARE * look.proportions.legs
 
-    The shoulder centre lies below and inside of the acromion (0.818 high, 0.129 to the side).
+
+def knee_share(look: Look) -> float:
+    """Height of the knees of the standing person."""
+    return KNEE_SHARE * look.proportions.legs * look.proportions.shins
+
+
+def shoulder_share(look: Look) -> float:
+    """Height of the shoulder centres above the mid spine; they lie below and inside of the
+    acromion (0.818 high, 0.129 to the side)."""
+    neck_base = 1.0 - head_share(look) - C7_DROP_SHARE
+    return neck_base - 0.034 - look.proportions.shoulder_slope - hip_share(look) - TORSO_SHARE
+
+
+def arm_shares(look: Look) -> tuple[float, float]:
+    """Lengths of the right upper arm and forearm."""
+    whole = look.proportions.arms
+    return UPPER_ARM_SHARE * whole, FOREARM_SHARE * whole * look.proportions.forearms
+
+
+def segment_offsets(look: Look) -> dict[str, Vector]:
+    """Origins of the segments in their carriers, shares of stature.
+
+    The spine lies in the back third of the trunk: C7 0.022 behind the middle of the hips (ours).
     """
-    is_man = look.sex == "man"
-    neck_base = 1.0 - head_share(look.stature_m) - C7_DROP_SHARE
-    shoulder = neck_base - 0.034
-    torso = HIP_SHARE + 0.100
-    middle: dict[str, Vector] = {
-        "pelvis": (0.0, HIP_SHARE, 0.0),
-        "abdomen": (0.0, 0.045, -0.006),
-        "chest": (0.0, torso - HIP_SHARE - 0.045, 0.0),
-        "neck": (0.0, neck_base - torso, -0.012),
-        "head": (0.0, C7_DROP_SHARE + CHIN_DROP_SHARE, 0.014),
+    more, is_man = look.proportions, look.sex == "man"
+    shoulder = shoulder_share(look)
+    upper_arm, forearm = arm_shares(look)
+    thigh, calf = hip_share(look) - knee_share(look), knee_share(look) - SOLE_SHARE
+    hip = (0.050 if is_man else 0.052) * more.hips
+    reach = (0.106 if is_man else 0.098) * more.shoulders
+    offsets: dict[str, Vector] = {
+        "pelvis": (0.0, hip_share(look), 0.0),
+        "abdomen": (0.0, 0.045, -0.008),
+        "chest": (0.0, TORSO_SHARE - 0.045, -0.002),
+        "neck": (0.0, shoulder + more.shoulder_slope + 0.034, -0.012),
+        "head": (0.0, C7_DROP_SHARE + CHIN_DROP_SHARE, 0.018 + more.neck_forward),
     }
-    reach = 0.106 if is_man else 0.098
-    side: dict[str, Vector] = {
-        "clavicle": (0.015, shoulder - torso + 0.004, 0.014),
-        "upper_arm": (reach - 0.015, -0.004, -0.022),
-        "forearm": (0.0, -0.186, 0.0),
-        "hand": (0.0, -0.146, 0.0),
-        "thigh": (0.050 if is_man else 0.052, 0.0, 0.0),
-        "calf": (0.0, -(HIP_SHARE - KNEE_SHARE), 0.0),
-        "foot": (0.0, -(KNEE_SHARE - SOLE_SHARE), 0.0),
-    }
-    return middle, side
+    for side, out, longer in (("l", 1.0, more.left_arm), ("r", -1.0, 1.0)):
+        offsets |= {
+            f"clavicle_{side}": (out * 0.015, shoulder + 0.004, 0.014),
+            f"upper_arm_{side}": (out * (reach - 0.015), -0.004, -0.018),
+            f"forearm_{side}": (0.0, -upper_arm * longer, 0.0),
+            f"hand_{side}": (0.0, -forearm * longer, 0.0),
+            f"thigh_{side}": (out * hip, 0.0, 0.0),
+            f"calf_{side}": (0.0, -thigh, 0.0),
+            f"foot_{side}": (0.0, -calf, 0.0),
+        }
+    return offsets
 
 
 def joint_places(look: Look) -> dict[str, tuple[str, Vector, float]]:
     """Segment, place in it and half breadth of the flesh there, shares of stature."""
     g = look.girth
-    head = head_share(look.stature_m)
+    head = head_share(look)
     origin = (0.0, 0.0, 0.0)
     joints = {
         "head_top": ("head", (0.0, head - CHIN_DROP_SHARE, 0.0), 0.35 * head),

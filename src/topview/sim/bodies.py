@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from topview.records import read_only
 from topview.sim.anthropometry import joint_places, segment_offsets
-from topview.sim.flesh import all_flesh
-from topview.sim.looks import Look, Rgb
+from topview.sim.flesh import HAIR, SHIRT, TROUSERS, all_flesh, fold_amplitudes, material_colors
+from topview.sim.folds import Folds
+from topview.sim.looks import Look
 from topview.sim.primitives import RoundCones
 from topview.sim.skeleton import SEGMENT_INDEX, SEGMENTS
 
@@ -35,8 +36,6 @@ JOINT_NAMES: Final[tuple[str, ...]] = (
     "hip_l", "knee_l", "ankle_l", "foot_l", "hip_r", "knee_r", "ankle_r", "foot_r",
 )  # fmt: skip
 
-EYE_COLOR: Final[Rgb] = (0.03, 0.02, 0.02)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
@@ -53,6 +52,9 @@ class Body:
         parts: [N] uint8 index into `PART_NAMES`.
         materials: [N] uint8 index into `flesh.MATERIALS`.
         colors: [N, 3] linear colours in 0..1.
+        folds: irregularities of the surface, over places in the standing body.
+        places_m: [N, 3] where the origin of each piece's first segment lies in the standing body.
+        fold_amplitudes_m: [N] of each piece's surface.
     """
 
     look: Look
@@ -70,10 +72,13 @@ class Body:
     parts: NDArray[np.uint8]
     materials: NDArray[np.uint8]
     colors: NDArray[np.float64]
+    folds: Folds
+    places_m: NDArray[np.float64]
+    fold_amplitudes_m: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            if name != "look":
+            if name not in ("look", "folds"):
                 read_only(getattr(self, name))
 
     def joints(self, Ts_a_segment: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -91,6 +96,25 @@ class Body:
             scales=self.scales,
         )
 
+    def pattern(
+        self, piece: NDArray[np.int32], places_m: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """[M] share of its colour that the shirt shows at places [M, 3] in the standing body."""
+        shades = np.ones(len(piece), np.float32)
+        if self.look.clothes.pattern == "plain":
+            return shades
+        cloth = self.materials[piece] == SHIRT
+        x, y, _ = np.sin(np.float32(2.0 * np.pi / STRIPE_M) * places_m[cloth]).T
+        is_dark = y > 0.0 if self.look.clothes.pattern == "stripes" else (x > 0.0) ^ (y > 0.0)
+        shades[cloth] = np.where(is_dark, np.float32(DARK_STRIPE), np.float32(1.0))
+        return shades
+
+
+STRIPE_M: Final = 0.08
+"""Width of a light and a dark stripe together (ours)."""
+DARK_STRIPE: Final = 0.45
+"""Share of its colour that cloth shows in the dark stripes (ours)."""
+
 
 def _placed(
     Ts_a_segment: NDArray[np.float64], segments: NDArray[np.intp], points: NDArray[np.float64]
@@ -102,15 +126,14 @@ def _placed(
 def build_body(look: Look) -> Body:
     """The body of a person who looks like that."""
     stature = look.stature_m
-    middle, side = segment_offsets(look)
     flesh = all_flesh(look)
-    offsets = {**middle, **{f"{name}_l": at for name, at in side.items()}}
-    offsets |= {f"{name}_r": (-at[0], at[1], at[2]) for name, at in side.items()}
+    offsets = segment_offsets(look)
     offsets_m = stature * np.array([offsets[segment.name] for segment in SEGMENTS])
     joints = joint_places(look)
-    clothes = look.clothes
-    colors = (look.skin, look.hair, clothes.shirt, clothes.trousers, clothes.shoes, EYE_COLOR)
-    return Body(
+    materials = np.array([piece.material for piece in flesh], np.uint8)
+    even = look.folds_seed is None
+    folds = Folds.drawn(np.random.default_rng(look.folds_seed or 0))
+    body = Body(
         look=look,
         offsets_m=offsets_m,
         joint_segments=np.array([SEGMENT_INDEX[joints[name][0]] for name in JOINT_NAMES]),
@@ -124,9 +147,51 @@ def build_body(look: Look) -> Body:
         end_radii_m=stature * np.array([piece.end_radius for piece in flesh]),
         scales=np.array([piece.scales for piece in flesh]),
         parts=np.array([PART_NAMES.index(_part(piece.end_segment)) for piece in flesh], np.uint8),
-        materials=np.array([piece.material for piece in flesh], np.uint8),
-        colors=np.array([colors[piece.material] for piece in flesh]),
+        materials=materials,
+        colors=np.array(material_colors(look))[materials],
+        folds=folds,
+        places_m=_standing_places(offsets_m)[[SEGMENT_INDEX[f.start_segment] for f in flesh]],
+        fold_amplitudes_m=(0.0 if even else 1.0) * np.array(fold_amplitudes(look))[materials],
     )
+    return body if even else _rumpled(body)
+
+
+def _standing_places(offsets_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[S, 3] origins of the segments in the standing body, whose segments' axes are all alike."""
+    places = np.zeros_like(offsets_m)
+    for s, segment in enumerate(SEGMENTS):
+        if segment.hangs_from:
+            places[s] = places[SEGMENT_INDEX[segment.hangs_from]] + offsets_m[s]
+    return places
+
+
+def _rumpled(body: Body) -> Body:
+    """Clothes that stand off the body here and there and hang askew, so that outlines are uneven
+    as well. Balls at one place are moved alike."""
+    places = _standing_places(body.offsets_m)
+    is_cloth = np.isin(body.materials, (HAIR, SHIRT, TROUSERS))
+    amplitudes = np.where(is_cloth, body.fold_amplitudes_m, 0.0).astype(np.float32)
+
+    def moved(
+        segments: NDArray[np.intp], points: NDArray[np.float64], radii: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        standing = places[segments] + points
+        at = [
+            body.folds.at((standing + shift).astype(np.float32), amplitudes)[0] for shift in SHIFTS
+        ]
+        askew = np.stack([at[1], np.zeros_like(at[1]), at[2]], -1)
+        return points + 0.5 * askew, radii + 0.5 * (amplitudes + at[0])
+
+    starts, start_radii = moved(body.start_segments, body.starts_m, body.start_radii_m)
+    ends, end_radii = moved(body.end_segments, body.ends_m, body.end_radii_m)
+    return replace(
+        body, starts_m=starts, start_radii_m=start_radii, ends_m=ends, end_radii_m=end_radii
+    )
+
+
+SHIFTS: Final = (0.0, 10.0, 20.0)
+"""Metres between the places at which the folds are read for radius, side and depth (ours): far
+enough for the three to have nothing to do with each other."""
 
 
 def _part(segment: str) -> str:

@@ -11,13 +11,15 @@ from typing import Final
 
 from topview.sim.anthropometry import (
     CHIN_DROP_SHARE,
-    KNEE_SHARE,
     SOLE_SHARE,
     Vector,
+    arm_shares,
     head_share,
+    hip_share,
+    knee_share,
     segment_offsets,
 )
-from topview.sim.looks import Look
+from topview.sim.looks import Look, Rgb
 
 MATERIALS: Final[tuple[str, ...]] = ("skin", "hair", "shirt", "trousers", "shoes", "eyes")
 SKIN, HAIR, SHIRT, TROUSERS, SHOES, EYES = range(len(MATERIALS))
@@ -39,7 +41,7 @@ class Flesh:
 
 def all_flesh(look: Look) -> list[Flesh]:
     """Every piece of a person's flesh, both sides."""
-    pieces = [*_trunk(look), *_head(look), *_arm(look), *_leg(look)]
+    pieces = [*_trunk(look), *_head(look), *_arm(look), *_leg(look), *_skirt(look)]
     return [piece for half in pieces for piece in _both_sides(half)]
 
 
@@ -59,7 +61,10 @@ def _both_sides(piece: Flesh) -> list[Flesh]:
     return [piece, mirrored]
 
 
+EYE_COLOR: Final[Rgb] = (0.03, 0.02, 0.02)
 ROUND: Final[Vector] = (1.0, 1.0, 1.0)
+OPEN_END: Final[Vector] = (1.0, 0.4, 1.0)
+"""Of sleeves and trouser legs, which end rather flat (ours)."""
 HEM_FLATNESS: Final = 0.35
 """How far the shirt bulges over its lower end, relative to its depth (ours)."""
 
@@ -76,55 +81,71 @@ def _cone(
 
 
 def _trunk(look: Look) -> list[Flesh]:
-    """Rib cage, belly, pelvis, seat and shoulder girdle; breadth is x, depth z."""
-    g, is_man = look.girth, look.sex == "man"
-    loose = 0.008 * look.clothes.looseness
-    belly = max(g - 1.0, 0.0)
+    """Rib cage, belly, pelvis, seat and shoulder girdle; breadth is x, depth z.
+
+    A loose shirt hangs from chest and shoulders, and hides the waist.
+    """
+    g, more, is_man = look.girth, look.proportions, look.sex == "man"
+    loose = look.clothes.looseness
+    belly = more.belly + 0.08 * max(g - 1.0, 0.0)
     # half depths, and how much broader than deep
-    chest, chest_flat = (0.066 if is_man else 0.061) * g + loose, 1.42
-    waist, waist_flat = (0.060 if is_man else 0.054) * g + loose, 1.32
-    hips, hips_flat = (0.068 if is_man else 0.070) * g + loose, 1.38
-    top = segment_offsets(look)[1]["clavicle"][1]  # shoulder girdle above the mid spine
+    chest, chest_flat = (0.066 if is_man else 0.061) * g + 0.009 * loose, 1.40 * more.shoulders
+    waist, waist_flat = (0.060 if is_man else 0.054) * g + 0.018 * loose, 1.32
+    hips, hips_flat = (0.066 if is_man else 0.068) * g, 1.38 * more.hips
+    hem = hips + 0.002 + 0.014 * loose
+    top = segment_offsets(look)["clavicle_l"][1]  # shoulder girdle above the mid spine
+    slope = -0.004 - more.shoulder_slope
     pieces = [
-        _cone("chest", (0.0, top - 0.062, 0.000), chest, (0.0, 0.030, 0.004), 0.93 * chest,
+        _cone("chest", (0.0, top - 0.062, 0.014), chest, (0.0, 0.030, 0.014), 0.93 * chest,
               SHIRT, (chest_flat, 1.0, 1.0)),
-        Flesh("chest", (0.0, 0.030, 0.004), 0.98 * waist, "abdomen", (0.0, 0.0, 0.006), waist,
+        Flesh("chest", (0.0, 0.030, 0.012), 0.98 * waist, "abdomen", (0.0, 0.0, 0.014), waist,
                (1.03 * waist_flat, 1.0, 1.0), SHIRT),
-        Flesh("abdomen", (0.0, 0.010, 0.004), waist, "pelvis", (0.0, 0.000, 0.002),
-               1.05 * hips, (hips_flat, HEM_FLATNESS, 1.0), SHIRT),
-        _cone("pelvis", (0.0, -0.008, 0.0), 0.97 * hips, (0.0, -0.022, 0.0), 0.95 * hips,
+        Flesh("abdomen", (0.0, 0.010, 0.012), waist, "pelvis", (0.0, -0.012 * loose, 0.004),
+               hem, (hips_flat, HEM_FLATNESS, 1.0), SHIRT),
+        _cone("pelvis", (0.0, -0.008, 0.002), 0.97 * hips, (0.0, -0.022, 0.002), 0.95 * hips,
               TROUSERS, (hips_flat, 0.5, 1.0)),
-        _ball("pelvis", (0.042, -0.024, -0.026), 0.050 * g + loose, TROUSERS, (1.0, 1.05, 0.95)),
-        # trapezius, from the neck to the shoulder, and the deltoid
-        Flesh("neck", (0.012, 0.000, 0.000), 0.030 * g, "clavicle_l",
-               (0.070, 0.004, -0.020), 0.028 * g + loose, ROUND, SHIRT),
-        Flesh("clavicle_l", (0.030, -0.024, -0.014), 0.040 * g + loose, "clavicle_l",
-               (0.082, -0.014, -0.022), 0.035 * g + loose, ROUND, SHIRT),
+        _ball("pelvis", (0.042 * more.hips, -0.024, -0.024), 0.050 * g, TROUSERS,
+              (1.0, 1.05, 0.95)),
+        # trapezius, from the neck to the shoulder, and the girdle below it
+        Flesh("neck", (0.012, 0.004, 0.002), 0.029 * g, "clavicle_l", (0.066, slope, -0.018),
+               0.028 * g + 0.004 * loose, ROUND, SHIRT),
+        Flesh("clavicle_l", (0.030, -0.024, -0.010), 0.040 * g + 0.004 * loose, "clavicle_l",
+               (0.080, -0.014, -0.018), 0.034 * g + 0.005 * loose, ROUND, SHIRT),
     ]  # fmt: skip
     if belly > 0.0:
         pieces.append(
-            _ball("abdomen", (0.0, 0.0, 0.012 + 0.08 * belly), 0.066 * g + loose, SHIRT,
-                  (1.15, 1.0, 0.85))
+            _ball("abdomen", (0.0, -0.004, 0.008 + belly), 0.066 * g + 0.008 * loose, SHIRT,
+                  (1.18, 1.05, 0.85))
         )  # fmt: skip
-    if not is_man:
+    if is_man:
         pieces.append(
-            _ball("chest", (0.034, top - 0.088, 0.030), 0.042 * g + 0.5 * loose, SHIRT,
+            _ball("chest", (0.036, top - 0.072, 0.040), (0.034 + 0.005 * more.muscle) * g, SHIRT,
+                  (1.25, 0.85, 0.9))
+        )  # fmt: skip
+    else:
+        pieces.append(
+            _ball("chest", (0.034, top - 0.088, 0.042), 0.041 * g + 0.004 * loose, SHIRT,
                   (1.0, 1.0, 0.92))
+        )  # fmt: skip
+    if look.clothes.has_hood:
+        pieces.append(
+            _cone("chest", (0.018, top + 0.026, -0.040), 0.030, (0.034, top + 0.022, 0.000),
+                  0.020, SHIRT)
         )  # fmt: skip
     return pieces
 
 
 def _head(look: Look) -> list[Flesh]:
     """Neck, skull, jaw, nose, eyes and hair, in a frame whose y is 0 at the head's joint."""
-    k, chin = head_share(look.stature_m), -CHIN_DROP_SHARE
+    k, chin = head_share(look), -CHIN_DROP_SHARE
     g = 0.6 + 0.4 * look.girth  # heads and necks vary less than bellies
     skull: Vector = (0.0, 0.66 * k + chin, -0.02 * k)
     pieces = [
-        Flesh("neck", (0.0, -0.012, 0.004), 0.036 * g, "head", (0.0, 0.0, 0.0), 0.031 * g, ROUND,
+        Flesh("neck", (0.0, -0.012, 0.012), 0.036 * g, "head", (0.0, 0.0, 0.0), 0.031 * g, ROUND,
                SKIN),
         _ball("head", skull, 0.34 * k, SKIN, (0.98, 1.0, 1.26)),
         _cone("head", (0.0, 0.52 * k + chin, 0.11 * k), 0.285 * k,
-              (0.0, 0.14 * k + chin, 0.20 * k), 0.15 * k, SKIN, (1.05, 1.0, 1.0)),
+              (0.0, 0.14 * k + chin, 0.20 * k), 0.15 * k * g, SKIN, (1.05, 1.0, 1.0)),
         _cone("head", (0.0, 0.55 * k + chin, 0.40 * k), 0.035 * k,
               (0.0, 0.38 * k + chin, 0.45 * k), 0.055 * k, SKIN),
         _ball("head", (0.13 * k, 0.53 * k + chin, 0.355 * k), 0.036 * k, EYES, (1.3, 0.8, 1.0)),
@@ -143,23 +164,27 @@ def _head(look: Look) -> list[Flesh]:
 def _arm(look: Look) -> list[Flesh]:
     """The left arm: deltoid, upper arm, forearm with its muscle, palm, fingers and thumb."""
     g = look.girth if look.sex == "man" else 0.92 * look.girth
-    clothes = look.clothes
-    loose = 0.007 * clothes.looseness
-    lower, cuff = (SHIRT, loose) if clothes.has_long_sleeves else (SKIN, 0.0)
+    clothes, strong = look.clothes, 0.002 * look.proportions.muscle
+    loose = 0.013 * clothes.looseness
+    lower, cuff = (SHIRT, 0.002 + loose) if clothes.has_long_sleeves else (SKIN, 0.0)
+    sleeve = 0.002 + loose
+    upper, fore = arm_shares(look)
+    top = segment_offsets(look)["clavicle_l"][1]
     return [
-        Flesh("chest", (0.058, 0.105, -0.006), 0.042 * g + loose, "upper_arm_l",
-               (-0.004, -0.050, 0.0), 0.026 * g + loose, ROUND, SHIRT),
-        _cone("upper_arm_l", (0.002, -0.004, 0.0), 0.035 * g + loose, (0.003, -0.060, 0.002),
-              0.031 * g + loose, SHIRT),
-        _cone("upper_arm_l", (0.003, -0.060, 0.002), 0.031 * g + loose, (0.0, -0.130, 0.002),
-              0.028 * g + loose, SHIRT),
-        _cone("upper_arm_l", (0.0, -0.130, 0.002), 0.027 * g + cuff, (0.0, -0.184, 0.0),
-              0.0235 * g + cuff, lower),
-        _cone("forearm_l", (0.0, 0.0, -0.001), 0.0245 * g + cuff, (0.002, -0.040, 0.002),
-              0.0265 * g + cuff, lower),
-        _cone("forearm_l", (0.002, -0.040, 0.002), 0.0265 * g + cuff, (0.0, -0.134, 0.0),
-              0.0165 * g + 1.2 * cuff, lower, (0.95, 1.0, 1.05)),
-        _cone("forearm_l", (0.0, -0.130, 0.0), 0.0160, (0.0, -0.146, 0.0), 0.0155, SKIN,
+        Flesh("chest", (0.058 * look.proportions.shoulders, top - 0.085, 0.004),
+               0.040 * g + 0.5 * sleeve, "upper_arm_l", (-0.004, -0.050, 0.0),
+               0.026 * g + sleeve, ROUND, SHIRT),
+        _cone("upper_arm_l", (0.002, -0.004, 0.0), 0.033 * g + strong + 0.5 * sleeve,
+              (0.003, -0.32 * upper, 0.002), 0.029 * g + strong + sleeve, SHIRT),
+        _cone("upper_arm_l", (0.003, -0.32 * upper, 0.002), 0.029 * g + strong + sleeve,
+              (0.0, -0.70 * upper, 0.002), 0.027 * g + 1.3 * sleeve, SHIRT, OPEN_END),
+        _cone("upper_arm_l", (0.0, -0.70 * upper, 0.002), 0.027 * g + cuff,
+              (0.0, -0.99 * upper, 0.0), 0.0235 * g + cuff, lower),
+        _cone("forearm_l", (0.0, 0.0, -0.001), 0.0245 * g + cuff, (0.002, -0.27 * fore, 0.002),
+              0.0250 * g + 0.6 * strong + cuff, lower),
+        _cone("forearm_l", (0.002, -0.27 * fore, 0.002), 0.0250 * g + 0.6 * strong + cuff,
+              (0.0, -0.92 * fore, 0.0), 0.0165 * g + 0.9 * cuff, lower, (0.95, 1.0, 1.05)),
+        _cone("forearm_l", (0.0, -0.89 * fore, 0.0), 0.0160, (0.0, -fore, 0.0), 0.0155, SKIN,
               (0.85, 1.0, 1.1)),
         _cone("hand_l", (0.0, -0.004, 0.0), 0.0170, (0.0, -0.045, 0.002), 0.0245, SKIN,
               (0.50, 1.0, 1.0)),
@@ -171,28 +196,81 @@ def _arm(look: Look) -> list[Flesh]:
 
 
 def _leg(look: Look) -> list[Flesh]:
-    """The left leg: thigh, knee, calf muscle, shin, heel, sole and toes."""
+    """The left leg: thigh, knee, calf muscle, shin, heel, sole and toes.
+
+    Wide trousers hang from the thigh: they are wider the lower they are.
+    """
     g = look.girth if look.sex == "man" else 1.03 * look.girth
-    clothes = look.clothes
-    loose = 0.010 * clothes.looseness
-    lower, wide = (TROUSERS, loose) if clothes.has_long_legs else (SKIN, 0.0)
-    ankle, sole = -(KNEE_SHARE - SOLE_SHARE), -SOLE_SHARE
+    clothes, strong = look.clothes, look.proportions.muscle
+    is_bare = clothes.skirt_share > 0.0
+    loose = 0.0 if is_bare else 0.001 + 0.012 * clothes.leg_looseness
+    upper = SKIN if is_bare else TROUSERS
+    lower, wide = (TROUSERS, loose) if clothes.has_long_legs and not is_bare else (SKIN, 0.0)
+    thigh, calf = hip_share(look) - knee_share(look), knee_share(look) - SOLE_SHARE
+    sole = -SOLE_SHARE
     return [
-        Flesh("pelvis", (0.044, -0.016, -0.002), 0.050 * g + loose, "thigh_l",
-               (0.003, -0.045, 0.000), 0.053 * g + loose, ROUND, TROUSERS),
-        _cone("thigh_l", (0.003, -0.045, 0.0), 0.053 * g + loose, (0.002, -0.165, 0.004),
-              0.041 * g + loose, TROUSERS),
-        _cone("thigh_l", (0.002, -0.165, 0.004), 0.041 * g + wide, (0.0, -0.243, 0.002),
-              0.034 * g + wide, lower),
-        _cone("calf_l", (0.0, 0.0, 0.002), 0.0345 * g + wide, (0.0, -0.060, -0.006),
-              0.0335 * g + wide, lower),
-        _cone("calf_l", (0.0, -0.060, -0.006), 0.0335 * g + wide, (0.0, -0.150, -0.004),
-              0.0250 * g + 1.2 * wide, lower),
-        _cone("calf_l", (0.0, -0.150, -0.004), 0.0250 * g + 1.2 * wide,
-              (0.0, ankle + 0.012, -0.004), 0.0205 + 1.4 * wide, lower),
+        Flesh("pelvis", (0.044 * look.proportions.hips, -0.016, 0.0), 0.050 * g + 0.5 * loose,
+               "thigh_l", (0.003, -0.18 * thigh, 0.000), 0.053 * g + 0.7 * loose, ROUND,
+               TROUSERS),
+        _cone("thigh_l", (0.003, -0.18 * thigh, 0.0), 0.053 * g + 0.7 * loose,
+              (0.002, -0.70 * thigh, 0.004), 0.041 * g + loose, upper, OPEN_END),
+        _ball("thigh_l", (0.004, -0.42 * thigh, 0.014), (0.034 + 0.003 * strong) * g + loose,
+              upper, (1.0, 2.0, 1.0)),
+        _cone("thigh_l", (0.002, -0.67 * thigh, 0.004), 0.041 * g + wide,
+              (0.0, -0.99 * thigh, 0.002), 0.034 * g + 1.1 * wide, lower),
+        _cone("calf_l", (0.0, 0.0, 0.002), 0.0345 * g + 1.1 * wide, (0.0, -0.24 * calf, -0.004),
+              0.0320 * g + 1.2 * wide, lower),
+        _ball("calf_l", (0.000, -0.25 * calf, -0.012), (0.025 + 0.002 * strong) * g + 1.1 * wide,
+              lower, (1.1, 2.0, 1.0)),
+        _cone("calf_l", (0.0, -0.24 * calf, -0.004), 0.0320 * g + 1.2 * wide,
+              (0.0, -0.61 * calf, -0.004), 0.0240 * g + 1.6 * wide, lower),
+        _cone("calf_l", (0.0, -0.61 * calf, -0.004), 0.0240 * g + 1.6 * wide,
+              (0.0, 0.014 - calf, -0.004), 0.0200 + 2.0 * wide, lower,
+              OPEN_END),
         _cone("foot_l", (0.0, 0.004, -0.002), 0.0210, (0.0, sole + 0.024, 0.022), 0.0230, SHOES),
         _cone("foot_l", (0.0, sole + 0.020, -0.018), 0.0200, (0.002, sole + 0.017, 0.070),
               0.0170, SHOES, (1.25, 1.0, 1.0)),
         _cone("foot_l", (0.002, sole + 0.017, 0.060), 0.0170, (0.002, sole + 0.012, 0.104),
               0.0120, SHOES, (1.65, 1.0, 1.0)),
     ]  # fmt: skip
+
+
+SKIRT_FLATNESS: Final = 0.08
+"""How far a skirt bulges over its hem, relative to its radius (ours)."""
+
+
+def _skirt(look: Look) -> list[Flesh]:
+    """A cone over each thigh, which carries it along; both together hide where the thighs are."""
+    length = look.clothes.skirt_share
+    if length == 0.0:
+        return []
+    wide = 0.058 * look.girth + 0.022 * (0.5 + look.clothes.leg_looseness)
+    hips = 0.064 * look.girth
+    return [
+        Flesh("pelvis", (0.022, 0.0, 0.002), hips, "thigh_l", (-0.012, -length, 0.004), wide,
+               (1.15, SKIRT_FLATNESS, 1.0), TROUSERS)
+    ]  # fmt: skip
+
+
+HAIR_FOLDS_M, SKIN_FOLDS_M, CLOTH_FOLDS_M, LOOSE_FOLDS_M = 0.004, 0.0015, 0.003, 0.012
+"""Greatest displacement of the surface: hair, skin, tight cloth, and what loose cloth adds to it
+(ours)."""
+
+
+def fold_amplitudes(look: Look) -> tuple[float, ...]:
+    """Greatest displacement of the surface of each of `MATERIALS`, metres."""
+    clothes = look.clothes
+    return (
+        SKIN_FOLDS_M,
+        HAIR_FOLDS_M,
+        CLOTH_FOLDS_M + LOOSE_FOLDS_M * clothes.looseness,
+        CLOTH_FOLDS_M + LOOSE_FOLDS_M * clothes.leg_looseness,
+        0.0,
+        0.0,
+    )
+
+
+def material_colors(look: Look) -> tuple[Rgb, ...]:
+    """Linear colour of each of `MATERIALS`."""
+    clothes = look.clothes
+    return (look.skin, look.hair, clothes.shirt, clothes.trousers, clothes.shoes, EYE_COLOR)

@@ -1,8 +1,8 @@
-"""Who people are: stature, build, skin, hair and clothes."""
+"""Who people are: stature, proportions, skin, hair and clothes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -10,11 +10,14 @@ import numpy as np
 from topview.records import InputError
 
 Sex = Literal["woman", "man"]
+Pattern = Literal["plain", "stripes", "checks"]
 Rgb = tuple[float, float, float]
 
 MEAN_STATURE_M: Final = 1.756
 """Of the men of Gordon et al. (1989), the reference of all girths in `topview.sim.flesh`."""
 LEAST_STATURE_M, GREATEST_STATURE_M = 1.0, 2.2
+CHILD_STATURE_M: Final = 1.42
+"""Whoever is smaller is called a child."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,17 +26,76 @@ class Clothes:
 
     Attributes:
         shirt, trousers, shoes: linear colours in 0..1.
-        looseness: 0 tight, 1 as loose as a hooded jumper and wide trousers.
+        looseness: of what covers the trunk and the arms: 0 tight, 1 a wide jumper.
+        leg_looseness: of what covers the legs: 0 tight, 1 wide trousers.
         has_long_sleeves: else they end above the elbow.
-        has_long_legs: else the trousers end above the knee.
+        has_long_legs: else the trousers end above the knee; under a skirt, the legs are bare.
+        skirt_share: length of a skirt below the hips as a share of stature, 0 for none; it has the
+            trousers' colour.
+        has_hood: lies on the shoulders behind the neck.
+        pattern: of the shirt.
     """
 
     shirt: Rgb
     trousers: Rgb
     shoes: Rgb
     looseness: float = 0.4
+    leg_looseness: float = 0.4
     has_long_sleeves: bool = True
     has_long_legs: bool = True
+    skirt_share: float = 0.0
+    has_hood: bool = False
+    pattern: Pattern = "plain"
+
+
+@dataclass(frozen=True, slots=True)
+class Proportions:
+    """How a body differs from the mean one of its stature and sex: all ones and zeros is the mean.
+
+    Attributes:
+        legs: height of the hips; the trunk takes what is left.
+        shins: knee height, on top of that.
+        arms, forearms: lengths; the forearms' on top of the arms'.
+        left_arm: length of the left arm, on top of that.
+        shoulders, hips: breadths of the skeleton.
+        head: length and breadth of the head.
+        shoulder_slope: by how much the shoulders hang lower, a share of stature.
+        neck_forward: by how much the neck leans forward, a share of stature.
+        belly: by how much the belly stands out, a share of stature.
+        muscle: size of muscles; 0 shows none.
+    """
+
+    legs: float = 1.0
+    shins: float = 1.0
+    arms: float = 1.0
+    forearms: float = 1.0
+    left_arm: float = 1.0
+    shoulders: float = 1.0
+    hips: float = 1.0
+    head: float = 1.0
+    shoulder_slope: float = 0.0
+    neck_forward: float = 0.0
+    belly: float = 0.0
+    muscle: float = 1.0
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> Proportions:
+        """Natural variation (`SPREADS`), within two standard deviations."""
+        drawn = {
+            name: getattr(AVERAGE, name) + spread * float(np.clip(rng.standard_normal(), -2.0, 2.0))
+            for name, spread in SPREADS.items()
+        }
+        return cls(**drawn)
+
+
+AVERAGE: Final = Proportions()
+SPREADS: Final[dict[str, float]] = {
+    "legs": 0.025, "shins": 0.025, "arms": 0.03, "forearms": 0.03, "left_arm": 0.004,
+    "shoulders": 0.045, "hips": 0.045, "head": 0.03, "shoulder_slope": 0.005,
+    "neck_forward": 0.005, "belly": 0.008, "muscle": 0.3,
+}  # fmt: skip
+"""Standard deviations of people's proportions (ours): lengths and breadths vary over stature by about
+as much as in Gordon et al. (1989)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +109,8 @@ class Look:
         skin, hair: linear colours in 0..1.
         has_long_hair: down to the shoulders.
         clothes: what the person wears.
+        proportions: how the body differs from others of its stature and sex.
+        folds_seed: of the small irregularities of skin and cloth; None for an even surface.
     """
 
     stature_m: float
@@ -56,6 +120,8 @@ class Look:
     hair: Rgb
     has_long_hair: bool
     clothes: Clothes
+    proportions: Proportions = AVERAGE
+    folds_seed: int | None = 0
 
     def __post_init__(self) -> None:
         if not LEAST_STATURE_M <= self.stature_m <= GREATEST_STATURE_M:
@@ -64,10 +130,22 @@ class Look:
                 f"it must be {LEAST_STATURE_M:g} to {GREATEST_STATURE_M:g} m"
             )
 
+    @property
+    def label(self) -> str:
+        """What tables call this body, such as "woman 1.62 m"."""
+        who = "child" if self.stature_m < CHILD_STATURE_M else self.sex
+        return f"{who} {self.stature_m:.2f} m"
+
+    def even(self) -> Look:
+        """The same person, mirror-symmetric, without folds."""
+        return replace(self, folds_seed=None, proportions=replace(self.proportions, left_arm=1.0))
+
 
 SKINS: Final[tuple[Rgb, ...]] = (
-    (0.78, 0.55, 0.43), (0.68, 0.44, 0.32), (0.50, 0.30, 0.20), (0.26, 0.14, 0.09),
+    (0.82, 0.60, 0.49), (0.74, 0.50, 0.37), (0.61, 0.38, 0.26), (0.42, 0.25, 0.16),
+    (0.25, 0.14, 0.09), (0.13, 0.07, 0.05),
 )  # fmt: skip
+"""Light to dark, evenly over the Fitzpatrick scale (ours)."""
 HAIRS: Final[tuple[Rgb, ...]] = (
     (0.02, 0.015, 0.012), (0.06, 0.03, 0.018), (0.20, 0.10, 0.04), (0.55, 0.38, 0.16),
     (0.35, 0.33, 0.31),
@@ -85,26 +163,39 @@ LEATHERS: Final[tuple[Rgb, ...]] = (
 
 
 def random_look(rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | None = None) -> Look:
-    """An adult of either sex; statures after Gordon et al. (1989), colours ours."""
+    """An adult of either sex; statures after Gordon et al. (1989), colours and clothes ours."""
     sex = sex or ("man" if rng.random() < 0.5 else "woman")
     mean, spread = (MEAN_STATURE_M, 0.067) if sex == "man" else (1.629, 0.064)
-
-    def pick(colors: tuple[Rgb, ...]) -> Rgb:
-        return colors[rng.integers(len(colors))]
-
     return Look(
         stature_m=float(np.clip(rng.normal(mean, spread), 1.45, 2.0)),
         sex=sex,
-        girth=float(np.clip(rng.normal(1.0, 0.08), 0.82, 1.3)),
-        skin=pick(SKINS),
-        hair=pick(HAIRS),
+        girth=float(np.clip(rng.normal(1.0, 0.1), 0.8, 1.3)),
+        skin=_pick(rng, SKINS),
+        hair=_pick(rng, HAIRS),
         has_long_hair=sex == "woman" and bool(rng.random() < 0.7),
-        clothes=Clothes(
-            shirt=shirt or pick(CLOTHS),
-            trousers=pick(DENIMS),
-            shoes=pick(LEATHERS),
-            looseness=float(rng.uniform(0.1, 1.0)),
-            has_long_sleeves=bool(rng.random() < 0.5),
-            has_long_legs=bool(rng.random() < 0.85),
-        ),
+        clothes=_random_clothes(rng, sex, shirt),
+        proportions=Proportions.drawn(rng),
+        folds_seed=int(rng.integers(2**31)),
     )
+
+
+def _random_clothes(rng: np.random.Generator, sex: Sex, shirt: Rgb | None) -> Clothes:
+    looseness, leg_looseness = rng.uniform(0.05, 1.0, 2)
+    wears_skirt = sex == "woman" and bool(rng.random() < 0.15)
+    patterns: tuple[Pattern, ...] = ("plain", "plain", "stripes", "checks")
+    return Clothes(
+        shirt=shirt or _pick(rng, CLOTHS),
+        trousers=_pick(rng, DENIMS),
+        shoes=_pick(rng, LEATHERS),
+        looseness=float(looseness),
+        leg_looseness=float(leg_looseness),
+        has_long_sleeves=bool(rng.random() < 0.6),
+        has_long_legs=bool(rng.random() < 0.85),
+        skirt_share=float(rng.uniform(0.16, 0.26)) if wears_skirt else 0.0,
+        has_hood=bool(looseness > 0.6 and rng.random() < 0.4),
+        pattern=patterns[rng.integers(len(patterns))],
+    )
+
+
+def _pick(rng: np.random.Generator, colors: tuple[Rgb, ...]) -> Rgb:
+    return colors[rng.integers(len(colors))]

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera.projection import pixel_rays
 from topview.records import Camera
 from topview.sim.bodies import Body
 from topview.sim.images import Rendering
@@ -20,6 +20,9 @@ from topview.sim.primitives import RayCaster, RoundCones, surface_normals
 from topview.sim.room import render_room
 from topview.sim.scene import Scene
 from topview.sim.skeleton import segment_poses
+
+Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +68,9 @@ def draw_people(
         background: the empty room.
         camera: intrinsics of all images.
     """
-    if not bodies:
-        return background
     flesh = [body.flesh(Ts) for body, Ts in zip(bodies, Ts_camera_segment, strict=True)]
+    if not flesh:
+        return background
     solids = _stacked(flesh)
     depth = background.depth_m.astype(np.float64)
     solid = np.full(depth.shape, -1, np.int32)
@@ -82,18 +85,73 @@ def draw_people(
         np.copyto(solid[window], n, where=is_nearer)
 
     rows, columns = np.nonzero(solid >= 0)
-    hit = solid[rows, columns]
-    people = np.concatenate([np.full(len(f), k + 1, np.uint8) for k, f in enumerate(flesh)])
+    pixels = rows, columns
+    hit = solid[pixels]
+    people = np.concatenate([np.full(len(f), k, np.uint8) for k, f in enumerate(flesh)])[hit]
+    rays = _rays(pixels, camera)
+    points = rays * depth[pixels][:, None]
+    normals = surface_normals(solids, hit, points)
+    depth = depth.astype(np.float32)
+    colors = np.concatenate([body.colors for body in bodies])[hit]
+    first = 0
+    for k, (body, Ts) in enumerate(zip(bodies, Ts_camera_segment, strict=True)):
+        own = np.nonzero(people == k)[0]
+        skin = _surface(body, Ts, hit[own] - first, points[own], normals[own])
+        first += len(flesh[k])
+        normals[own] = skin.normals
+        colors[own] *= skin.shades[:, None]
+        at = rows[own], columns[own]
+        facing = np.minimum((normals[own] * rays[own]).sum(-1), -LEAST_FACING)
+        depth[at] = np.minimum(depth[at] + skin.displacements / facing, background.depth_m[at])
+
     instance, part = background.instance.copy(), background.part.copy()
-    material, normals = background.material.copy(), background.normals.copy()
+    material, all_normals = background.material.copy(), background.normals.copy()
     albedo = background.albedo.copy()
-    instance[rows, columns] = people[hit]
-    part[rows, columns] = np.concatenate([body.parts for body in bodies])[hit]
-    material[rows, columns] = np.concatenate([body.materials for body in bodies])[hit]
-    albedo[rows, columns] = np.concatenate([body.colors for body in bodies])[hit]
-    points = pixel_rays(camera)[rows, columns] * depth[rows, columns, None]
-    normals[rows, columns] = surface_normals(solids, hit, points)
-    return Rendering(depth.astype(np.float32), instance, part, material, normals, albedo)
+    instance[pixels] = people + 1
+    part[pixels] = np.concatenate([body.parts for body in bodies])[hit]
+    material[pixels] = np.concatenate([body.materials for body in bodies])[hit]
+    albedo[pixels] = colors
+    all_normals[pixels] = normals
+    return Rendering(depth, instance, part, material, all_normals, albedo)
+
+
+LEAST_FACING: Final = 0.45
+"""Cosine between ray and normal below which a displaced surface moves no further along the ray
+(ours): at the outline, the ray would leave the surface."""
+
+
+def _rays(pixels: Pixels, camera: Camera) -> NDArray[np.float64]:
+    """[M, 3] rays of some pixels, z = 1."""
+    x = (pixels[1] - camera.cx) / camera.fx
+    y = (pixels[0] - camera.cy) / camera.fy
+    return np.stack([x, y, np.ones(len(x))], -1).astype(np.float64, copy=False)
+
+
+class _Surface(NamedTuple):
+    """[M] outward displacements in metres, [M, 3] normals, [M] shares of the colour."""
+
+    displacements: NDArray[np.floating]
+    normals: NDArray[np.floating]
+    shades: NDArray[np.floating]
+
+
+def _surface(
+    body: Body,
+    Ts_camera_segment: NDArray[np.float64],
+    piece: NDArray[np.int32],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+) -> _Surface:
+    """Folds and patterns at points [M, 3] on pieces [M] of a posed body."""
+    segments = body.start_segments[piece]
+    R = Ts_camera_segment[segments, :3, :3]
+    local = np.einsum("mji,mj->mi", R, points - Ts_camera_segment[segments, :3, 3])
+    places = (body.places_m[piece] + local).astype(np.float32)
+    amplitudes = body.fold_amplitudes_m[piece].astype(np.float32)
+    displacements, slopes = body.folds.at(places, amplitudes)
+    tilted = normals - np.einsum("mij,mj->mi", R, slopes)  # along the normal, they change nothing
+    tilted /= np.linalg.norm(tilted, axis=-1, keepdims=True)
+    return _Surface(displacements, tilted, body.pattern(piece, places))
 
 
 def _stacked(flesh: list[RoundCones]) -> RoundCones:
