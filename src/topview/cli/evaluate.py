@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,12 @@ from rich.console import Console
 
 from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED
-from topview.evaluate.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
+from topview.evaluate.datasets import (
+    EvaluatedRecording,
+    find_folder_recordings,
+    find_utd_mhad,
+    make_simulated,
+)
 from topview.evaluate.metrics import Offsets
 from topview.evaluate.report import print_report, write_json
 from topview.evaluate.run import run_evaluation
@@ -57,6 +63,30 @@ class EvaluateOptions:
 DEFAULT_OPTIONS = EvaluateOptions()
 
 
+@evaluate.command
+def simulated(
+    *scenes: str,
+    seeds: str = "1",
+    people: int | None = None,
+    frames: int | None = None,
+    size: str = "320x240",
+    options: EvaluateOptions = DEFAULT_OPTIONS,
+) -> int:
+    """Measure on scenes of the simulator, rendered while they are tracked.
+
+    Args:
+        scenes: all of them if none is named; sequences are named like pass_by_1.
+        seeds: of people, motions and noise, separated by commas.
+        people: how many; more than a scene asks for stand in the background.
+        frames: of each scene, at 30 a second.
+        size: of the images, width x height; all show the same.
+    """
+    made = make_simulated(
+        scenes, _numbers("--seeds", seeds), people, frames, _size(size), options.sequences
+    )
+    return _evaluate(made, "error against the simulator's truth", options)
+
+
 @evaluate.command(name="utd-mhad")
 def utd_mhad(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
     """Measure on UTD-MHAD.
@@ -85,6 +115,18 @@ def folder(*paths: Path, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
         "error against the recordings' own ground truth",
         options,
     )
+
+
+def _numbers(option: str, text: str) -> tuple[int, ...]:
+    if not re.fullmatch(r"\d+(,\d+)*", text):
+        raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
+    return tuple(int(number) for number in text.split(","))
+
+
+def _size(text: str) -> tuple[int, int]:
+    if not (match := re.fullmatch(r"(\d+)x(\d+)", text)):
+        raise InputError(f"--size is {text!r}; it must be width x height like 640x480")
+    return int(match[1]), int(match[2])
 
 
 def _evaluate(

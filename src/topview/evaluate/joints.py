@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINT_NAMES
+from topview.body import JOINT_NAMES, PART_NAMES
 from topview.records import InputError
 
 # Each reference name and the joint of ours that it is, or None for one that we do not have.
@@ -67,3 +67,10 @@ def select_joints(names: Sequence[str], source: str) -> tuple[tuple[str, ...], N
             f"each joint must be named once, at least one of {', '.join(JOINT_NAMES)}"
         )
     return joints, np.array(list(ours), np.int64)
+
+
+def our_part_name(name: str) -> str | None:
+    """Our name of a part whose side is told as `_l` or `_r`; None for hands and feet."""
+    sides = {"_l": "left_", "_r": "right_"}
+    ours = sides[name[-2:]] + name[:-2] if name[-2:] in sides else name
+    return ours if ours in PART_NAMES else None

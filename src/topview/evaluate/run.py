@@ -14,7 +14,7 @@ from typing import Generic, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from topview.evaluate.datasets import EvaluatedRecording
+from topview.evaluate.datasets import EvaluatedRecording, KnowsReference
 from topview.evaluate.metrics import (
     Evaluation,
     ReferenceSequence,
@@ -71,16 +71,24 @@ class Job:
         name = self.recording.name
         try:
             recording = self.recording.open()
-            reference = self.recording.reference()
-            _check_frame_count(recording, reference)
-            result = self.track(recording, self.settings)
-            if result.interrupted:
-                raise KeyboardInterrupt
+            if isinstance(recording, KnowsReference):
+                result = self._tracked(recording)
+                reference = recording.reference()
+            else:  # the reference first: it may be unreadable
+                reference = self.recording.reference()
+                _check_frame_count(recording, reference)
+                result = self._tracked(recording)
             errors = measure_sequence(result.skeletons, reference, name, result.seconds)
         except InputError as error:
             return Outcome(None, (f"{name}: {error}",))
         problems = tuple(f"{name}: {problem}" for problem in recording.problems)
         return Outcome(errors, problems)
+
+    def _tracked(self, recording: Recording) -> TrackingResult:
+        result = self.track(recording, self.settings)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        return result
 
 
 def run_evaluation(

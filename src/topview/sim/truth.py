@@ -204,7 +204,7 @@ def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
         joints=np.array([frame.joints for frame in frames], np.float32),
         ids=np.arange(1, len(actors) + 1, dtype=np.int64),
         stature=np.array([actor.body.look.stature_m for actor in actors], np.float32),
-        bodies=np.array([_body_label(actor.body) for actor in actors], np.str_),
+        bodies=np.array([actor.body.look.label for actor in actors], np.str_),
         actions=_actions(scene, len(frames)),
         present=np.any(shares["part_outside"] < 1.0, axis=-1),
         part_names=np.array(PART_NAMES),
@@ -223,10 +223,6 @@ def _shares(hidden: Hidden) -> dict[str, NDArray[np.float64]]:
         "outside": hidden.outside,
         "occ_by": hidden.by,
     }
-
-
-def _body_label(body: Body) -> str:
-    return f"{body.look.sex} {body.look.stature_m:.2f} m"
 
 
 def _actions(scene: Scene, frames: int) -> NDArray[np.str_]:

@@ -3,17 +3,22 @@
 A data set yields `EvaluatedRecording`s: small, picklable descriptions that a worker process opens.
 """
 
-from topview.evaluate.datasets.base import EvaluatedRecording, select_by_name
+from topview.evaluate.datasets.base import EvaluatedRecording, KnowsReference, select_by_name
 from topview.evaluate.datasets.folder import FolderRecording, find_folder_recordings
-from topview.evaluate.datasets.groundtruth import read_groundtruth
+from topview.evaluate.datasets.groundtruth import read_groundtruth, reference_from
+from topview.evaluate.datasets.simulated import SimulatedScene, make_simulated
 from topview.evaluate.datasets.utd_mhad import UtdMhadRecording, find_utd_mhad
 
 __all__ = [
     "EvaluatedRecording",
     "FolderRecording",
+    "KnowsReference",
+    "SimulatedScene",
     "UtdMhadRecording",
     "find_folder_recordings",
     "find_utd_mhad",
+    "make_simulated",
     "read_groundtruth",
+    "reference_from",
     "select_by_name",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from topview.evaluate.metrics import ReferenceSequence
 from topview.records import InputError, Recording
@@ -25,6 +25,13 @@ class EvaluatedRecording(Protocol):
     def reference(self) -> ReferenceSequence:
         """The reference skeletons. Raises InputError where they cannot be read."""
         ...
+
+
+@runtime_checkable
+class KnowsReference(Protocol):
+    """A recording that knows the reference of its frames once they were read."""
+
+    def reference(self) -> ReferenceSequence: ...
 
 
 AnyRecording = TypeVar("AnyRecording", bound=EvaluatedRecording)

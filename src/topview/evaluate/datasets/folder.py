@@ -30,7 +30,7 @@ class FolderRecording:
         return open_recording(self.path)
 
     def reference(self) -> ReferenceSequence:
-        return read_groundtruth(self.path / GROUNDTRUTH)
+        return read_groundtruth(self.path / GROUNDTRUTH, action=self.name)
 
 
 def find_folder_recordings(paths: Sequence[Path], pattern: str = "*") -> list[FolderRecording]:
