@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from topview.sim import SCENES, scene_by_name, write_scene
+from topview.sim.markers import SCENE_PREFIX, marker_scenes, write_marker_scenes
 
 
 def simulate(
@@ -21,7 +22,9 @@ def simulate(
 ) -> None:
     """Simulate people in a room before a Kinect-like camera.
 
-    Writes a recording in the folder layout that `topview track` reads, and its truth.
+    Writes a recording in the folder layout that `topview track` reads, and its truth. "markers" or
+    "markers:SCENE" is a scene whose first person wears colour markers, as front/ and rear/ see it,
+    for `topview annotate`; truth.npz is beside them.
 
     Args:
         scene: what happens: one of SCENE_NAMES.
@@ -30,11 +33,19 @@ def simulate(
         seed: of bodies, clothes, style of motion and sensor noise.
         frames: how many, at 30 a second; 120 if not given.
     """
-    made = scene_by_name(scene, seed=seed, frames=frames, people=people)
+    is_marked = scene.partition(":")[0] == SCENE_PREFIX
+    rear = None
+    if is_marked:
+        made, rear = marker_scenes(scene, seed=seed, frames=frames, people=people)
+    else:
+        made = scene_by_name(scene, seed=seed, frames=frames, people=people)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task(f"simulating {scene}", total=made.frames)
-        write_scene(made, out, on_frame=lambda _: progress.advance(task))
+        task = progress.add_task(f"simulating {scene}", total=made.frames * (2 if rear else 1))
+        if rear is None:
+            write_scene(made, out, on_frame=lambda _: progress.advance(task))
+        else:
+            write_marker_scenes(made, rear, out, on_frame=lambda _: progress.advance(task))
     print(f"{made.frames} frames with {len(made.actors)} people, written to {out}")
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from topview.records import Camera, InputError
 from topview.sim.bodies import Body
+from topview.sim.light import Light
 from topview.sim.looks import Rgb
 from topview.sim.motions import Performance
 
@@ -24,17 +25,31 @@ MAX_PEOPLE: Final = 6
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """Where the camera hangs: metres above the floor, and how far it looks down, radians."""
+    """Where the camera hangs and looks.
+
+    Attributes:
+        height_m: above the floor.
+        tilt_rad: how far it looks down.
+        heading_rad: how far it looks to the left of the room's y axis.
+        position_room: (x, y) metres.
+    """
 
     height_m: float = 1.2
     tilt_rad: float = radians(7)
+    heading_rad: float = 0.0
+    position_room: tuple[float, float] = (0.0, 0.0)
 
     def T_camera_room(self) -> NDArray[np.float64]:
         """[4, 4] room into camera frame."""
         c, s = cos(self.tilt_rad), sin(self.tilt_rad)
+        ch, sh = cos(self.heading_rad), sin(self.heading_rad)
         T = np.eye(4)
-        T[:3, :3] = [[1, 0, 0], [0, -s, -c], [0, c, -s]]
-        T[:3, 3] = T[:3, :3] @ (0.0, 0.0, -self.height_m)
+        T[:3, :3] = np.array([[1, 0, 0], [0, -s, -c], [0, c, -s]]) @ [
+            [ch, sh, 0],
+            [-sh, ch, 0],
+            [0, 0, 1],
+        ]
+        T[:3, 3] = T[:3, :3] @ (*(-np.array(self.position_room)), -self.height_m)
         return T
 
 
@@ -94,6 +109,7 @@ class Scene:
         camera, mount: the camera and where it hangs.
         room, furniture: what stands still.
         actors: the people; person k is the k-th, counted from 1.
+        light: how it changes.
     """
 
     name: str
@@ -105,6 +121,7 @@ class Scene:
     furniture: tuple[Furniture, ...]
     actors: tuple[Actor, ...]
     fps: float = 30.0
+    light: Light = Light()
 
     def __post_init__(self) -> None:
         if self.frames < 1:
