@@ -39,6 +39,12 @@ SCENE_PREFIX: Final = "markers"
 DEFAULT_SCENE: Final = "all_actions"
 
 
+REAR_MOUNT: Final = Mount(
+    height_m=2.3, tilt_rad=radians(24), heading_rad=pi, position_room=(0.25, 5.6)
+)
+"""Behind the person, raised, looking back at the front camera (ours)."""
+
+
 @dataclass(frozen=True, slots=True)
 class MarkerSetup:
     """Markers and the rear camera (ours).
@@ -53,9 +59,7 @@ class MarkerSetup:
     color: Rgb = (0.90, 0.01, 0.35)
     radius_m: float = 0.025
     wearers: int = 1
-    rear: Mount = Mount(
-        height_m=2.3, tilt_rad=radians(24), heading_rad=pi, position_room=(0.25, 5.6)
-    )
+    rear: Mount = REAR_MOUNT
 
 
 def marker_scenes(
