@@ -1,0 +1,178 @@
+"""Whether a blob is a face, a left or a right hand: recursive naive Bayes (Sec. 4.1.4).
+
+H. Baltzakis, M. Pateraki and P. Trahanias, Visual tracking of hands, faces and facial features of
+multiple persons (MVA 2012). Besides its five features, depth gives true sizes, and known heads
+give places relative to the person; and what is neither face nor hand has a class of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import InputError, read_only
+
+Vector = NDArray[np.float64]
+
+
+class Kind(IntEnum):
+    """What a blob may be; left and right are the person's own."""
+
+    FACE = 0
+    LEFT_HAND = 1
+    RIGHT_HAND = 2
+    OTHER = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A quantity with a 1D look-up table: `bins` of the same width from `low` to `high`; what is
+    beyond counts as being in the outermost bin."""
+
+    low: float
+    high: float
+    bins: int
+
+    def bin(self, value: float) -> int:
+        share = (value - self.low) / (self.high - self.low)
+        return min(max(int(share * self.bins), 0), self.bins - 1)
+
+
+FEATURES: Final[Mapping[str, Feature]] = MappingProxyType(
+    {
+        # Eq. 4.10. Periphery-to-area ratio, made free of scale: perimeter^2 / (4 pi area).
+        "complexity": Feature(0.5, 4.5, 16),
+        "vertical_mps": Feature(0.0, 3.0, 15),
+        "horizontal_mps": Feature(0.0, 3.0, 15),
+        "orientation_rad": Feature(-np.pi / 2, np.pi / 2, 12),
+        # The location, as shares of the image's width and height.
+        "image_x": Feature(0.0, 1.0, 16),
+        "image_y": Feature(0.0, 1.0, 16),
+        # Ours, from depth: length and breadth of the ellipse's half.
+        "major_m": Feature(0.0, 0.30, 20),
+        "minor_m": Feature(0.0, 0.15, 20),
+        # Ours, with a head of the person: metres to the image's right of it, and down from it.
+        "right_of_head_m": Feature(-1.0, 1.0, 20),
+        "below_head_m": Feature(-0.8, 1.2, 20),
+    }
+)
+THESIS_FEATURES: Final = (
+    "complexity",
+    "vertical_mps",
+    "horizontal_mps",
+    "orientation_rad",
+    "image_x",
+    "image_y",
+)
+
+Features = Mapping[str, float]
+
+DEFAULT_TABLES: Final = Path(__file__).parent / "data" / "faces_and_hands.npz"
+# Ours: what every bin of a table is taken to have been seen besides what was counted.
+LEAST_COUNT: Final = 2.0
+# Ours: a belief never falls below this, so that it can still be won back.
+LEAST_BELIEF: Final = 0.005
+# Ours: observations that are closer in time say nearly the same.
+NEW_EVIDENCE_S: Final = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeliefTables:
+    """P(feature | kind), one table each, and P(kind) of a new blob.
+
+    Attributes:
+        prior: [4] of the kinds.
+        tables: by the feature's name, [4, bins]; rows sum to one.
+        trained_on: in words.
+    """
+
+    prior: Vector
+    tables: Mapping[str, Vector]
+    trained_on: str
+
+    def __post_init__(self) -> None:
+        for name, table in (("prior", self.prior[None]), *self.tables.items()):
+            shape = (1, len(Kind)) if name == "prior" else (len(Kind), FEATURES[name].bins)
+            if table.shape != shape or not np.allclose(table.sum(1), 1.0, atol=1e-4):
+                raise InputError(
+                    f"table of {name} is {table.shape}; it must be {shape} with rows of sum 1"
+                )
+            read_only(table)
+
+    def likelihood(self, features: Features) -> Vector:
+        """[4] P(O | kind), the product over the features that are known (Eq. 4.10)."""
+        likelihood = np.ones(len(Kind))
+        for name, value in features.items():
+            table = self.tables.get(name)
+            if table is not None:
+                likelihood = likelihood * table[:, FEATURES[name].bin(value)]
+        return likelihood
+
+    def updated(self, belief: Vector | None, features: Features, elapsed_s: float) -> Vector:
+        """[4] B_t of B_{t-1} and an observation (Eq. 4.9); they sum to one.
+
+        An observation weighs as much as it is new: at 30 frames a second, consecutive ones are
+        far from independent.
+        """
+        if belief is None:
+            posterior = self.prior * self.likelihood(features)
+        else:
+            weight = min(elapsed_s / NEW_EVIDENCE_S, 1.0)
+            posterior = belief * self.likelihood(features) ** weight
+        posterior = np.maximum(posterior / max(float(posterior.sum()), 1e-300), LEAST_BELIEF)
+        return posterior / posterior.sum()
+
+    def only(self, names: Sequence[str]) -> BeliefTables:
+        """With these features alone."""
+        tables = {name: table for name, table in self.tables.items() if name in names}
+        return BeliefTables(self.prior.copy(), tables, self.trained_on)
+
+    @classmethod
+    def learn(
+        cls, observations: Sequence[Features], kinds: Sequence[Kind], trained_on: str
+    ) -> BeliefTables:
+        """Count labelled observations."""
+        prior = np.full(len(Kind), LEAST_COUNT)
+        np.add.at(prior, list(kinds), 1.0)
+        tables = {}
+        for name, feature in FEATURES.items():
+            table = np.full((len(Kind), feature.bins), LEAST_COUNT)
+            for features, kind in zip(observations, kinds, strict=True):
+                if name in features:
+                    table[kind, feature.bin(features[name])] += 1.0
+            tables[name] = table / table.sum(axis=1, keepdims=True)
+        return cls(prior / prior.sum(), tables, trained_on)
+
+    @classmethod
+    def load(cls, path: Path = DEFAULT_TABLES) -> BeliefTables:
+        """Read what `topview train-hands` wrote.
+
+        Raises:
+            InputError: no such file, or it holds something else.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                tables = {name: file[name].astype(np.float64) for name in FEATURES}
+                prior, trained_on = file["prior"].astype(np.float64), str(file["trained_on"])
+        except FileNotFoundError as error:
+            raise InputError(f"{path}: no such file; `topview train-hands` writes one") from error
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(
+                f"{path}: holds no tables of hands; it must be written by `topview train-hands`"
+            ) from error
+        return cls(prior, tables, trained_on)
+
+    def save(self, path: Path) -> None:
+        """Write a small .npz."""
+        arrays: dict[str, Any] = {
+            name: table.astype(np.float32) for name, table in self.tables.items()
+        }
+        arrays["prior"] = self.prior.astype(np.float32)
+        np.savez_compressed(path, **arrays, trained_on=np.array(self.trained_on))

@@ -1,0 +1,263 @@
+"""Faces and hands in colour images, frame after frame (Sec. 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import pi
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.background import BackgroundMixtures, BackgroundSettings
+from topview.detect.beliefs import BeliefTables, Features, Kind
+from topview.detect.blobs import Blob, BlobSettings, BlobTracker
+from topview.detect.ellipses import Ellipse
+from topview.detect.heads import CENTER_BEHIND_SURFACE_M
+from topview.detect.seeing import ColorView, Light
+from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
+from topview.records import Frame
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Ours: what is further from a head is not that person's: an arm's length and half the shoulders'
+# breadth (Table 3.1, of 1.9 m).
+REACH_M: Final = 1.0
+# Ours: only what is this surely a face or a hand teaches what skin looks like today.
+TEACHING_BELIEF: Final = 0.7
+# Ours: of a blob that shares more of its pixels than this with others, the form says nothing.
+CONFUSED_OVERLAP: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkinBlob:
+    """A face, a hand, or something else that has the colour of skin.
+
+    Attributes:
+        id: lasts while the blob does, counted from 1.
+        belief: [4] of the `Kind`s, sums to one.
+        ellipse: in the full image.
+        surface_camera: [3] metres, the middle of what is seen of it; None if its depth is not
+            known.
+        ends_camera: [2, 3] metres, the ends of its major axis on the surface; an arm's blob ends
+            in the hand. None if its depth is not known.
+        major_m, minor_m: true semi-axes, 0 if not known.
+        is_seen: skin supports it in this frame, else it is predicted.
+        skin_probability: mean P(s|c) of its region.
+        features: what the belief was updated with in this frame; empty where it was not.
+    """
+
+    id: int
+    belief: Vector
+    ellipse: Ellipse
+    surface_camera: Vector | None
+    ends_camera: Vector | None
+    major_m: float
+    minor_m: float
+    is_seen: bool
+    skin_probability: float
+    features: Features
+
+    @property
+    def kind(self) -> Kind:
+        """What it most likely is."""
+        return Kind(int(np.argmax(self.belief)))
+
+    @property
+    def head_camera(self) -> Vector | None:
+        """[3] the centre of the head, if it is a face of known depth."""
+        if self.kind != Kind.FACE or self.surface_camera is None:
+            return None
+        distance_m = float(np.linalg.norm(self.surface_camera))
+        return self.surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / distance_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """What the colours of a frame tell.
+
+    Attributes:
+        light: whether they tell anything; where it is not usable, there are no blobs.
+        blobs: faces, hands and others.
+        stride: full pixels per pixel of the masks.
+        is_foreground: [h, w] before the room, or not known to be the room.
+        skin: [h, w] P(s|c) in 1/255, in the foreground.
+        is_skin: [h, w] regions of skin.
+        light_changed: a lamp was switched, say; the room is being learnt anew.
+    """
+
+    light: Light
+    blobs: tuple[SkinBlob, ...] = ()
+    stride: int = 1
+    is_foreground: Mask | None = None
+    skin: NDArray[np.uint8] | None = None
+    is_skin: Mask | None = None
+    light_changed: bool = False
+
+    def most_likely(self, kind: Kind, least_belief: float = 0.5) -> list[SkinBlob]:
+        """The blobs of a kind, most likely first."""
+        found = [blob for blob in self.blobs if blob.belief[kind] >= least_belief]
+        return sorted(found, key=lambda blob: -float(blob.belief[kind]))
+
+
+@dataclass(frozen=True, slots=True)
+class FacesAndHandsSettings:
+    """How faces and hands are found by their colour."""
+
+    background: BackgroundSettings = field(default_factory=BackgroundSettings)
+    skin: SkinSettings = field(default_factory=SkinSettings)
+    blobs: BlobSettings = field(default_factory=BlobSettings)
+
+
+class FacesAndHands:
+    """Finds faces and hands in one frame after the other.
+
+    `update` looks at a frame; `learn_room` is told, once people are found in it, where they are.
+    Without that nothing is ever background, and skin is sought in the whole image.
+    """
+
+    def __init__(
+        self,
+        settings: FacesAndHandsSettings | None = None,
+        histograms: SkinHistograms | None = None,
+        tables: BeliefTables | None = None,
+    ) -> None:
+        self.settings = settings or FacesAndHandsSettings()
+        self._room = BackgroundMixtures(self.settings.background)
+        self._skin = SkinColor(histograms, self.settings.skin)
+        self._tables = tables or BeliefTables.load()
+        self._tracker = BlobTracker(self.settings.blobs)
+        self._beliefs: dict[int, Vector] = {}
+        self._features: dict[int, Features] = {}
+        self._last_s = 0.0
+        self._view: ColorView | None = None
+
+    def update(
+        self,
+        frame: Frame,
+        heads_camera: Sequence[Vector] = (),
+        is_candidate: Mask | None = None,
+    ) -> Sight:
+        """What the next frame's colours tell.
+
+        Args:
+            frame: maybe without colour.
+            heads_camera: [3] each, centres of heads that are known (from depth, say): they tell
+                whose hand is where.
+            is_candidate: [H, W] of the full image, where skin may be at all; everywhere if None.
+        """
+        self._view = view = ColorView.from_frame(frame)
+        if view is None or view.light != Light.USABLE:
+            return Sight(Light.ABSENT if view is None else view.light)
+        is_foreground = self._room.foreground(view)
+        where = is_foreground
+        if is_candidate is not None:
+            height, width = view.depth_m.shape
+            stride = view.stride
+            where = where & is_candidate[::stride, ::stride][:height, :width]
+        probability = self._skin.probability(view, where)
+        regions, is_skin = skin_regions(view, probability, self.settings.skin)
+        blobs = self._tracker.update(view, regions)
+        self._believe(view, blobs, heads_camera)
+        self._teach(view, blobs, where)
+        return Sight(
+            view.light,
+            tuple(self._described(view, blob) for blob in blobs),
+            view.stride,
+            is_foreground,
+            probability,
+            is_skin,
+            self._room.light_changed,
+        )
+
+    def learn_room(self, is_somebodys: Mask) -> None:
+        """Learn the room from the frame that was looked at last, where it is nobody's ([H, W])."""
+        view = self._view
+        if view is None or view.light != Light.USABLE:
+            return
+        height, width = view.depth_m.shape
+        stride = view.stride
+        self._room.learn(view, is_somebodys[::stride, ::stride][:height, :width])
+
+    def _believe(
+        self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Vector]
+    ) -> None:
+        now_s = view.frame.timestamp_s
+        elapsed_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
+        beliefs, self._features = {}, {}
+        for blob in blobs:
+            belief = self._beliefs.get(blob.id)
+            if belief is None or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP):
+                features = self._features[blob.id] = features_of(view, blob, heads_camera)
+                belief = self._tables.updated(belief, features, elapsed_s)
+            beliefs[blob.id] = belief
+        self._beliefs = beliefs
+
+    def _teach(self, view: ColorView, blobs: Sequence[Blob], where: Mask) -> None:
+        """Adapt the colour of skin to what is surely a face or a hand (Eq. 4.2)."""
+        is_sure = np.zeros(where.shape, np.bool_)
+        for blob in blobs:
+            sure = 1.0 - self._beliefs[blob.id][Kind.OTHER]
+            if blob.region is not None and sure >= TEACHING_BELIEF:
+                columns, rows = blob.region.pixels.astype(np.intp).T
+                is_sure[rows, columns] = True
+        self._skin.adapt(view, is_sure, where)
+
+    def _described(self, view: ColorView, blob: Blob) -> SkinBlob:
+        metres_per_px = blob.depth_m / view.camera.fx
+        surface = ends = None
+        if blob.depth_m > 0.0:
+            places = np.vstack([blob.ellipse.center, blob.ellipse.ends])
+            points = view.points_camera(places, np.full(3, blob.depth_m))
+            surface, ends = points[0], points[1:]
+        return SkinBlob(
+            id=blob.id,
+            belief=self._beliefs[blob.id],
+            ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
+            surface_camera=surface,
+            ends_camera=ends,
+            major_m=blob.ellipse.major * metres_per_px,
+            minor_m=blob.ellipse.minor * metres_per_px,
+            is_seen=blob.region is not None,
+            skin_probability=0.0 if blob.region is None else blob.region.probability,
+            features=self._features.get(blob.id, {}),
+        )
+
+
+def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Vector] = ()) -> Features:
+    """The observation O_t of a blob (Sec. 4.1.4), and what depth adds where it is known."""
+    camera, ellipse = view.camera, blob.ellipse
+    depth_m = blob.depth_m
+    metres_per_px = (depth_m or BlobSettings().usual_depth_m) / camera.fx
+    speed_mps = np.abs(blob.velocity_px_s) * metres_per_px
+    features = {
+        "complexity": _complexity(blob),
+        "horizontal_mps": float(speed_mps[0]),
+        "vertical_mps": float(speed_mps[1]),
+        "orientation_rad": ellipse.angle,
+        "image_x": ellipse.x / camera.width,
+        "image_y": ellipse.y / camera.height,
+    }
+    if depth_m > 0.0:
+        features["major_m"] = ellipse.major * metres_per_px
+        features["minor_m"] = ellipse.minor * metres_per_px
+        center = view.points_camera(ellipse.center, np.array(depth_m))
+        offsets = [center - head for head in heads_camera]
+        nearest = min(offsets, key=lambda offset: float(offset @ offset), default=None)
+        if nearest is not None and np.linalg.norm(nearest) < REACH_M:
+            features["right_of_head_m"], features["below_head_m"] = nearest[:2].tolist()
+    return features
+
+
+def _complexity(blob: Blob) -> float:
+    """Perimeter^2 / (4 pi area) of a blob's pixels, 1 for a disc."""
+    columns, rows = np.rint(blob.pixels).astype(np.intp).T
+    left, top = int(columns.min()), int(rows.min())
+    mask = np.zeros((int(rows.max()) - top + 3, int(columns.max()) - left + 3), np.uint8)
+    mask[rows - top + 1, columns - left + 1] = 1
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    perimeter = sum(cv2.arcLength(contour, True) for contour in contours)
+    return float(perimeter * perimeter / (4.0 * pi * max(len(blob.pixels), 1)))

@@ -1,0 +1,242 @@
+"""Skin by its colour: Bayes in the U-V plane, adapted on-line (Sec. 4.1.1 and 4.1.2)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.seeing import ColorView
+from topview.records import InputError, read_only
+
+Mask = NDArray[np.bool_]
+Counts = NDArray[np.float64]
+
+SHIFT: Final = 2
+BINS: Final = 256 >> SHIFT
+"""Of U and of V each: four levels share a bin, about the noise of a colour camera (ours)."""
+SMOOTHING_BINS: Final = 0.7
+"""Standard deviation with which neighbouring bins are mixed (ours)."""
+UNSEEN: Final = 1e-6
+"""Share of all pixels that every colour is taken to have besides what was counted (ours): what
+was never seen is no skin."""
+DARK_LEVEL: Final = 18
+"""Y below which a pixel has no colour to speak of (ours)."""
+LEAST_READ: Final = 0.1
+"""Share of a region's pixels that must have a reading, for its depth to be known (ours)."""
+
+DEFAULT_SKIN: Final = Path(__file__).parent / "data" / "skin.npz"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkinHistograms:
+    """What skin, and everything, looks like in the U-V plane.
+
+    Attributes:
+        skin: [BINS, BINS] share of all pixels that are skin and of this (U, V): P(s) P(c|s).
+        all: [BINS, BINS] share of all pixels of this (U, V): P(c).
+        trained_on: in words.
+    """
+
+    skin: Counts
+    all: Counts
+    trained_on: str
+
+    def __post_init__(self) -> None:
+        for name in ("skin", "all"):
+            array = getattr(self, name)
+            if array.shape != (BINS, BINS) or not np.isfinite(array).all() or (array < 0).any():
+                raise InputError(
+                    f"skin histogram {name} is {array.shape}; "
+                    f"it must be {(BINS, BINS)} shares of 0 or more"
+                )
+            read_only(array)
+
+    @property
+    def probability(self) -> Counts:
+        """[BINS, BINS] P(s|c) = P(s) P(c|s) / P(c) (Eq. 4.1)."""
+        return _smooth(self.skin) / (_smooth(self.all) + UNSEEN)
+
+    @classmethod
+    def load(cls, path: Path = DEFAULT_SKIN) -> SkinHistograms:
+        """Read what `topview train-skin` wrote.
+
+        Raises:
+            InputError: no such file, or it holds something else.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                skin, all_, trained_on = file["skin"], file["all"], str(file["trained_on"])
+        except FileNotFoundError as error:
+            raise InputError(f"{path}: no such file; `topview train-skin` writes one") from error
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(
+                f"{path}: is no skin histogram; it must be written by `topview train-skin`"
+            ) from error
+        return cls(skin.astype(np.float64), all_.astype(np.float64), trained_on)
+
+    def save(self, path: Path) -> None:
+        """Write a small .npz."""
+        np.savez_compressed(
+            path,
+            skin=self.skin.astype(np.float32),
+            all=self.all.astype(np.float32),
+            trained_on=np.array(self.trained_on),
+        )
+
+
+def _smooth(counts: Counts) -> Counts:
+    return np.asarray(cv2.GaussianBlur(counts, (0, 0), SMOOTHING_BINS), np.float64)
+
+
+def color_bins(yuv: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """[...] flat index into the U-V plane of [..., 3] colours."""
+    u = (yuv[..., 1] >> SHIFT).astype(np.uint16)
+    u *= BINS
+    u += yuv[..., 2] >> SHIFT
+    return u
+
+
+def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
+    """[BINS, BINS] how many of the pixels `where` have each colour."""
+    counts = np.bincount(color_bins(yuv[where]), minlength=BINS * BINS)
+    return counts.reshape(BINS, BINS).astype(np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class SkinSettings:
+    """How skin is told; ours where not said.
+
+    Attributes:
+        seed_probability: T_max, from which a pixel starts a blob.
+        growth_probability: T_min, from which it joins one that it touches.
+        gamma: influence of the training against the last frames (Eq. 4.2; A. Argyros and
+            M. Lourakis, ECCV 2004).
+        window_frames: w, how many last frames there are (same; theirs are 5).
+        least_pixels: smaller blobs are noise.
+        least_area_m2: of a blob whose depth is known: half a child's fist, seen edge on.
+        greatest_area_m2: the same: a bare arm with its hand, or a bare chest, but no wall.
+        least_pixels_learnt: of skin in the window, from which it says something.
+    """
+
+    seed_probability: float = 0.5
+    growth_probability: float = 0.2
+    gamma: float = 0.8
+    window_frames: int = 5
+    least_pixels: int = 12
+    least_area_m2: float = 0.0008
+    greatest_area_m2: float = 0.15
+    least_pixels_learnt: int = 100
+
+
+class SkinColor:
+    """P(s|c) of pixels: as trained, and as the last frames were (Eq. 4.2)."""
+
+    def __init__(
+        self, histograms: SkinHistograms | None = None, settings: SkinSettings | None = None
+    ) -> None:
+        self.settings = settings or SkinSettings()
+        self._trained = (histograms or SkinHistograms.load()).probability
+        self._window: deque[tuple[Counts, Counts]] = deque(maxlen=self.settings.window_frames)
+        self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8).ravel()
+
+    def probability(self, view: ColorView, where: Mask) -> NDArray[np.uint8]:
+        """[h, w] P(s|c) in 1/255, 0 outside of `where` and where it is too dark for colour."""
+        probability = self._table[color_bins(view.yuv)]
+        probability[~where] = 0
+        probability[view.yuv[..., 0] < DARK_LEVEL] = 0
+        return probability
+
+    def adapt(self, view: ColorView, is_skin: Mask, where: Mask) -> None:
+        """Learn from a frame's detections among the pixels `where` (Eq. 4.2).
+
+        A colour that was not in view lately keeps its trained probability.
+        """
+        self._window.append((count_colors(view.yuv, is_skin), count_colors(view.yuv, where)))
+        skin = np.sum([counts for counts, _ in self._window], axis=0)
+        seen = np.sum([counts for _, counts in self._window], axis=0)
+        mixed = self._trained
+        if skin.sum() >= self.settings.least_pixels_learnt:
+            gamma = self.settings.gamma
+            # The trained probability weighs as much as one pixel per bin, against chance.
+            recent = (_smooth(skin) + self._trained) / (_smooth(seen) + 1.0)
+            mixed = gamma * self._trained + (1.0 - gamma) * np.minimum(recent, 1.0)
+        self._table = np.asarray(np.rint(255.0 * mixed), np.uint8).ravel()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkinRegion:
+    """A connected patch of skin.
+
+    Attributes:
+        pixels: [N, 2] (x, y) in the small image.
+        depth_m: median of its readings, 0 if it has none.
+        area_m2: its true size, 0 if its depth is not known.
+        probability: mean P(s|c) of its pixels.
+    """
+
+    pixels: NDArray[np.float32]
+    depth_m: float
+    area_m2: float
+    probability: float
+
+
+def skin_regions(
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+) -> tuple[list[SkinRegion], Mask]:
+    """Skin by hysteresis and size (Sec. 4.1.2), and [h, w] where it is.
+
+    Connected pixels above T_min, at least one of them above T_max, of a believable size. What is
+    too large, as skin before something wooden is, is sought again above T_max alone.
+    """
+    is_skin = np.zeros(probability.shape, np.bool_)
+    levels = probability
+    regions: list[SkinRegion] = []
+    for least in (settings.growth_probability, settings.seed_probability):
+        is_too_large = np.zeros(probability.shape, np.bool_)
+        for region in _connected(view, levels, 255.0 * least, settings):
+            columns, rows = region.pixels.astype(np.intp).T
+            if region.area_m2 > settings.greatest_area_m2:
+                is_too_large[rows, columns] = True
+            else:
+                regions.append(region)
+                is_skin[rows, columns] = True
+        if not is_too_large.any():
+            break
+        levels = np.where(is_too_large, probability, 0)
+    return regions, is_skin
+
+
+def _connected(
+    view: ColorView, probability: NDArray[np.uint8], least: float, settings: SkinSettings
+) -> Iterator[SkinRegion]:
+    """Connected pixels above `least` with a seed among them, that are not too small."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (probability > least).view(np.uint8), connectivity=8
+    )
+    labels = np.asarray(labels, np.int32)
+    m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
+    for label in range(1, count):
+        left, top, width, height, area = np.asarray(stats)[label].tolist()
+        if area < settings.least_pixels:
+            continue
+        window = slice(top, top + height), slice(left, left + width)
+        is_region = labels[window] == label
+        levels = probability[window][is_region]
+        if levels.max() <= 255.0 * settings.seed_probability:
+            continue
+        depths = view.depth_m[window][is_region]
+        depths = depths[depths > 0.0]
+        depth_m = float(np.median(depths)) if len(depths) >= LEAST_READ * area else 0.0
+        area_m2 = area * depth_m * depth_m * m2_per_px_at_1_m
+        if 0.0 < area_m2 < settings.least_area_m2:
+            continue
+        rows, columns = np.nonzero(is_region)
+        pixels = np.stack([columns + left, rows + top], axis=1).astype(np.float32)
+        yield SkinRegion(pixels, depth_m, area_m2, float(levels.mean()) / 255.0)

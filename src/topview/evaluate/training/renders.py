@@ -1,0 +1,68 @@
+"""Renders of people with labelled skin: what the default histograms are learnt from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from topview.evaluate.training.skin import NOT_SKIN, SKIN, UNKNOWN, LabelledImage
+from topview.evaluate.training.tones import SKIN_TONES, in_other_light, random_tone
+from topview.records import Frame
+from topview.sim import SimulatedRecording, scene_by_name
+from topview.sim.bodies import build_body
+from topview.sim.flesh import SKIN as SKIN_MATERIAL
+from topview.sim.looks import CLOTHS, DENIMS, Rgb
+from topview.sim.render import Renderer
+from topview.sim.scene import Actor
+
+# Ours: of the simulated room, every so many pixels count as what is no skin, so that people and
+# their clothes count for as much as the room.
+ROOM_STRIDE: Final = 6
+SCENES: Final = ("wave", "raise_arms", "reach", "box")
+FRAMES: Final = 60
+# Ours: how much the colours of cloth and walls vary about the simulator's, as a logarithm.
+DYE_SPREAD: Final = 0.25
+
+
+def simulated_skin(
+    per_tone: int, seed: int = 0, tones: Sequence[str] = tuple(SKIN_TONES)
+) -> Iterator[LabelledImage]:
+    """Renders of people of each tone, in random clothes, rooms and light."""
+    for t, tone in enumerate(tones):
+        for n in range(per_tone):
+            yield _render(tone, np.random.default_rng((seed, t, n)))
+
+
+def _render(tone: str, rng: np.random.Generator) -> LabelledImage:
+    scene = scene_by_name(
+        SCENES[rng.integers(len(SCENES))], seed=int(rng.integers(2**31)), frames=FRAMES
+    )
+    actors = tuple(_recolored(actor, random_tone(tone, rng), rng) for actor in scene.actors)
+    room = replace(scene.room, walls=_dyed(scene.room.walls, rng), floor=_dyed(CLOTHS[3], rng))
+    scene = replace(scene, actors=actors, room=room)
+    index = int(rng.integers(FRAMES))
+    made = SimulatedRecording(scene).simulate(index)
+    truth = Renderer(scene).draw(index).rendering
+    label = np.full(truth.material.shape, UNKNOWN, np.uint8)
+    label[::ROOM_STRIDE, ::ROOM_STRIDE] = NOT_SKIN
+    label[made.mask > 0] = NOT_SKIN
+    label[truth.material == SKIN_MATERIAL] = SKIN
+    rgb = in_other_light(made.color, rng)
+    depth_m = made.depth_mm.astype(np.float32) / np.float32(1000.0)
+    return LabelledImage(rgb, label, tone, Frame(0, 0.0, depth_m, scene.camera, rgb), made.mask > 0)
+
+
+def _recolored(actor: Actor, skin: Rgb, rng: np.random.Generator) -> Actor:
+    look = actor.body.look
+    cloths = [*CLOTHS, *DENIMS]
+    shirt, trousers = (_dyed(cloths[rng.integers(len(cloths))], rng) for _ in range(2))
+    clothes = replace(look.clothes, shirt=shirt, trousers=trousers)
+    return replace(actor, body=build_body(replace(look, skin=skin, clothes=clothes)))
+
+
+def _dyed(color: Rgb, rng: np.random.Generator) -> Rgb:
+    red, green, blue = np.clip(color * np.exp(rng.normal(0.0, DYE_SPREAD, 3)), 0.0, 1.0).tolist()
+    return red, green, blue
