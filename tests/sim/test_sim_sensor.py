@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from topview.camera.projection import pixel_rays
 from topview.records import Camera, Recording
 from topview.sim import SimulatedRecording, scene_by_name
 from topview.sim.flesh import HAIR, SHIRT
+from topview.sim.noise import NoiseField, noise_generator
 from topview.sim.render import Renderer
-from topview.sim.sensor import KINECT_V1, noise_generator, projector_shadow, sense_depth
+from topview.sim.sensor import KINECT_V1, DepthCamera, projector_shadow
 
 CAMERA = Camera(fx=262.5, fy=262.5, cx=159.5, cy=119.5, width=320, height=240)
-RAYS = pixel_rays(CAMERA)
 
 
 def wall(depth_m: float) -> np.ndarray:
@@ -23,8 +22,8 @@ def wall(depth_m: float) -> np.ndarray:
 
 
 def sensed(render_plain, depth_m: np.ndarray) -> np.ndarray:
-    rng = noise_generator(0, 0)
-    return sense_depth(render_plain(depth_m), RAYS, CAMERA, rng).astype(np.float64) / 1000.0
+    depth_mm = DepthCamera(CAMERA, 0).sense(render_plain(depth_m), noise_generator(0, 0))
+    return depth_mm.astype(np.float64) / 1000.0
 
 
 @pytest.mark.parametrize("depth_m", [1.0, 2.0, 3.5, 5.0])
@@ -44,6 +43,34 @@ def test_depth_comes_in_steps(render_plain, depth_m: float) -> None:
     levels = np.unique(sensed(render_plain, wall(depth_m)))
     levels = levels[levels > 0.0]
     np.testing.assert_allclose(np.diff(levels), 2.85e-3 * levels[1:] * levels[:-1], atol=1.1e-3)
+
+
+def test_neighbours_err_alike_as_far_as_the_matching_window_reaches() -> None:
+    rng = np.random.default_rng(1)
+    noise = NoiseField((480, 640), 9, rng).draw(rng)
+    assert noise.std() == pytest.approx(1.0, abs=0.03)
+    for apart in (1, 3, 6, 9, 14):
+        alike = (noise[:, apart:] * noise[:, :-apart]).mean()
+        assert alike == pytest.approx(max(1.0 - apart / 9.0, 0.0), abs=0.05)
+
+
+def test_most_of_a_still_walls_error_stays(render_plain) -> None:
+    camera, plain = DepthCamera(CAMERA, 3), render_plain(wall(2.6))
+    seen = np.stack([camera.sense(plain, noise_generator(3, f)) for f in range(12)]) / 1000.0
+    steps = 1.0 / (2.85e-3 * seen[:, (seen > 0.0).all(0)])
+    passing, all_in_all = steps.std(0).mean(), steps.std()
+    # a Kinect v1 before a wall at 2.6 m: 0.3 of 0.7 to 0.8 steps
+    assert 0.2 < passing < 0.4
+    assert 0.5 < all_in_all < 0.8
+
+
+def test_what_is_narrower_than_half_of_the_window_is_not_seen(render_plain) -> None:
+    depth = wall(3.0)
+    depth[:, 100:101] = 2.0
+    depth[:, 200:206] = 2.0
+    seen = sensed(render_plain, depth)[120]
+    assert (seen[95:106][seen[95:106] > 0.0] > 2.8).all()
+    assert (np.abs(seen[198:208] - 2.0) < 0.1).sum() >= 3
 
 
 @pytest.mark.parametrize("depth_m", [0.3, 9.0, np.inf])
@@ -72,7 +99,8 @@ def test_grazing_surfaces_lose_their_readings(render_plain) -> None:
     plain = render_plain(wall(2.0))
     normals = np.zeros_like(plain.normals)
     normals[..., 1], normals[..., 2] = -1.0, -0.02  # nearly along the rays of the middle rows
-    read = sense_depth(replace(plain, normals=normals), RAYS, CAMERA, noise_generator(0, 0)) > 0
+    grazing = replace(plain, normals=normals)
+    read = DepthCamera(CAMERA, 0).sense(grazing, noise_generator(0, 0)) > 0
     assert read[118:122].mean() < 0.02
     assert read[-5:].mean() > read[150:155].mean()
 
@@ -82,9 +110,8 @@ def test_dark_hair_loses_more_readings_than_cloth() -> None:
     is_hair, is_shirt = rendering.material == HAIR, rendering.material == SHIRT
     albedo = np.where(is_hair[..., None], np.float32(0.02), rendering.albedo)
     dark = replace(rendering, albedo=albedo)
-    lost = np.mean(
-        [sense_depth(dark, RAYS, CAMERA, noise_generator(0, f)) == 0 for f in range(5)], axis=0
-    )
+    camera = DepthCamera(CAMERA, 0)
+    lost = np.mean([camera.sense(dark, noise_generator(0, f)) == 0 for f in range(5)], axis=0)
     assert lost[is_hair].mean() > 2 * lost[is_shirt].mean()
 
 
@@ -99,7 +126,7 @@ def test_same_seed_same_images_other_seed_other_images() -> None:
         np.testing.assert_array_equal(a.depth_m, b.depth_m)
         np.testing.assert_array_equal(a.color, b.color)
         assert (a.depth_m != c.depth_m).mean() > 0.3
-    assert (first[0].depth_m != first[1].depth_m).mean() > 0.3
+    assert (first[0].depth_m != first[1].depth_m).mean() > 0.15
 
 
 def test_a_frame_does_not_depend_on_those_before() -> None:

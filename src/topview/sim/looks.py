@@ -94,7 +94,7 @@ SPREADS: Final[dict[str, float]] = {
     "shoulders": 0.045, "hips": 0.045, "head": 0.03, "shoulder_slope": 0.005,
     "neck_forward": 0.005, "belly": 0.008, "muscle": 0.3,
 }  # fmt: skip
-"""Standard deviations of people's proportions (ours): lengths and breadths vary over stature by about
+"""Standard deviations of people's proportions (ours): lengths and breadths over stature vary about
 as much as in Gordon et al. (1989)."""
 
 

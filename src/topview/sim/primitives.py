@@ -66,7 +66,7 @@ class _Cones(NamedTuple):
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    return (a * b).sum(-1)
+    return np.einsum("...i,...i->...", a, b)
 
 
 def _balls(
@@ -166,7 +166,7 @@ def surface_normals(
         on_start[:, None], from_start, np.where(on_end[:, None], from_start - axis, cone)
     )
     normals = np.einsum("mij,mi->mj", maps[index], local)
-    return normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    return normals / np.sqrt(_dot(normals, normals))[:, None]
 
 
 def image_windows(solids: RoundCones, camera: Camera) -> list[Window]:

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera.projection import pixel_rays
 from topview.records import Camera, Frame
 from topview.sim.bodies import JOINT_NAMES
-from topview.sim.colour import shade
+from topview.sim.colour import ColorCamera
 from topview.sim.images import FURNITURE, ROOM
+from topview.sim.noise import noise_generator
 from topview.sim.render import Renderer
 from topview.sim.scene import Scene
-from topview.sim.sensor import KINECT_V1, Sensor, noise_generator, sense_depth
+from topview.sim.sensor import KINECT_V1, DepthCamera, Sensor
 from topview.sim.truth import FrameTruth, frame_truth
 
 _ANKLES = [JOINT_NAMES.index(name) for name in ("ankle_l", "ankle_r")]
@@ -51,7 +51,14 @@ class SimulatedRecording:
         self.scene = scene
         self.sensor = sensor
         self._renderer = Renderer(scene)
-        self._rays = pixel_rays(scene.camera)
+        self._depth_camera = DepthCamera(scene.camera, scene.seed, sensor)
+        self._color_camera = ColorCamera(
+            self._renderer.background,
+            scene.camera,
+            scene.mount.T_camera_room()[:3, :3],
+            scene.seed,
+            sensor.color_baseline_m,
+        )
 
     def __len__(self) -> int:
         return self.scene.frames
@@ -74,12 +81,12 @@ class SimulatedRecording:
         rendering = drawing.rendering
         bodies = [actor.body for actor in scene.actors]
         truth = frame_truth(bodies, drawing.Ts_camera_segment, rendering, scene.camera)
-        R_camera_room = scene.mount.T_camera_room()[:3, :3]
         feet = 0.5 * (truth.joints[:, _ANKLES] + truth.joints[:, _BALLS]).reshape(-1, 3)
+        levels = scene.light.levels(index / scene.fps)
         return SimulatedFrame(
             index=index,
-            depth_mm=sense_depth(rendering, self._rays, scene.camera, rng, self.sensor),
-            color=shade(rendering, self._rays, R_camera_room, feet, rng),
+            depth_mm=self._depth_camera.sense(rendering, rng),
+            color=self._color_camera.picture(rendering, feet, levels, rng),
             mask=np.where(rendering.instance == FURNITURE, ROOM, rendering.instance),
             truth=truth,
         )

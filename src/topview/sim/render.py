@@ -101,7 +101,7 @@ def draw_people(
         normals[own] = skin.normals
         colors[own] *= skin.shades[:, None]
         at = rows[own], columns[own]
-        facing = np.minimum((normals[own] * rays[own]).sum(-1), -LEAST_FACING)
+        facing = np.minimum(np.einsum("mi,mi->m", normals[own], rays[own]), -LEAST_FACING)
         depth[at] = np.minimum(depth[at] + skin.displacements / facing, background.depth_m[at])
 
     instance, part = background.instance.copy(), background.part.copy()
@@ -150,7 +150,7 @@ def _surface(
     amplitudes = body.fold_amplitudes_m[piece].astype(np.float32)
     displacements, slopes = body.folds.at(places, amplitudes)
     tilted = normals - np.einsum("mij,mj->mi", R, slopes)  # along the normal, they change nothing
-    tilted /= np.linalg.norm(tilted, axis=-1, keepdims=True)
+    tilted /= np.sqrt(np.einsum("mi,mi->m", tilted, tilted))[:, None]
     return _Surface(displacements, tilted, body.pattern(piece, places))
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from topview.records import Camera, InputError
 from topview.sim.bodies import Body
+from topview.sim.light import STEADY, Light
 from topview.sim.looks import Rgb
 from topview.sim.motions import Performance
 
@@ -108,6 +109,7 @@ class Scene:
         camera, mount: the camera and where it hangs.
         room, furniture: what stands still.
         actors: the people; person k is the k-th, counted from 1.
+        light: how it changes.
     """
 
     name: str
@@ -119,6 +121,7 @@ class Scene:
     furniture: tuple[Furniture, ...]
     actors: tuple[Actor, ...]
     fps: float = 30.0
+    light: Light = STEADY
 
     def __post_init__(self) -> None:
         if self.frames < 1:

@@ -1,0 +1,61 @@
+"""The light in a room over time, as a colour camera with automatic exposure renders it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, pi, sin
+from typing import Final, NamedTuple
+
+AMBIENT: Final = 0.36
+"""Share of the light that comes from everywhere; the rest comes from the lamp (ours)."""
+LAMP_ON_AVERAGE: Final = 0.6
+"""Share of the lamp's light that an average surface in view receives (ours)."""
+EXPOSURE_S: Final = 0.4
+"""Time constant of the automatic exposure (ours)."""
+GREATEST_GAIN: Final = 1.8
+"""How much brighter the automatic exposure can make a dark room (ours)."""
+
+
+class Levels(NamedTuple):
+    """Brightness of the light from everywhere and from the lamp; a lit room has 1 in all."""
+
+    ambient: float
+    lamp: float
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """How the light changes.
+
+    Attributes:
+        switches_s: moments at which the lamp is switched; it is on before the first.
+        drift: greatest relative change of the daylight, which comes and goes slowly.
+        drift_period_s: of that.
+    """
+
+    switches_s: tuple[float, ...] = ()
+    drift: float = 0.0
+    drift_period_s: float = 9.0
+
+    def levels(self, time_s: float) -> Levels:
+        """What the camera's image shows of the light at a moment, its exposure included."""
+        is_on, gain, since_s = True, 1.0, 0.0
+        for switch_s in sorted(self.switches_s):
+            if switch_s > time_s:
+                break
+            gain = _exposed(gain, is_on, switch_s - since_s)
+            is_on, since_s = not is_on, switch_s
+        gain = _exposed(gain, is_on, time_s - since_s)
+        daylight = 1.0 + self.drift * sin(2.0 * pi * time_s / self.drift_period_s)
+        return Levels(gain * AMBIENT * daylight, gain * (1.0 - AMBIENT) * is_on)
+
+
+STEADY: Final = Light()
+"""A lamp that stays on."""
+
+
+def _exposed(gain: float, is_on: bool, duration_s: float) -> float:
+    """The gain after the lamp has been on or off for a while."""
+    received = AMBIENT + (1.0 - AMBIENT) * LAMP_ON_AVERAGE
+    wanted = 1.0 if is_on else min(received / AMBIENT, GREATEST_GAIN)
+    return wanted + (gain - wanted) * exp(-duration_s / EXPOSURE_S)
