@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from math import isfinite
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from topview.evaluate import tables
 from topview.evaluate.metrics import (
+    ALL,
+    BODY_HALVES,
+    CAUSES,
+    DIRECTION_GROUPS,
+    PART_GROUPS,
+    RELATIVE_ANGLE_GROUPS,
+    Calibration,
     Comparison,
     Evaluation,
     Offsets,
-    SequenceSummary,
-    Statistic,
     Summary,
+    hidden_split,
     summarise,
 )
-from topview.evaluate.metrics.summary import ALL
+from topview.evaluate.metrics.splits import ACTION, BODY, HIDDEN_FROM, UNHIDDEN
 from topview.io.writers import write_atomically
 
 OFFSET_MEANING: dict[Offsets, str] = {
     "set": "one constant offset per joint for the whole set",
     "person": "one constant offset per joint for each person of each recording",
 }
+SHARES: Final = (UNHIDDEN, *map(hidden_split, HIDDEN_FROM))
+BY_PERSON: Final = hidden_split(HIDDEN_FROM[0], CAUSES[0])
+
+ByName = Mapping[str, Comparison]
+BySplit = Mapping[str, ByName]
 
 
 def print_report(
@@ -36,33 +46,30 @@ def print_report(
     title: str = "error against the reference",
     offsets: Offsets = "set",
     per_sequence: bool = False,
+    detail: bool = False,
 ) -> Summary:
     """Print the tables, and return the numbers in them."""
     summary = summarise(evaluation, offsets)
-    print_summary(summary, console, title, per_sequence)
+    print_summary(summary, console, title, per_sequence, detail)
     return summary
 
 
 def print_summary(
-    summary: Summary, console: Console, title: str, per_sequence: bool = False
+    summary: Summary,
+    console: Console,
+    title: str,
+    per_sequence: bool = False,
+    detail: bool = False,
 ) -> None:
-    """Print the tables of numbers that are there already."""
+    """Print the tables of numbers that are there already; `detail`: every one of them."""
     console.print(f"\n[bold]{title}[/bold]")
     console.print(f"offset out: {OFFSET_MEANING[summary.offsets]}, in the frame of its part")
-    console.print(_error_table("distance of each joint, cm", "joint", "cm", summary.joints_cm[ALL]))
-    console.print(
-        _error_table("angle of each part's axis, degrees", "part", "°", summary.axes_deg[ALL])
-    )
-    for title_, tables, unit in (
-        ("distance by what another person hides, cm", summary.joints_cm, "cm"),
-        ("axis angle by what another person hides, degrees", summary.axes_deg, "°"),
-    ):
-        in_all = {occlusion: table[ALL] for occlusion, table in tables.items()}
-        if any(comparison.raw.count for name, comparison in in_all.items() if name != ALL):
-            console.print(_error_table(title_, "hidden share", unit, in_all))
-    console.print(_people_table(summary))
+    for table in (*_main_tables(summary, detail), *(_detail_tables(summary) if detail else ())):
+        console.print(table)
+    console.print(tables.people_table(summary))
+    console.print(_confidence_line(summary.calibration))
     if per_sequence:
-        console.print(_sequence_table(summary.sequences))
+        console.print(tables.sequence_table(summary.sequences))
 
 
 def write_json(
@@ -77,94 +84,89 @@ def write_json(
     write_atomically(path, msgspec.json.format(msgspec.json.encode(report), indent=2) + b"\n")
 
 
-def _error_table(title: str, what: str, unit: str, rows: Mapping[str, Comparison]) -> Table:
-    table = _table(title, what)
-    for variant in ("", "offset out\n"):
-        for column in (f"{variant}mean", "std", f"≤ 10 {unit}"):
-            table.add_column(column, justify="right")
-    table.add_column("count", justify="right")
-    for name, comparison in rows.items():
-        table.add_row(
-            name,
-            *_cells(comparison.raw),
-            *_cells(comparison.offset_out),
-            str(comparison.raw.count),
-            style="bold" if name == ALL else None,
-        )
-    return table
-
-
-def _people_table(summary: Summary) -> Table:
-    people = summary.people
-    table = _table("people", "in all")
-    table.add_column("", justify="right")
-    rows: dict[str, str] = {
-        "frames evaluated": str(people.frames),
-        "frames not read": str(people.frames_unread),
-        "people present, summed over frames": str(people.person_frames),
-        "of them missed": f"{people.missed} ({_percent(1 - summary.recall)})",
-        "false people, summed over frames": str(people.false_person_frames),
-        "false people": str(people.false_people),
-        "id swaps": str(people.id_swaps),
-        "frames lost (nobody found)": str(people.frames_lost),
-        "frames per second (tracker alone)": _number(summary.frames_per_second),
-    }
-    for name, value in rows.items():
-        table.add_row(name, value)
-    return table
-
-
-def _sequence_table(sequences: Sequence[SequenceSummary]) -> Table:
-    """Worst first: by mean distance with the offsets out, those without anybody found on top."""
-    table = _table("per sequence, worst first", "sequence", gap=0)
-    for column in (
-        *("mean\ncm", "offset\nout", "≤ 10\ncm", "axes\n°"),
-        *("missed", "false", "swaps", "lost", "fps"),
-    ):
-        table.add_column(column, justify="right")
-    for sequence in sorted(sequences, key=_badness, reverse=True):
-        people = sequence.people
-        table.add_row(
-            sequence.name,
-            _number(sequence.joints.raw.mean),
-            _number(sequence.joints.offset_out.mean),
-            _percent(sequence.joints.offset_out.within_10, digits=0),
-            _number(sequence.axes.raw.mean),
-            *map(str, (people.missed, people.false_person_frames)),
-            *map(str, (people.id_swaps, people.frames_lost)),
-            _number(sequence.frames_per_second, digits=0),
-        )
-    return table
-
-
-def _badness(sequence: SequenceSummary) -> float:
-    mean_cm = sequence.joints.offset_out.mean
-    return mean_cm if isfinite(mean_cm) else float("inf")
-
-
-def _table(title: str, first_column: str, gap: int = 1) -> Table:
-    """An empty table; `gap`: by how much its columns stand further apart than one space."""
-    table = Table(
-        title=f"\n{title}",
-        title_justify="left",
-        title_style="bold",
-        header_style="",
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        padding=(0, gap, 0, 0),
+def _main_tables(summary: Summary, detail: bool) -> Iterator[Table]:
+    yield tables.error_table("distance of each joint, cm", "joint", "cm", summary.joints_cm[ALL])
+    yield tables.error_table("angles, degrees", "angle", "°", _angle_rows(summary))
+    yield from _occlusion_table("distance by what hides the joint", "cm", summary.joints_cm, detail)
+    within = summary.within_10_cm
+    yield tables.within_table(
+        within if detail else {name: within[name] for name in (*BODY_HALVES, ALL)}
     )
-    table.add_column(first_column, no_wrap=True)
-    return table
 
 
-def _cells(statistic: Statistic) -> tuple[str, str, str]:
-    return _number(statistic.mean), _number(statistic.std), _percent(statistic.within_10)
+def _detail_tables(summary: Summary) -> Iterator[Table]:
+    directions = summary.directions_deg
+    yield from _occlusion_table("bone directions by what hides the bone", "°", directions, True)
+    for of, by_split, groups in (
+        ("relative angles", summary.relative_angles_deg, RELATIVE_ANGLE_GROUPS),
+        ("bone directions", directions, DIRECTION_GROUPS | PART_GROUPS),
+    ):
+        for split in (ALL, BY_PERSON):
+            rows = {name: by_split[split][name] for name in groups}
+            if by_split[split][ALL].raw.count:
+                yield tables.error_table(f"{of}, {split}, degrees", "of", "°", rows)
+    for title, by_split in (
+        ("angle of each part's axis, degrees", summary.axes_deg),
+        ("rotation of each part, degrees", summary.orientations_deg),
+    ):
+        if by_split:
+            yield tables.error_table(title, "part", "°", by_split[ALL])
+    for what, prefix in (("action", ACTION), ("body", BODY)):
+        yield from _label_table(f"distance by {what}", what, prefix, "cm", summary.joints_cm)
+        yield from _label_table(f"bone directions by {what}", what, prefix, "°", directions)
+    found = {
+        _hidden_by(split): found
+        for split, found in summary.found.items()
+        if found.count and not split.startswith((ACTION, BODY))
+    }
+    if len(found) > 1:
+        yield tables.found_table(found)
+    yield tables.reliability_table(summary.calibration)
+    if summary.calibration.told_states:
+        yield tables.state_table(summary.calibration)
 
 
-def _number(value: float, digits: int = 1) -> str:
-    return f"{value:.{digits}f}" if isfinite(value) else "–"
+def _occlusion_table(title: str, unit: str, by_split: BySplit, detail: bool) -> Iterator[Table]:
+    """By how much is hidden and by each cause, where anything is known to be hidden or not."""
+    shares = HIDDEN_FROM if detail else HIDDEN_FROM[:1]
+    causes = [hidden_split(share, cause) for cause in CAUSES for share in shares]
+    named = [*SHARES, *(split for split in causes if by_split[split][ALL].raw.count)]
+    if any(by_split[split][ALL].raw.count for split in named):
+        rows = {_hidden_by(split): by_split[split][ALL] for split in (ALL, *named)}
+        yield tables.error_table(f"{title}, {unit}", "hidden by", unit, rows)
 
 
-def _percent(share: float, digits: int = 1) -> str:
-    return f"{share:.{digits}%}" if isfinite(share) else "–"
+def _label_table(
+    title: str, what: str, prefix: str, unit: str, by_split: BySplit
+) -> Iterator[Table]:
+    rows = {
+        split.removeprefix(prefix): table[ALL]
+        for split, table in by_split.items()
+        if split.startswith(prefix)
+    }
+    if rows:
+        yield tables.error_table(f"{title}, {unit}", what, unit, rows)
+
+
+def _angle_rows(summary: Summary) -> dict[str, Comparison]:
+    """The rows of Table 6.4 in both readings, and all part axes."""
+    relative, directions = summary.relative_angles_deg[ALL], summary.directions_deg[ALL]
+    return {
+        **{f"{name}, relative": relative[name] for name in RELATIVE_ANGLE_GROUPS},
+        **{f"{name}, bones": directions[name] for name in DIRECTION_GROUPS},
+        "axes of all parts": summary.axes_deg[ALL][ALL],
+    }
+
+
+def _hidden_by(split: str) -> str:
+    return split.removeprefix("hidden by ")
+
+
+def _confidence_line(calibration: Calibration) -> str:
+    overall = calibration.overall
+    return (
+        f"\nconfidence of joints: {tables.percent(overall.confidence)} stated, "
+        f"{tables.percent(overall.holds)} within 10 cm; expected calibration error "
+        f"{tables.number(calibration.expected_error, 3)}, Brier score "
+        f"{tables.number(calibration.brier, 3)}"
+    )

@@ -22,7 +22,12 @@ from topview.evaluate.metrics.angles import (
     relative_angle_errors,
 )
 from topview.evaluate.metrics.calibration import Calibration, Reliability, calibrate, true_states
-from topview.evaluate.metrics.depth_benchmarks import WithinLimit, average_precision, benchmark
+from topview.evaluate.metrics.depth_benchmarks import (
+    BODY_HALVES,
+    WithinLimit,
+    average_precision,
+    benchmark,
+)
 from topview.evaluate.metrics.errors import Errors, Offsets, Pool, pool, position_errors
 from topview.evaluate.metrics.matching import (
     GATE_M,
@@ -47,6 +52,7 @@ from topview.evaluate.metrics.tracking import TrackingCounts, TrackingScores, sc
 
 __all__ = [
     "ALL",
+    "BODY_HALVES",
     "BONES",
     "CAUSES",
     "DIRECTIONS",

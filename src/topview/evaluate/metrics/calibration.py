@@ -19,6 +19,7 @@ from topview.evaluate.metrics.statistics import WITHIN
 from topview.records import JOINT_STATE_NAMES, JointState
 
 BINS: Final = 10
+ROUNDING: Final = 1e-6  # confidences are told in single precision: 0.9 belongs to the last bin
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ def calibrate(pool: Pool, where: NDArray[np.bool_] | None = None) -> Calibration
     holds = distance_cm[is_told] <= WITHIN
     confidence = pool.samples.joint_confidence[is_told]
     state = pool.samples.joint_state[is_told]
-    bin_of = np.minimum((confidence * BINS).astype(int), BINS - 1)
+    bin_of = np.minimum(((confidence + ROUNDING) * BINS).astype(int), BINS - 1)
     bins = tuple(_reliability(confidence, holds, bin_of == b) for b in range(BINS))
     true_state = true_states(pool.samples.hidden[is_told])
     by_true = {s: true_state == s for s in JointState if s != JointState.ABSENT}

@@ -33,7 +33,7 @@ BODY_HALVES: Final[dict[str, tuple[str, ...]]] = {
         f"{side}_{j}" for side in ("left", "right") for j in ("hip", "knee", "ankle")
     ),
 }
-"""The rows of Haque et al., Table 2; the torso counts in neither."""
+"""The halves of Haque et al.; torso and pelvis count in neither."""
 
 
 @dataclass(frozen=True, slots=True)

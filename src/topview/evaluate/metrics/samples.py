@@ -26,7 +26,8 @@ from topview.evaluate.metrics.reference import ReferenceSequence
 from topview.evaluate.metrics.tracking import TrackingCounts, count_tracking
 from topview.records import InputError, SkeletonSequence, read_only
 
-CAUSES: Final = ("another person", "oneself", "an object", "out of view")
+OUT_OF_VIEW: Final = "out of view"
+CAUSES: Final = ("another person", "oneself", "an object", OUT_OF_VIEW)
 """What may hide a joint."""
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.evaluate.metrics.errors import Errors, Pool, total_share
-from topview.evaluate.metrics.samples import CAUSES
+from topview.evaluate.metrics.samples import CAUSES, OUT_OF_VIEW
 
 ALL: Final = "all"
 UNHIDDEN: Final = "unhidden"
@@ -19,8 +19,9 @@ BODY: Final = "body: "
 
 
 def hidden_split(share: float, cause: str = "") -> str:
-    """The name of the split that `share` 0..1 or more is hidden, by anything or by the cause."""
-    return f"hidden by {cause} ≥ {share:.0%}" if cause else f"hidden ≥ {share:.0%}"
+    """The name of the split of which `share` 0..1 or more is hidden, by anything or by a cause."""
+    what = {"": "hidden", OUT_OF_VIEW: OUT_OF_VIEW}.get(cause, f"hidden by {cause}")
+    return f"{what} ≥ {share:.0%}"
 
 
 def splits(pool: Pool, errors: Errors) -> dict[str, NDArray[np.bool_]]:
