@@ -101,7 +101,8 @@ class PeopleFinder:
         known = {user.id: user for user in self._known if user.confidence_now == 0.0}
         for person in tracked:
             user = known.get(person.id)
-            seen = (person.joint_state == JointState.VISIBLE).mean()
+            given = person.joint_state[person.joint_state != JointState.ABSENT]
+            seen = (given == JointState.VISIBLE).mean()
             if user is None or seen < KNOWING_SHARE:
                 continue
             head_camera = person.joints_camera[HEAD_JOINT]

@@ -135,8 +135,14 @@ def split_users(
 def bone_distance(
     points_camera: NDArray[np.float64], joints_camera: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[N] metres from [N, 3] points to the nearest of a body's bones (`topview.body.JOINTS`)."""
-    bones = [(joint.bone_to, end) for end, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+    """[N] metres from [N, 3] points to the nearest of a body's bones (`topview.body.JOINTS`);
+    none end at joints that are absent, NaN."""
+    is_given = np.isfinite(joints_camera).all(1)
+    bones = [
+        (joint.bone_to, end)
+        for end, joint in enumerate(JOINTS)
+        if joint.bone_to >= 0 and is_given[joint.bone_to] and is_given[end]
+    ]
     starts, ends = (joints_camera[list(indices)] for indices in zip(*bones, strict=True))
     along = ends - starts
     offset = points_camera[:, None] - starts

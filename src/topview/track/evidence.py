@@ -18,6 +18,17 @@ CAMERA_UP = np.array([0.0, -1.0, 0.0])
 MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
 
 
+Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HandCandidate:
+    """A palm as a detector sees it: [3] metres on the skin, and its confidence in 0..1."""
+
+    palm_camera: NDArray[np.float64]
+    confidence: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
     """A user in one frame; images are at the working resolution.
@@ -33,6 +44,8 @@ class Evidence:
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
+        hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where not asked for.
+        hands: where detectors that see colour take the hands to be, whosesoever they are.
     """
 
     view: DepthView
@@ -46,6 +59,8 @@ class Evidence:
     head_camera: NDArray[np.float64]
     head_is_seen: bool
     floor: NDArray[np.float64]
+    hidden_share: float = 0.0
+    hands: tuple[HandCandidate, ...] = ()
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -110,3 +125,9 @@ def nearest_pixels(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
     index_of = np.zeros(labels.max() + 1, np.int32)
     index_of[labels.ravel()[pixels]] = pixels
     return index_of[labels]
+
+
+def columns(points_camera: NDArray[np.float64]) -> Columns:
+    """[N, 3] to x, y and z, as the kernels want them."""
+    x, y, z = np.ascontiguousarray(points_camera.T, np.float32)
+    return x, y, z

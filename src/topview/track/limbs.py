@@ -24,7 +24,7 @@ from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
 from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
-from topview.track.evidence import Evidence
+from topview.track.evidence import Columns, Evidence, columns
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
 from topview.track.refinement import label_points
 
@@ -166,7 +166,7 @@ def spread_points(points: Array, start: Array, count: int) -> Array:
 class _Scored:
     """Points (x, y, z of each) and image that a score is taken from."""
 
-    points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+    points: Columns
     view: DepthView
 
 
@@ -263,8 +263,8 @@ class LimbSearch:
             predicted.Rs[parts, :, 1],
             np.ascontiguousarray(thinned[is_open]),
             np.ascontiguousarray(thinned[is_exclusive]),
-            _Scored(_columns(points[scored]), evidence.view),
-            _Scored(_columns(points[scored & evidence.is_coarse]), evidence.coarse_view),
+            _Scored(columns(points[scored]), evidence.view),
+            _Scored(columns(points[scored & evidence.is_coarse]), evidence.coarse_view),
             placed_parts(
                 pose.Rs[placed],
                 origins[placed],
@@ -406,13 +406,6 @@ def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
     seen = view.depth_m[v, u]
     is_behind = (seen > 0) & (seen < z - limb.radii_m.max() - HIDES_M) & ~evidence.mine[v, u]
     return float((~inside | is_behind).mean())
-
-
-def _columns(
-    points: Array,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    x, y, z = np.ascontiguousarray(points.T, np.float32)
-    return x, y, z
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:

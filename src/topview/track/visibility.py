@@ -44,7 +44,8 @@ def look(
     owner: NDArray[np.int32],
     camera: Camera,
 ) -> Visibility:
-    """Compare each joint's neighbourhood with what the image shows there.
+    """Compare each joint's neighbourhood with what the image shows there; a joint that is NaN is
+    absent.
 
     Args:
         joints_camera: [16, 3] metres.
@@ -76,13 +77,15 @@ def look(
         axis=1,
     )
     state = 1 + share.argmax(1)  # in the order of JointState, ABSENT aside
+    state[~np.isfinite(joints_camera).all(1)] = JointState.ABSENT
     return Visibility(state.astype(np.uint8), confirms.mean(1))
 
 
 def confidences(visibility: Visibility, hidden_for_s: NDArray[np.float64]) -> NDArray[np.float32]:
-    """[16] in 0..1: how much of a seen joint is confirmed; a hidden one fades with time."""
+    """[16] in 0..1: how much of a seen joint is confirmed; a hidden one fades with time; an absent
+    one has none."""
     state = visibility.joint_state
     hidden = HIDDEN_CONFIDENCE * np.exp(-hidden_for_s / HIDDEN_DECAY_S)
     out = np.where(state == JointState.VISIBLE, visibility.confirmed, hidden)
     out = np.where(state == JointState.OUT_OF_VIEW, np.minimum(out, OUT_OF_VIEW_CONFIDENCE), out)
-    return out.astype(np.float32)
+    return np.where(state == JointState.ABSENT, 0.0, out).astype(np.float32)
