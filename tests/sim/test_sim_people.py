@@ -17,7 +17,8 @@ from topview.sim.bodies import JOINT_NAMES, build_body
 from topview.sim.looks import Proportions, random_look
 from topview.sim.paths import Path
 from topview.sim.scene import Actor
-from topview.sim.scenes import SCENES, scene_by_name
+from topview.sim.scenes import scene_by_name
+from topview.sim.scenes.classic import CLASSIC
 from topview.sim.skeleton import LIMITS_RAD, SEGMENTS, Pose, segment_poses
 
 LIMBS = (("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot"))
@@ -45,7 +46,7 @@ def joints_over_time(actor: Actor, frames: int) -> np.ndarray:
     )
 
 
-@pytest.fixture(scope="module", params=sorted(SCENES))
+@pytest.fixture(scope="module", params=sorted(CLASSIC))
 def actor(request: pytest.FixtureRequest) -> Actor:
     return scene_by_name(request.param, seed=5).actors[-1]
 

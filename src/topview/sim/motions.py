@@ -8,10 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.sim.actions import ACTIONS, ActionName, Angles, Side, Style, standing, walking
+from topview.sim.actions import ACTIONS, Act, Hand, Moment, Side, Style, standing, walking
+from topview.sim.actions.act import SIDES, Vector
 from topview.sim.bodies import Body
-from topview.sim.paths import COMFORTABLE_MPS, Path, smooth_step
-from topview.sim.skeleton import LIMITS_RAD, SEGMENT_INDEX, SEGMENTS, Pose, segment_poses
+from topview.sim.limbs import reaching_angles
+from topview.sim.paths import COMFORTABLE_MPS, Path, Route, smooth_step
+from topview.sim.skeleton import LIMITS_RAD, SEGMENT_INDEX, Pose, angles_array, segment_poses
+from topview.sim.stance import plant, wish_of
 
 RAMP_S: Final = 0.45
 """How long a person takes to begin or end an action (ours)."""
@@ -24,26 +27,51 @@ STRIDE_POWER: Final = 0.42
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """An action between two moments; it fades in and out within them."""
+    """An action between two moments; it fades in and out within them.
 
-    action: ActionName
+    Attributes:
+        action: one of `ACTIONS`.
+        start_s, end_s: when.
+        side: the hand or foot that leads.
+        ramp_s: how long it takes to fade in or out.
+        seat_m: height of the seat that is there.
+        target_room: what the hands go for, metres in the room.
+    """
+
+    action: str
     start_s: float
     end_s: float
     side: Side = "r"
+    ramp_s: float = RAMP_S
+    seat_m: float = 0.45
+    target_room: Vector | None = None
 
     def weight(self, time_s: float) -> float:
         """How much of the action shows, 0 to 1."""
         return min(
-            smooth_step((time_s - self.start_s) / RAMP_S),
-            smooth_step((self.end_s - time_s) / RAMP_S),
+            smooth_step((time_s - self.start_s) / self.ramp_s),
+            smooth_step((self.end_s - time_s) / self.ramp_s),
         )
+
+    def act(self, style: Style, stature_m: float, time_s: float) -> Act:
+        """What the action says about a moment of the recording."""
+        moment = Moment(
+            style=style,
+            time_s=time_s - self.start_s,
+            left_s=self.end_s - time_s,
+            stature_m=stature_m,
+            seat_m=self.seat_m,
+            target_room=self.target_room,
+        )
+        act = ACTIONS[self.action](moment)
+        return act if self.side == "r" else act.mirrored()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Performance:
     """What one person does: a path and the actions on it."""
 
-    path: Path
+    path: Path | Route
     clips: tuple[Clip, ...]
     style: Style
 
@@ -57,42 +85,81 @@ class Performance:
         return "walk" if pace >= 0.5 else "stand"
 
     def pose(self, body: Body, time_s: float) -> Pose:
-        """The pose at a moment, with the soles on the floor."""
+        """The pose at a moment: feet on their places, or soles on the floor while walking."""
         style, walked = self.style, self.path.walked(time_s)
-        angles = _as_array(standing(style, time_s))
+        stature_m = body.look.stature_m
+        angles = angles_array(standing(style, time_s))
         if walked.pace > 0.0:
-            size = (self.path.speed_mps / COMFORTABLE_MPS) ** STRIDE_POWER
-            phase = walked.distance_m / (size * STRIDE_SHARE * body.look.stature_m) + 0.2
-            gait = _as_array(walking(style, time_s, phase))
+            size = (walked.speed_mps / COMFORTABLE_MPS) ** STRIDE_POWER
+            phase = walked.distance_m / (size * STRIDE_SHARE * stature_m) + 0.2
+            gait = angles_array(walking(style, time_s, phase))
             angles += size * walked.pace * (gait - angles)
-        for clip in self.clips:
-            weight = clip.weight(time_s)
-            if weight > 0.0:
-                wanted = ACTIONS[clip.action](style, time_s - clip.start_s, clip.side)
-                for name, target in wanted.items():
-                    row = angles[SEGMENT_INDEX[name]]
-                    row += weight * (np.radians(target) - row)
+        acts = [
+            (weight, clip.act(style, stature_m, time_s))
+            for clip in self.clips
+            if (weight := clip.weight(time_s)) > 0.0
+        ]
+        for weight, act in acts:
+            for name, target in act.angles.items():
+                row = angles[SEGMENT_INDEX[name]]
+                row += weight * (np.radians(target) - row)
+        wish = wish_of(acts)
+        heading = walked.heading_rad + np.radians(wish.turn_deg)
         _lift_shoulders(angles)
-        angles = np.clip(angles, LIMITS_RAD[..., 0], LIMITS_RAD[..., 1])
+        angles = _within_limits(angles)
         x, y = walked.position_room
-        at_floor = Pose(np.array([x, y, 0.0]), walked.heading_rad, angles)
+        at_floor = Pose(np.array([x, y, 0.0]), heading, angles)
         sole = _lowest_sole(body, segment_poses(body.offsets_m, at_floor))
-        return Pose(np.array([x, y, -sole]), walked.heading_rad, angles)
+        pose = Pose(np.array([x, y, -sole]), heading, angles)
+        if walked.pace < 1.0:
+            root, angles = plant(body, style, pose, wish, 1.0 - walked.pace)
+            pose = Pose(root, heading, _within_limits(angles))
+        for weight, act in acts:
+            for side in SIDES:
+                if side in act.hands:
+                    pose = _with_hand(body, pose, side, act.hands[side], weight)
+        return pose
 
 
-def _as_array(angles: Angles) -> NDArray[np.float64]:
-    array = np.zeros((len(SEGMENTS), 3))
-    for name, degrees in angles.items():
-        array[SEGMENT_INDEX[name]] = np.radians(degrees)
-    return array
+def _within_limits(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.clip(angles, LIMITS_RAD[..., 0], LIMITS_RAD[..., 1])
+
+
+def _with_hand(body: Body, pose: Pose, side: Side, hand: Hand, weight: float) -> Pose:
+    """The pose with one palm on its way to what it reaches for."""
+    arm, forearm, palm, clavicle = (
+        SEGMENT_INDEX[f"{name}_{side}"] for name in ("upper_arm", "forearm", "hand", "clavicle")
+    )
+    resting = pose.angles_rad.copy()
+    resting[clavicle] = 0.0
+    elbow = np.array(hand.elbow)
+    for _ in range(2):  # the shoulder girdle moves with the arm
+        Ts = segment_poses(body.offsets_m, pose)
+        T = Ts[SEGMENT_INDEX["chest"]]
+        at = np.array(hand.at)
+        if not hand.is_in_room:
+            at = T[:3, :3] @ (body.look.stature_m * at) + T[:3, 3]
+        upper, flexion = reaching_angles(body, Ts, side, at, elbow)
+        angles = resting.copy()
+        angles[arm] += weight * (upper - angles[arm])
+        angles[forearm] += weight * ((flexion, 0.0, np.radians(hand.palm_deg)) - angles[forearm])
+        angles[palm] *= 1.0 - weight
+        angles[clavicle, 1] = _girdle_rise(angles[arm])
+        pose = Pose(pose.root_room, pose.heading_rad, _within_limits(angles))
+    return pose
+
+
+def _girdle_rise(upper_arm_rad: NDArray[np.float64]) -> float:
+    """Raised arms take the shoulder girdle with them, about 1 degree for 6 at the side of the
+    trunk and more overhead (after V. Inman et al., J. Bone Joint Surg. 26, 1944)."""
+    raised = float(np.linalg.norm(upper_arm_rad[:2]))
+    return 0.16 * raised**2 / np.pi
 
 
 def _lift_shoulders(angles: NDArray[np.float64]) -> None:
-    """Raised arms take the shoulder girdle with them, about 1 degree for 6 at the side of the
-    trunk and more overhead (after V. Inman et al., J. Bone Joint Surg. 26, 1944)."""
-    for side in ("l", "r"):
-        raised = np.linalg.norm(angles[SEGMENT_INDEX[f"upper_arm_{side}"], :2])
-        angles[SEGMENT_INDEX[f"clavicle_{side}"], 1] += 0.16 * raised**2 / np.pi
+    for side in SIDES:
+        rise = _girdle_rise(angles[SEGMENT_INDEX[f"upper_arm_{side}"]])
+        angles[SEGMENT_INDEX[f"clavicle_{side}"], 1] += rise
 
 
 SOLE_BLEND_M: Final = 0.008

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from topview.records import InputError
+from topview.sim.actions.style import smooth_step
 
 TURN_S: Final = 0.7
 """How long a person takes to turn on the spot (ours)."""
@@ -17,12 +18,6 @@ SPEED_UP_S: Final = 0.7
 """How long a person takes to reach walking speed (ours)."""
 COMFORTABLE_MPS: Final = 1.25
 """A comfortable walking speed (Winter 2009, Ch. 5)."""
-
-
-def smooth_step(x: float) -> float:
-    """0 below 0, 1 above 1, with no speed at either end."""
-    x = min(max(x, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +47,9 @@ class Path:
     def walked(self, time_s: float) -> Walked:
         """Where the person is, how far along, how fast and where to."""
         if len(self.points_room) == 1:
-            return Walked(np.array(self.points_room[0]), self.heading_before_rad, 0.0, 0.0)
+            return Walked(
+                np.array(self.points_room[0]), self.heading_before_rad, 0.0, 0.0, self.speed_mps
+            )
         points = np.array(self.points_room)
         knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
         curve = CubicSpline(knots, points, bc_type="natural")
@@ -68,17 +65,37 @@ class Path:
         along = np.arctan2(dy, dx)
         heading = self.heading_before_rad + before * _turn(self.heading_before_rad, along)
         heading += after * _turn(along, self.heading_after_rad)
-        return Walked(curve(min(distance, length)), float(heading), distance, float(pace))
+        return Walked(
+            curve(min(distance, length)), float(heading), distance, float(pace), self.speed_mps
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walked:
-    """A moment on a path: position in the room (x, y), heading, metres walked, pace in 0..1."""
+    """A moment on a path: position in the room (x, y), heading, metres walked, pace in 0..1, and
+    the speed at pace 1."""
 
     position_room: NDArray[np.float64]
     heading_rad: float
     distance_m: float
     pace: float
+    speed_mps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """Several walks, one after the other, each from where the last one ended."""
+
+    legs: tuple[Path, ...]
+
+    def __post_init__(self) -> None:
+        if not self.legs:
+            raise InputError("a route has no legs; it must have one at least")
+
+    def walked(self, time_s: float) -> Walked:
+        """As `Path.walked`, on the leg that is on or was the last."""
+        begun = [leg for leg in self.legs if leg.start_s - TURN_S <= time_s]
+        return (begun[-1] if begun else self.legs[0]).walked(time_s)
 
 
 def _ramped(t: float) -> float:

@@ -7,6 +7,7 @@ z up, with its origin on the floor below the camera.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -65,7 +66,7 @@ def _hanging(
 
 
 SEGMENTS: Final[tuple[Segment, ...]] = (
-    _upright("pelvis", "", ((-30, 60), (-30, 30), (-30, 30))),
+    _upright("pelvis", "", ((-30, 100), (-30, 30), (-35, 35))),
     _upright("abdomen", "pelvis", ((-20, 50), (-25, 25), (-25, 25))),
     _upright("chest", "abdomen", ((-20, 40), (-25, 25), (-35, 35))),
     _upright("neck", "chest", ((-30, 35), (-25, 25), (-40, 40))),
@@ -128,22 +129,35 @@ def heading_rotation(heading_rad: float) -> NDArray[np.float64]:
     return np.array([[-s, 0, c], [c, 0, s], [0, 1, 0]])
 
 
+def angles_array(degrees: Mapping[str, tuple[float, float, float]]) -> NDArray[np.float64]:
+    """[S, 3] radians from degrees by segment, 0 where none are given."""
+    array = np.zeros((len(SEGMENTS), 3))
+    for name, angles in degrees.items():
+        array[SEGMENT_INDEX[name]] = np.radians(angles)
+    return array
+
+
+def _rotations(signs: NDArray[np.float64], angles_rad: NDArray[np.float64]) -> Rotation:
+    """A swing (flexion and abduction as one rotation vector) after a twist about the long axis."""
+    flexion, abduction, twist = (signs[..., (0, 2, 1)] * angles_rad).T
+    nothing = np.zeros_like(flexion)
+    swings = Rotation.from_rotvec(np.stack([flexion, nothing, abduction], -1))
+    return swings * Rotation.from_rotvec(np.stack([nothing, twist, nothing], -1))
+
+
+def segment_rotation(name: str, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[3, 3] rotation of one segment in the frame that its angles are relative to."""
+    return _rotations(_SIGNS[SEGMENT_INDEX[name]], angles_rad).as_matrix()
+
+
 def segment_poses(offsets_m: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
     """[S, 4, 4] Ts_room_segment.
-
-    A joint's rotation is a swing (flexion and abduction as one rotation vector) after a twist
-    about the segment's own long axis.
 
     Args:
         offsets_m: [S, 3] origin of each segment in the frame that it hangs from.
         pose: the joint angles and the root.
     """
-    flexion, abduction, twist = (_SIGNS[:, (0, 2, 1)] * pose.angles_rad).T
-    nothing = np.zeros_like(flexion)
-    swings = Rotation.from_rotvec(np.stack([flexion, nothing, abduction], -1))
-    twists = Rotation.from_rotvec(np.stack([nothing, twist, nothing], -1))
-    turns = (swings * twists).as_matrix()
-
+    turns = _rotations(_SIGNS, pose.angles_rad).as_matrix()
     poses = np.zeros((len(SEGMENTS), 4, 4))
     poses[:, 3, 3] = 1.0
     for s, (frame, carrier) in enumerate(zip(_TURNS_WITH, _HANGS_FROM, strict=True)):
