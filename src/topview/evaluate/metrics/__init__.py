@@ -36,14 +36,13 @@ from topview.evaluate.metrics.matching import (
     match_people,
     people_distances,
 )
+from topview.evaluate.metrics.measure import evaluate_sequence, measure_sequence
 from topview.evaluate.metrics.reference import ReferenceSequence
 from topview.evaluate.metrics.samples import (
     CAUSES,
     Evaluation,
     Samples,
     SequenceErrors,
-    evaluate_sequence,
-    measure_sequence,
 )
 from topview.evaluate.metrics.splits import ALL, UNHIDDEN, hidden_split
 from topview.evaluate.metrics.statistics import Comparison, Statistic, statistic
