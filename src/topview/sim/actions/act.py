@@ -7,7 +7,6 @@ Angles are in degrees, lengths in shares of the person's stature.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
@@ -97,6 +96,10 @@ class Hand:
         return replace(self, at=at, elbow=(-x, y, z))
 
 
+Feet = dict[Side, Foot]
+Hands = dict[Side, Hand]
+
+
 @dataclass(frozen=True, slots=True)
 class Act:
     """One moment of an action.
@@ -114,8 +117,8 @@ class Act:
     angles: Angles = field(default_factory=dict)
     hips: Vector = (0.0, 0.0, 0.0)
     turn_deg: float = 0.0
-    feet: Mapping[Side, Foot] = field(default_factory=dict)
-    hands: Mapping[Side, Hand] = field(default_factory=dict)
+    feet: Feet = field(default_factory=dict)
+    hands: Hands = field(default_factory=dict)
     rests: float = 0.0
 
     def mirrored(self) -> Act:

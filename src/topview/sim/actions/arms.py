@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi, sin
 
 from topview.sim.actions.act import (
@@ -9,8 +10,10 @@ from topview.sim.actions.act import (
     SIDES,
     Act,
     Angles,
+    Feet,
     Foot,
     Hand,
+    Hands,
     Moment,
     Side,
     Vector,
@@ -38,7 +41,7 @@ def follow(moment: Moment, effort: float = 1.0) -> Angles:
     }
 
 
-def added(angles: Angles, more: Angles) -> Angles:
+def added(angles: Angles, more: Mapping[str, tuple[float, float, float]]) -> Angles:
     """Angles with more of some."""
     sums = dict(angles)
     for name, (flexion, abduction, twist) in more.items():
@@ -79,7 +82,7 @@ def clapping(moment: Moment) -> Act:
     cycles = style.beat(moment.time_s, 0.55)
     gap = 0.055 * style.size(cycles, 4) * (1.0 + sin(2.0 * pi * cycles))
     x, y = 0.010 * style.drift(moment.time_s, 5), 0.02 + 0.012 * style.drift(moment.time_s, 8)
-    hands: dict[Side, Hand] = {
+    hands: Hands = {
         side: Hand(
             (x + outwards(side) * (0.014 + gap), y + 0.010 * outwards(side), 0.185 - 0.4 * gap),
             elbow=(0.6 * outwards(side), -1.0, -0.1),
@@ -94,7 +97,7 @@ def punching(moment: Moment) -> Act:
     style = moment.style
     cycles = style.beat(moment.time_s, 1.15)
     twist = 0.0
-    hands: dict[Side, Hand] = {}
+    hands: Hands = {}
     for side, late in IN_TURNS:
         to = outwards(side)
         out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.7
@@ -116,7 +119,7 @@ def punching(moment: Moment) -> Act:
     }
     left, _, front = sway(moment, 1.2)
     hips = (left - 0.004 * twist, -0.022 + 0.006 * bob, front + 0.012 * abs(twist))
-    feet: dict[Side, Foot] = {
+    feet: Feet = {
         "l": Foot(front=0.07),
         "r": Foot(left=-0.015, front=-0.06, heel_deg=8.0),
     }
@@ -163,7 +166,7 @@ THROW_S = 3.2
 def throw(phase: float, size: float) -> Act:
     """An overhand throw at a phase from 0 to 1: wind up, stride, hurl, follow through, recover."""
     stride, weight = float(_STRIDE(phase)), float(_WEIGHT(phase))
-    feet = {
+    feet: Feet = {
         "l": Foot(front=0.20 * size * stride, up=0.05 * float(_STRIDE_LIFT(phase))),
         "r": Foot(heel_deg=38.0 * max(weight, 0.0) * stride),
     }
@@ -181,7 +184,7 @@ def throwing(moment: Moment) -> Act:
 def crossed_arms(moment: Moment) -> Act:
     """Arms crossed before the chest, the left forearm on top."""
     breath = 0.004 * moment.style.drift(moment.time_s, 2)
-    hands = {
+    hands: Hands = {
         "r": Hand((0.088, 0.035 + breath, 0.092), (-0.6, -1.0, 0.15), palm_deg=20.0),
         "l": Hand((-0.070, 0.050 + breath, 0.150), (0.7, -1.0, 0.25), palm_deg=20.0),
     }
@@ -190,7 +193,7 @@ def crossed_arms(moment: Moment) -> Act:
 
 def hands_behind_back(moment: Moment) -> Act:
     """Hands hold each other behind the back."""
-    hands: dict[Side, Hand] = {
+    hands: Hands = {
         side: Hand((0.018 * outwards(side), -0.075, -0.125), (outwards(side), -0.2, -0.8), 60.0)
         for side in SIDES
     }

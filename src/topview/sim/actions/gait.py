@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from topview.sim.actions.act import SIDES, Angles, Foot, Side
+from topview.sim.actions.act import SIDES, Angles, Feet, Foot
 from topview.sim.actions.style import Style, smooth_step
 
 
@@ -73,7 +73,7 @@ STEP_LIFT: Final = 0.02
 """How high it is lifted, share of the stature (ours)."""
 
 
-def stepping_round(turn_deg: float, progress: float) -> dict[Side, Foot]:
+def stepping_round(turn_deg: float, progress: float) -> Feet:
     """Feet of a body that turns on the spot: they stay, and follow in turns, step by step.
 
     Args:
@@ -81,7 +81,7 @@ def stepping_round(turn_deg: float, progress: float) -> dict[Side, Foot]:
         progress: of the body in it, 0 to 1.
     """
     steps = max(ceil(abs(turn_deg) / STEP_DEG), 1)
-    feet: dict[Side, Foot] = {}
+    feet: Feet = {}
     for late, side in enumerate(SIDES if turn_deg > 0.0 else SIDES[::-1]):
         walked = 2.0 * steps * progress - late
         done = sum(smooth_step(walked - 2.0 * k) for k in range(steps))

@@ -8,7 +8,7 @@ from typing import Final
 
 from scipy.interpolate import CubicHermiteSpline
 
-from topview.sim.actions.act import IN_TURNS, SIDES, Act, Angles, Foot, Moment, Side, outwards
+from topview.sim.actions.act import IN_TURNS, SIDES, Act, Angles, Feet, Foot, Moment, outwards
 from topview.sim.actions.arms import added, follow
 from topview.sim.actions.keyframes import Keyframes
 from topview.sim.actions.style import smooth_step
@@ -201,7 +201,7 @@ def jumping_jacks(moment: Moment) -> Act:
     up, heel_deg = hop.toes_up(t), hop.heel_deg(t)
     reach = APART * size * smooth_step(flown)
     lower = LEG_SHARE - sqrt(LEG_SHARE**2 - (APART * size) ** 2)
-    feet: dict[Side, Foot] = {
+    feet: Feet = {
         side: Foot(left=outwards(side) * reach, up=up, heel_deg=heel_deg) for side in SIDES
     }
     return Act(
@@ -216,7 +216,7 @@ def marching(moment: Moment) -> Act:
     """Lifts the knees in turns on the spot; the hips go over the standing foot."""
     style = moment.style
     cycles = style.beat(moment.time_s, 1.7)
-    feet: dict[Side, Foot] = {}
+    feet: Feet = {}
     for side, late in IN_TURNS:
         up = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.3 * style.size(cycles + late, 4)
         feet[side] = Foot(up=0.13 * up, front=0.05 * up, heel_deg=18.0 * up)

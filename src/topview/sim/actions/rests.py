@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sin
 from typing import Final
 
-from topview.sim.actions.act import Act, Angles, Foot, Moment
+from topview.sim.actions.act import Act, Angles, Feet, Foot, Moment
 from topview.sim.actions.arms import added, follow
 from topview.sim.actions.keyframes import curve
 from topview.sim.actions.style import smooth_step
@@ -107,7 +107,7 @@ def kneel(moment: Moment, down: float) -> Act:
         "forearm_l": (16.0 + 40.0 * down, 0.0, 20.0),
         "forearm_r": (16.0 + 46.0 * down, 0.0, 20.0),
     }
-    feet = {
+    feet: Feet = {
         "l": Foot(front=0.21 * step, up=0.05 * 4.0 * step * (1.0 - step)),
         "r": Foot(
             front=-0.459 * back,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi, sin
 
-from topview.sim.actions.act import Act, Hand, Moment, Vector
+from topview.sim.actions.act import Act, Hand, Hands, Moment, Vector
 from topview.sim.actions.arms import THROW_S, added, follow, sway, throw
 from topview.sim.actions.keyframes import Keyframes, curve
 
@@ -46,7 +46,7 @@ def reaching_out(moment: Moment) -> Act:
         "chest": (6.0 * out, 0.0, (9.0 - 5.0 * aside) * out),
         "neck": (-6.0 * out * high, 0.0, (8.0 * aside - 8.0) * out),
     }
-    hands = {"r": Hand(at, (-0.7, -1.0, -0.2), 15.0)}
+    hands: Hands = {"r": Hand(at, (-0.7, -1.0, -0.2), 15.0)}
     return Act(added(follow(moment), more), sway(moment), hands=hands)
 
 
@@ -61,7 +61,7 @@ def handshake(moment: Moment) -> Act:
     """The right hand holds another's at a point in the room, and shakes it."""
     x, y, z = _target(moment)
     shake = 0.035 * sin(2.0 * pi * moment.time_s / 0.42)
-    hands = {"r": Hand((x, y, z + shake), (-0.5, -1.0, -0.3), 0.0, is_in_room=True)}
+    hands: Hands = {"r": Hand((x, y, z + shake), (-0.5, -1.0, -0.3), 0.0, is_in_room=True)}
     more = {"pelvis": (4, 0, 3), "abdomen": (3, 0, 3), "chest": (2, 0, 8), "neck": (0, 0, -8)}
     return Act(added(follow(moment), more), sway(moment, 0.6), hands=hands)
 
@@ -69,7 +69,7 @@ def handshake(moment: Moment) -> Act:
 def hug(moment: Moment) -> Act:
     """Both arms around somebody who stands at a point in the room, the right one over."""
     pat = 0.015 * sin(2.0 * pi * moment.time_s / 0.7)
-    hands = {
+    hands: Hands = {
         "r": Hand((0.03, 0.145 + pat, 0.30), (-1.0, 0.1, 0.5), 10.0),
         "l": Hand((-0.03, 0.010, 0.28), (1.0, -0.5, 0.4), 10.0),
     }

@@ -12,6 +12,7 @@ from topview.sim.scenes.stage import (
     TO_CAMERA,
     TO_LEFT,
     TO_RIGHT,
+    Cast,
     Casting,
     SceneKind,
     Staging,
@@ -205,7 +206,7 @@ def _four_users(casting: Casting) -> Staging:
     ])  # fmt: skip
 
 
-def _kind(about: str, cast: object, frames: int) -> SceneKind:
+def _kind(about: str, cast: Cast, frames: int) -> SceneKind:
     return SceneKind(about, cast, frames, group="several people")
 
 
