@@ -14,14 +14,21 @@ LIMITS_RAD = np.array([part.limits_rad for part in PARTS])  # [11, 3, 2]: low an
 
 
 def excess_rad(part: int, Rs_parent_part: Array) -> Array:
-    """[..., 3, 3] rotations to [...]: by how much they leave the part's limits, 0 within them.
+    """[..., 3, 3] rotations to [...]: by how much they leave the part's limits, 0 within them."""
+    return _excess(part, angles_rad(part, Rs_parent_part))
 
-    A rotation has two decompositions into turns about x, z and y; the more favourable counts.
+
+def angles_rad(part: int, Rs_parent_part: Array) -> Array:
+    """[..., 3, 3] rotations to [..., 3] turns about x, y and z (`rotations_from_angles`).
+
+    A rotation has two decompositions into turns about x, z and y; the more favourable to the
+    part's limits counts.
     """
     angles = angles_from_rotations(Rs_parent_part)
     x, y, z = np.moveaxis(angles, -1, 0)
     other = _wrapped(np.stack([x + np.pi, y + np.pi, np.pi - z], -1))
-    return np.minimum(_excess(part, angles), _excess(part, other))
+    is_better = _excess(part, other) < _excess(part, angles)
+    return np.where(is_better[..., None], other, angles)
 
 
 def _wrapped(angle: Array) -> Array:

@@ -43,3 +43,32 @@ def hit_depth(ox, oy, oz, dx, dy, dz, length, inv_rx2, inv_rz2):
 def is_inside(x, y, z, length, inv_rx2, inv_rz2):
     """True for a point, in the cylinder's frame, within it."""
     return (y >= 0) & (y <= length) & (x * x * inv_rx2 + z * z * inv_rz2 <= np.float32(1.0))
+
+
+@njit(inline="always", error_model="numpy")
+def image_box(R, o, length, rx, rz, fx, fy, cx, cy, width, height):
+    """Columns u0..u1 and rows v0..v1, ends left out, that a cylinder can cover in an image.
+
+    Args:
+        R, o: [3, 3] `R_camera_part` and [3] origin, float32.
+        length, rx, rz: float32 metres.
+        fx, fy, cx, cy, width, height: of the image, pixels; the intrinsics float32.
+    """
+    half = np.float32(0.5)
+    ex = abs(R[0, 1]) * length * half + rx * abs(R[0, 0]) + rz * abs(R[0, 2])
+    ey = abs(R[1, 1]) * length * half + rx * abs(R[1, 0]) + rz * abs(R[1, 2])
+    ez = abs(R[2, 1]) * length * half + rx * abs(R[2, 0]) + rz * abs(R[2, 2])
+    mx = o[0] + R[0, 1] * length * half
+    my = o[1] + R[1, 1] * length * half
+    mz = o[2] + R[2, 1] * length * half
+    near = max(mz - ez, np.float32(0.05))
+    far = max(mz + ez, np.float32(0.05))
+    u_low = fx * min((mx - ex) / near, (mx - ex) / far) + cx
+    u_high = fx * max((mx + ex) / near, (mx + ex) / far) + cx
+    v_low = fy * min((my - ey) / near, (my - ey) / far) + cy
+    v_high = fy * max((my + ey) / near, (my + ey) / far) + cy
+    u0 = np.int32(min(max(np.floor(u_low), np.float32(0)), np.float32(width)))
+    u1 = np.int32(min(max(np.ceil(u_high) + 1, np.float32(0)), np.float32(width)))
+    v0 = np.int32(min(max(np.floor(v_low), np.float32(0)), np.float32(height)))
+    v1 = np.int32(min(max(np.ceil(v_high) + 1, np.float32(0)), np.float32(height)))
+    return u0, u1, v0, v1

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from topview.kernels.cylinders import NO_HIT, hit_depth, is_inside
+from topview.kernels.cylinders import NO_HIT, hit_depth, image_box, is_inside
 
 GRID = 64  # cells of the top view along each side; one bit each in a row of 64
 N_COUNTS = 7
@@ -97,23 +97,7 @@ def count_hypotheses(
                     n_cells += np.int32((grid[row] & bit) == 0)
                     grid[row] |= bit
 
-            # the pixels that the cylinder can cover: its bounding box
-            ex = abs(r01) * length * np.float32(0.5) + rx * abs(r00) + rz * abs(r02)
-            ey = abs(r11) * length * np.float32(0.5) + rx * abs(r10) + rz * abs(r12)
-            ez = abs(r21) * length * np.float32(0.5) + rx * abs(r20) + rz * abs(r22)
-            mx = ox + r01 * length * np.float32(0.5)
-            my = oy + r11 * length * np.float32(0.5)
-            mz = oz + r21 * length * np.float32(0.5)
-            near = max(mz - ez, np.float32(0.05))
-            far = max(mz + ez, np.float32(0.05))
-            u_low = fx * min((mx - ex) / near, (mx - ex) / far) + cx
-            u_high = fx * max((mx + ex) / near, (mx + ex) / far) + cx
-            v_low = fy * min((my - ey) / near, (my - ey) / far) + cy
-            v_high = fy * max((my + ey) / near, (my + ey) / far) + cy
-            u0 = np.int32(min(max(np.floor(u_low), np.float32(0)), np.float32(W)))
-            u1 = np.int32(min(max(np.ceil(u_high) + 1, np.float32(0)), np.float32(W)))
-            v0 = np.int32(min(max(np.floor(v_low), np.float32(0)), np.float32(H)))
-            v1 = np.int32(min(max(np.ceil(v_high) + 1, np.float32(0)), np.float32(H)))
+            u0, u1, v0, v1 = image_box(Rs[m], origins[m], length, rx, rz, fx, fy, cx, cy, W, H)
 
             # camera centre and ray directions in the part's frame
             qx = -(r00 * ox + r10 * oy + r20 * oz)

@@ -32,11 +32,11 @@ HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Where the neck joint is and how every part is turned.
+    """Where the neck joint is and how every part is turned; or M poses at once.
 
     Attributes:
-        neck_camera: [3] metres.
-        Rs: [11, 3, 3] `Rs_camera_part`.
+        neck_camera: [3] metres, or [M, 3].
+        Rs: [11, 3, 3] `Rs_camera_part`, or [11, M, 3, 3].
     """
 
     neck_camera: Array
@@ -52,10 +52,10 @@ class Pose:
         return Pose(neck_camera, rotations_in_camera(Rs_relative, TREE))
 
     def origins(self, model: BodyModel) -> Array:
-        """[11, 3] proximal joints in metres, camera frame."""
-        origins = np.empty((len(PARTS), 3))
+        """[11, 3], or [11, M, 3], proximal joints in metres, camera frame."""
+        origins = np.empty(self.Rs.shape[:-1])
         origins[UPPER_TORSO] = self.neck_camera
-        origins[HEAD] = self.neck_camera - self.Rs[HEAD][:, 1] * model.lengths_m[HEAD]
+        origins[HEAD] = self.neck_camera - self.Rs[HEAD][..., 1] * model.lengths_m[HEAD]
         for part, parent in TREE[1:]:
             origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins

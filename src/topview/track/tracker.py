@@ -19,6 +19,7 @@ from topview.track.evidence import gather, thin_view, working_stride
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
+from topview.track.swarm import SwarmSettings, SwarmTracker
 from topview.track.timing import StageClock
 from topview.track.visibility import confidences, look
 
@@ -27,7 +28,7 @@ from topview.track.visibility import confidences, look
 class _Tracked:
     """One person's tracker and what is remembered of the joints."""
 
-    tracker: BodyTracker | PartByPartTracker
+    tracker: BodyTracker | PartByPartTracker | SwarmTracker
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -47,11 +48,13 @@ class Tracker:
         settings: TrackerSettings | None = None,
         body: BodySettings | None = None,
         part_by_part: PartByPartSettings | None = None,
+        swarm: SwarmSettings | None = None,
     ) -> None:
         self.settings = settings or TrackerSettings()
         self.clock = StageClock()
         self._body = body or BodySettings()
         self._part_by_part = part_by_part or PartByPartSettings()
+        self._swarm = swarm or SwarmSettings()
         self._finder = PeopleFinder()
         self._threads = 1
         self._bodies: dict[int, _Tracked] = {}
@@ -81,6 +84,11 @@ class Tracker:
         s = self.settings
         if s.method == "thesis":
             return _Tracked(PartByPartTracker(user.id, s.seed, self._part_by_part, self._threads))
+        if s.method in ("bpso", "ppso"):
+            perturbed = s.method == "ppso"
+            return _Tracked(
+                SwarmTracker(user.id, s.seed, self._swarm, self._threads, perturbed=perturbed)
+            )
         return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
     def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:
