@@ -74,3 +74,29 @@ def our_part_name(name: str) -> str | None:
     sides = {"_l": "left_", "_r": "right_"}
     ours = sides[name[-2:]] + name[:-2] if name[-2:] in sides else name
     return ours if ours in PART_NAMES else None
+
+
+def facing_sides(names: Sequence[str], joints_camera: NDArray[np.float64]) -> tuple[str, ...]:
+    """The names, left and right exchanged where a data set's images are mirrored or its sides are
+    not told.
+
+    People mostly face the camera (ours), and then have their left at the image's right: arms by the
+    shoulders, legs by the hips, by the majority of frames.
+
+    Args:
+        names: K of our joint names.
+        joints_camera: [F, K, 3] of a whole recording, NaN where unknown.
+    """
+    exchanged = list(names)
+    for root, limb in (("shoulder", ("elbow", "hand")), ("hip", ("knee", "ankle"))):
+        left, right = (
+            joints_camera[:, names.index(f"{side}_{root}"), 0] for side in ("left", "right")
+        )
+        if (left < right).sum() > (left > right).sum():
+            swap = {
+                f"{side}_{joint}": f"{other}_{joint}"
+                for joint in (root, *limb)
+                for side, other in (("left", "right"), ("right", "left"))
+            }
+            exchanged = [swap.get(name, name) for name in exchanged]
+    return tuple(exchanged)

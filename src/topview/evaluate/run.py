@@ -113,12 +113,22 @@ def run_evaluation(
         console: where the progress bar goes, stderr if None.
     """
     settings = replace(settings, threads=1)
-    done = run_all([Job(recording, settings, track) for recording in recordings], workers, console)
+    return run_jobs([Job(recording, settings, track) for recording in recordings], workers, console)
+
+
+def run_jobs(
+    jobs: Sequence[Callable[[], Outcome]],
+    workers: int = 0,
+    console: Console | None = None,
+    what: str = "tracking",
+) -> EvaluationRun:
+    """As `run_evaluation`, for jobs of any kind that measure a recording each."""
+    done = run_all(jobs, workers, console, what)
     outcomes = [outcome for outcome in done.results if outcome is not None]
     return EvaluationRun(
         Evaluation(tuple(outcome.errors for outcome in outcomes if outcome.errors is not None)),
         tuple(problem for outcome in outcomes for problem in outcome.problems) + done.problems,
-        len(recordings),
+        len(jobs),
         done.interrupted,
     )
 

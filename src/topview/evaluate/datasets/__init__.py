@@ -4,18 +4,27 @@ A data set yields `EvaluatedRecording`s: small, picklable descriptions that a wo
 """
 
 from topview.evaluate.datasets.base import EvaluatedRecording, KnowsReference, select_by_name
+from topview.evaluate.datasets.berkeley_mhad import BerkeleyMhadSequence, find_berkeley_mhad
 from topview.evaluate.datasets.folder import FolderRecording, find_folder_recordings
 from topview.evaluate.datasets.groundtruth import read_groundtruth, reference_from
+from topview.evaluate.datasets.itop import ItopSequence, find_itop
+from topview.evaluate.datasets.msr_action3d import MsrAction3dSequence, find_msr_action3d
 from topview.evaluate.datasets.simulated import SimulatedScene, make_simulated
 from topview.evaluate.datasets.utd_mhad import UtdMhadRecording, find_utd_mhad
 
 __all__ = [
+    "BerkeleyMhadSequence",
     "EvaluatedRecording",
     "FolderRecording",
+    "ItopSequence",
     "KnowsReference",
+    "MsrAction3dSequence",
     "SimulatedScene",
     "UtdMhadRecording",
+    "find_berkeley_mhad",
     "find_folder_recordings",
+    "find_itop",
+    "find_msr_action3d",
     "find_utd_mhad",
     "make_simulated",
     "read_groundtruth",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Protocol, TypeVar, runtime_checkable
 
 from topview.evaluate.metrics import ReferenceSequence
@@ -35,6 +36,11 @@ class KnowsReference(Protocol):
 
 
 AnyRecording = TypeVar("AnyRecording", bound=EvaluatedRecording)
+
+
+def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
+    """The kinds of file that a data set's folder has none of, given a glob for each."""
+    return [kind for kind, glob in kinds.items() if next(root.glob(glob), None) is None]
 
 
 def select_by_name(

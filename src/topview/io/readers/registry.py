@@ -9,7 +9,7 @@ from os.path import exists
 from pathlib import Path
 from typing import Final
 
-from topview.io.readers import folder, pcd, utd_mhad
+from topview.io.readers import berkeley_mhad, folder, msr_action3d, pcd, utd_mhad
 from topview.records import InputError, Recording
 
 
@@ -26,6 +26,13 @@ class Reader:
 READERS: Final[dict[str, Reader]] = {
     reader.name: reader
     for reader in (
+        # Before the folder of images, which any folder is taken for.
+        Reader(
+            "berkeley-mhad",
+            "a folder Kinect/Kin01/S01/A01/R01 of the data set",
+            berkeley_mhad.recognises,
+            berkeley_mhad.BerkeleyMhadRecording,
+        ),
         Reader(
             "folder",
             "a folder with depth/000000.png ... and camera.json",
@@ -33,6 +40,12 @@ READERS: Final[dict[str, Reader]] = {
             folder.FolderRecording,
         ),
         Reader("utd-mhad", "a *_depth.mat", utd_mhad.recognises, utd_mhad.UtdMhadRecording),
+        Reader(
+            "msr-action3d",
+            "a *_sdepth.bin",
+            msr_action3d.recognises,
+            msr_action3d.MsrAction3dRecording,
+        ),
         Reader("pcd", "an organized .pcd", pcd.recognises, pcd.PcdRecording),
     )
 }
