@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from cyclopts import App, CycloptsError
 
 from topview.cli.simulate import simulate
 from topview.records import InputError
@@ -72,6 +73,39 @@ def test_the_command_writes_a_recording(tmp_path: Path, capsys: pytest.CaptureFi
     assert "2 frames with 2 people" in capsys.readouterr().out
     assert len(list((tmp_path / "out" / "depth").glob("*.png"))) == 2
     assert np.load(tmp_path / "out" / "groundtruth.npz")["joints"].shape == (2, 2, 21, 3)
+
+
+def test_files_do_not_depend_on_the_number_of_threads(folder: Path, tmp_path: Path) -> None:
+    for threads in (1, 3):
+        write_scene(scene_by_name("pass_by", seed=3, frames=4), tmp_path, threads=threads)
+        for path in folder.rglob("*.*"):
+            written = tmp_path / path.relative_to(folder)
+            if path.suffix != ".npz":  # which tells the time
+                assert written.read_bytes() == path.read_bytes(), path
+        with (
+            np.load(tmp_path / "groundtruth.npz") as truth,
+            np.load(folder / "groundtruth.npz") as other,
+        ):
+            for name in other.files:
+                np.testing.assert_array_equal(truth[name], other[name])
+
+
+def test_the_command_writes_images_of_the_size_that_is_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulate("stand", out=tmp_path, frames=1, size="640x480")
+    assert json.loads((tmp_path / "camera.json").read_text())["fx"] == 525.0
+    image = cv2.imread(str(tmp_path / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED)
+    assert image is not None
+    assert image.shape == (480, 640)
+    assert "1 frames with 1 people" in capsys.readouterr().out
+
+
+def test_a_size_that_the_camera_does_not_have_is_refused(tmp_path: Path) -> None:
+    app = App(exit_on_error=False, print_error=False)
+    app.default(simulate)
+    with pytest.raises(CycloptsError, match=r'"100x100".*--size.*"320x240", "640x480"'):
+        app(["stand", "--out", str(tmp_path), "--size", "100x100"])
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final, Literal
 
 from rich.console import Console
 from rich.progress import Progress
 
+from topview.records import Camera
 from topview.sim import SCENES, scene_by_name, write_scene
-from topview.sim.markers import SCENE_PREFIX, marker_scenes, write_marker_scenes
+from topview.sim.markers import KINECT_V1, SCENE_PREFIX, marker_scenes, write_marker_scenes
+from topview.sim.scenes import KINECT_V1_HALF
+
+Size = Literal["320x240", "640x480"]
+CAMERAS: Final[dict[Size, Camera]] = {"320x240": KINECT_V1_HALF, "640x480": KINECT_V1}
 
 
 def simulate(
@@ -19,6 +25,7 @@ def simulate(
     people: int | None = None,
     seed: int = 0,
     frames: int | None = None,
+    size: Size | None = None,
 ) -> None:
     """Simulate people in a room before a Kinect-like camera.
 
@@ -32,13 +39,18 @@ def simulate(
         people: how many; more than the scene asks for stand in the background.
         seed: of bodies, clothes, style of motion and sensor noise.
         frames: how many, at 30 a second; 120 if not given.
+        size: of the images, in pixels; 320x240 if not given, 640x480 with markers.
     """
     is_marked = scene.partition(":")[0] == SCENE_PREFIX
     rear = None
     if is_marked:
-        made, rear = marker_scenes(scene, seed=seed, frames=frames, people=people)
+        made, rear = marker_scenes(
+            scene, seed=seed, frames=frames, people=people, camera=CAMERAS[size or "640x480"]
+        )
     else:
-        made = scene_by_name(scene, seed=seed, frames=frames, people=people)
+        made = scene_by_name(
+            scene, seed=seed, frames=frames, people=people, camera=CAMERAS[size or "320x240"]
+        )
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(f"simulating {scene}", total=made.frames * (2 if rear else 1))

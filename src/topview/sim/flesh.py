@@ -89,18 +89,18 @@ def _trunk(look: Look) -> list[Flesh]:
     loose = look.clothes.looseness
     belly = more.belly + 0.08 * max(g - 1.0, 0.0)
     # half depths, and how much broader than deep
-    chest, chest_flat = (0.066 if is_man else 0.061) * g + 0.009 * loose, 1.40 * more.shoulders
-    waist, waist_flat = (0.060 if is_man else 0.054) * g + 0.018 * loose, 1.32
+    chest, chest_flat = (0.066 if is_man else 0.061) * g + 0.012 * loose, 1.40 * more.shoulders
+    waist, waist_flat = (0.060 if is_man else 0.054) * g + 0.023 * loose, 1.32
     hips, hips_flat = (0.066 if is_man else 0.068) * g, 1.38 * more.hips
-    hem = hips + 0.002 + 0.014 * loose
+    hem = hips + 0.002 + 0.018 * loose
     top = segment_offsets(look)["clavicle_l"][1]  # shoulder girdle above the mid spine
     slope = -0.004 - more.shoulder_slope
     pieces = [
         _cone("chest", (0.0, top - 0.062, 0.014), chest, (0.0, 0.030, 0.014), 0.93 * chest,
               SHIRT, (chest_flat, 1.0, 1.0)),
-        Flesh("chest", (0.0, 0.030, 0.012), 0.98 * waist, "abdomen", (0.0, 0.0, 0.014), waist,
+        Flesh("chest", (0.0, 0.030, 0.014), 0.98 * waist, "abdomen", (0.0, 0.0, 0.018), waist,
                (1.03 * waist_flat, 1.0, 1.0), SHIRT),
-        Flesh("abdomen", (0.0, 0.010, 0.012), waist, "pelvis", (0.0, -0.012 * loose, 0.004),
+        Flesh("abdomen", (0.0, 0.010, 0.016), waist, "pelvis", (0.0, -0.012 * loose, 0.004),
                hem, (hips_flat, HEM_FLATNESS, 1.0), SHIRT),
         _cone("pelvis", (0.0, -0.008, 0.002), 0.97 * hips, (0.0, -0.022, 0.002), 0.95 * hips,
               TROUSERS, (hips_flat, 0.5, 1.0)),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from topview.sim.primitives import RayCaster, RoundCones, surface_normals
 from topview.sim.room import render_room
 from topview.sim.scene import Scene
 from topview.sim.skeleton import segment_poses
+from topview.sim.surface import surface_detail
 
 Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
 """Rows and columns."""
@@ -96,13 +97,13 @@ def draw_people(
     first = 0
     for k, (body, Ts) in enumerate(zip(bodies, Ts_camera_segment, strict=True)):
         own = np.nonzero(people == k)[0]
-        skin = _surface(body, Ts, hit[own] - first, points[own], normals[own])
+        detail = surface_detail(body, Ts, hit[own] - first, points[own], normals[own])
         first += len(flesh[k])
-        normals[own] = skin.normals
-        colors[own] *= skin.shades[:, None]
+        normals[own] = detail.normals
+        colors[own] *= detail.shades[:, None]
         at = rows[own], columns[own]
         facing = np.minimum(np.einsum("mi,mi->m", normals[own], rays[own]), -LEAST_FACING)
-        depth[at] = np.minimum(depth[at] + skin.displacements / facing, background.depth_m[at])
+        depth[at] = np.minimum(depth[at] + detail.displacements / facing, background.depth_m[at])
 
     instance, part = background.instance.copy(), background.part.copy()
     material, all_normals = background.material.copy(), background.normals.copy()
@@ -125,33 +126,6 @@ def _rays(pixels: Pixels, camera: Camera) -> NDArray[np.float64]:
     x = (pixels[1] - camera.cx) / camera.fx
     y = (pixels[0] - camera.cy) / camera.fy
     return np.stack([x, y, np.ones(len(x))], -1).astype(np.float64, copy=False)
-
-
-class _Surface(NamedTuple):
-    """[M] outward displacements in metres, [M, 3] normals, [M] shares of the colour."""
-
-    displacements: NDArray[np.floating]
-    normals: NDArray[np.floating]
-    shades: NDArray[np.floating]
-
-
-def _surface(
-    body: Body,
-    Ts_camera_segment: NDArray[np.float64],
-    piece: NDArray[np.int32],
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> _Surface:
-    """Folds and patterns at points [M, 3] on pieces [M] of a posed body."""
-    segments = body.start_segments[piece]
-    R = Ts_camera_segment[segments, :3, :3]
-    local = np.einsum("mji,mj->mi", R, points - Ts_camera_segment[segments, :3, 3])
-    places = (body.places_m[piece] + local).astype(np.float32)
-    amplitudes = body.fold_amplitudes_m[piece].astype(np.float32)
-    displacements, slopes = body.folds.at(places, amplitudes)
-    tilted = normals - np.einsum("mij,mj->mi", R, slopes)  # along the normal, they change nothing
-    tilted /= np.sqrt(np.einsum("mi,mi->m", tilted, tilted))[:, None]
-    return _Surface(displacements, tilted, body.pattern(piece, places))
 
 
 def _stacked(flesh: list[RoundCones]) -> RoundCones:

@@ -123,8 +123,8 @@ class DepthCamera:
         steps += lasting * self._lasting
         steps += passing * self._noise.draw(rng)
         with np.errstate(divide="ignore"):
-            depth_m = np.float32(1.0 / sensor.step_per_m) / np.rint(steps)
-        return np.asarray(depth_m, np.float32)
+            sensed_m = np.float32(1.0 / sensor.step_per_m) / np.rint(steps)
+        return np.asarray(sensed_m, np.float32)
 
     def _too_dark(self, rendering: Rendering, rng: np.random.Generator) -> NDArray[np.bool_]:
         """[H, W] True where too little light comes back: grazing rays, dark hair, bad luck."""

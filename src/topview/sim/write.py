@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +17,23 @@ from numpy.typing import NDArray
 from topview.records import InputError
 from topview.sim.recording import SimulatedRecording
 from topview.sim.scene import Scene
-from topview.sim.truth import GroundTruth, stack_truth
+from topview.sim.truth import FrameTruth, GroundTruth, stack_truth
 
 
 def write_scene(
-    scene: Scene, folder: Path | str, on_frame: Callable[[int], None] | None = None
+    scene: Scene,
+    folder: Path | str,
+    on_frame: Callable[[int], None] | None = None,
+    threads: int | None = None,
 ) -> GroundTruth:
     """Simulate a scene into a folder: `depth/`, `rgb/`, `mask/`, `camera.json`, `groundtruth.npz`.
 
     Args:
         scene: what to simulate.
         folder: made where it is missing; files of the same names are replaced.
-        on_frame: called with each frame's number after it is written.
+        on_frame: called with each frame's number, in order, after it is written.
+        threads: how many frames are made at a time, one per core if None; the files do not depend
+            on it.
 
     Raises:
         InputError: the folder cannot be written to.
@@ -39,13 +47,8 @@ def write_scene(
         (folder / "camera.json").write_bytes(
             msgspec.json.format(msgspec.json.encode(_camera_json(scene)), indent=1)
         )
-        for index in range(scene.frames):
-            frame = recording.simulate(index)
-            truths.append(frame.truth)
-            file = f"{index:06d}.png"
-            _write_png(folder / "depth" / file, frame.depth_mm)
-            _write_png(folder / "rgb" / file, frame.color[..., ::-1])
-            _write_png(folder / "mask" / file, frame.mask)
+        for index, truth in enumerate(_written_frames(recording, folder, threads)):
+            truths.append(truth)
             if on_frame is not None:
                 on_frame(index)
         truth = stack_truth(scene, truths)
@@ -56,6 +59,30 @@ def write_scene(
             "the folder must be one that can be written to"
         ) from error
     return truth
+
+
+def _written_frames(
+    recording: SimulatedRecording, folder: Path, threads: int | None
+) -> Iterator[FrameTruth]:
+    """Simulate and write frames, several at a time; gives their truth in order."""
+    threads = threads or len(os.sched_getaffinity(0))
+    pending = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        for index in range(len(recording)):
+            if len(pending) >= 2 * threads:  # no further ahead than that, for memory's sake
+                yield pending.popleft().result()
+            pending.append(pool.submit(_write_frame, recording, folder, index))
+        while pending:
+            yield pending.popleft().result()
+
+
+def _write_frame(recording: SimulatedRecording, folder: Path, index: int) -> FrameTruth:
+    frame = recording.simulate(index)
+    file = f"{index:06d}.png"
+    _write_png(folder / "depth" / file, frame.depth_mm)
+    _write_png(folder / "rgb" / file, frame.color[..., ::-1])
+    _write_png(folder / "mask" / file, frame.mask)
+    return frame.truth
 
 
 def _camera_json(scene: Scene) -> dict[str, Any]:
