@@ -25,8 +25,9 @@ class BlobSettings:
     """How blobs are followed; all ours.
 
     Attributes:
-        grace_s: how long a blob lives on without support.
+        grace_s: how long a blob lives on without support; at most as long as it had some.
         spread_mps: standard deviation of the speed with which a blob moves other than predicted.
+        greatest_spread_m: of a blob's predicted place.
         usual_depth_m: of a blob whose depth is not known.
         velocity_s: time over which a velocity is averaged.
         coasting_s: time in which a velocity that nothing supports fades.
@@ -38,6 +39,7 @@ class BlobSettings:
 
     grace_s: float = 0.4
     spread_mps: float = 0.75
+    greatest_spread_m: float = 0.06
     usual_depth_m: float = 2.5
     velocity_s: float = 0.06
     coasting_s: float = 0.4
@@ -97,7 +99,8 @@ class BlobTracker:
         for blob in self.blobs:
             focal_px = view.camera.fx / (blob.depth_m or self.settings.usual_depth_m)
             unseen_s = max(now_s - blob.seen_s, 0.0)
-            blob.move(elapsed_s, self.settings.spread_mps * unseen_s * focal_px)
+            spread_m = min(self.settings.spread_mps * unseen_s, self.settings.greatest_spread_m)
+            blob.move(elapsed_s, spread_m * focal_px)
             blob.region = None
         supports = self._supports(view, regions)
         for r, blobs in supports.items():
@@ -105,6 +108,7 @@ class BlobTracker:
         for blob in self.blobs:
             if blob.region is None:
                 blob.velocity_px_s *= np.exp(-elapsed_s / self.settings.coasting_s)
+                blob.ellipse = Ellipse.of_pixels(blob.pixels)
         self._eliminate(now_s)
         for r, region in enumerate(regions):
             if r not in supports and all(
@@ -212,7 +216,7 @@ class BlobTracker:
         """Let go what has had no support for long, and the younger of two that coincide."""
         kept: list[Blob] = []
         for blob in self.blobs:  # oldest first
-            if now_s - blob.seen_s > self.settings.grace_s:
+            if now_s - blob.seen_s > min(self.settings.grace_s, blob.seen_s - blob.born_s):
                 continue
             coincides = any(
                 other.ellipse.distance(blob.ellipse.center) < 0.5

@@ -21,7 +21,7 @@ Counts = NDArray[np.float64]
 SHIFT: Final = 2
 BINS: Final = 256 >> SHIFT
 """Of U and of V each: four levels share a bin, about the noise of a colour camera (ours)."""
-SMOOTHING_BINS: Final = 0.7
+SMOOTHING_BINS: Final = 1.1
 """Standard deviation with which neighbouring bins are mixed (ours)."""
 UNSEEN: Final = 1e-6
 """Share of all pixels that every colour is taken to have besides what was counted (ours): what
@@ -125,8 +125,8 @@ class SkinSettings:
         least_pixels_learnt: of skin in the window, from which it says something.
     """
 
-    seed_probability: float = 0.5
-    growth_probability: float = 0.2
+    seed_probability: float = 0.3
+    growth_probability: float = 0.15
     gamma: float = 0.8
     window_frames: int = 5
     least_pixels: int = 12

@@ -1,18 +1,20 @@
-"""Renders of people with labelled skin: what the default histograms are learnt from."""
+"""Renders of people with known skin, faces and hands: what the default tables are learnt from."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from topview.evaluate.training.hands import KIND_OF_JOINT, LabelledFrame
 from topview.evaluate.training.skin import NOT_SKIN, SKIN, UNKNOWN, LabelledImage
 from topview.evaluate.training.tones import SKIN_TONES, in_other_light, random_tone
 from topview.records import Frame
-from topview.sim import SimulatedRecording, scene_by_name
-from topview.sim.bodies import build_body
+from topview.sim import SCENES as SCENE_NAMES
+from topview.sim import Scene, SimulatedRecording, scene_by_name
+from topview.sim.bodies import JOINT_NAMES, build_body
 from topview.sim.flesh import SKIN as SKIN_MATERIAL
 from topview.sim.looks import CLOTHS, DENIMS, Rgb
 from topview.sim.render import Renderer
@@ -21,7 +23,7 @@ from topview.sim.scene import Actor
 # Ours: of the simulated room, every so many pixels count as what is no skin, so that people and
 # their clothes count for as much as the room.
 ROOM_STRIDE: Final = 6
-SCENES: Final = ("wave", "raise_arms", "reach", "box")
+SKIN_SCENES: Final = ("wave", "raise_arms", "reach", "box")
 FRAMES: Final = 60
 # Ours: how much the colours of cloth and walls vary about the simulator's, as a logarithm.
 DYE_SPREAD: Final = 0.25
@@ -36,9 +38,29 @@ def simulated_skin(
             yield _render(tone, np.random.default_rng((seed, t, n)))
 
 
+def simulated_hands(seeds: Iterable[int], frames: int = 60) -> Iterator[Iterator[LabelledFrame]]:
+    """Every scene of the simulator, with the people of each seed."""
+    for seed in seeds:
+        for name in SCENE_NAMES:
+            yield _with_places(scene_by_name(name, seed=seed, frames=frames))
+
+
+def _with_places(scene: Scene) -> Iterator[LabelledFrame]:
+    recording = SimulatedRecording(scene)
+    for index in range(scene.frames):
+        made = recording.simulate(index)
+        depth_m = made.depth_mm.astype(np.float32) / np.float32(1000.0)
+        frame = Frame(index, index / scene.fps, depth_m, scene.camera, made.color)
+        places = {
+            kind: made.truth.joints[:, JOINT_NAMES.index(name)]
+            for name, kind in KIND_OF_JOINT.items()
+        }
+        yield LabelledFrame(frame, places, made.mask > 0)
+
+
 def _render(tone: str, rng: np.random.Generator) -> LabelledImage:
     scene = scene_by_name(
-        SCENES[rng.integers(len(SCENES))], seed=int(rng.integers(2**31)), frames=FRAMES
+        SKIN_SCENES[rng.integers(len(SKIN_SCENES))], seed=int(rng.integers(2**31)), frames=FRAMES
     )
     actors = tuple(_recolored(actor, random_tone(tone, rng), rng) for actor in scene.actors)
     room = replace(scene.room, walls=_dyed(scene.room.walls, rng), floor=_dyed(CLOTHS[3], rng))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,13 +28,16 @@ atan((L* - 50) / b*): A. Chardon, I. Cretois and C. Hourseau, Skin colour typolo
 pathways (1991), classes as in S. Del Bino and F. Bernerd, Variations in skin colour and the
 biological consequences of ultraviolet radiation exposure (2013). a* and b* are ours, within what
 Y. Xiao et al., Characterising the variations in ethnic skin colours (2017), measured on faces."""
-TONE_SPREAD: Final = (2.0, 1.2, 1.5)
+TONE_SPREAD: Final = (2.5, 2.0, 2.0)
 """Standard deviation of L*, a*, b* within a class (ours)."""
-WARMTH_SPREAD: Final = 0.06
+WARMTH_SPREAD: Final = 0.08
 """Standard deviation of the logarithm of what the white balance leaves to red and takes from
 blue (ours); green varies by a third of it."""
 EXPOSURES: Final = (0.4, 1.3)
 """Least and greatest exposure, of the simulator's own (ours)."""
+
+JPEG_QUALITY: Final = 90
+"""Of 100 (ours)."""
 
 # CIE 1931, illuminant D65; IEC 61966-2-1.
 _WHITE: Final = np.array([0.95047, 1.0, 1.08883])
@@ -59,10 +63,15 @@ def random_tone(name: str, rng: np.random.Generator) -> Rgb:
 
 
 def in_other_light(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """A simulated image ([H, W, 3], gamma 2) as another exposure and white balance make it."""
+    """A simulated image ([H, W, 3], gamma 2) in another exposure and white balance, and half of
+    the time out of a JPEG file, which lets colours run."""
     warmth = rng.normal(0.0, WARMTH_SPREAD)
     gains = np.exp([warmth, rng.normal(0.0, WARMTH_SPREAD / 3.0), -warmth])
     gains = gains * np.exp(rng.uniform(*np.log(EXPOSURES)))
     levels = np.arange(256.0)[:, None] * np.sqrt(gains)
     table = np.clip(np.rint(levels), 0, 255).astype(np.uint8)
-    return np.stack([table[rgb[..., c], c] for c in range(3)], axis=-1)
+    lit = np.stack([table[rgb[..., c], c] for c in range(3)], axis=-1)
+    if rng.random() < 0.5:
+        return lit
+    _, file = cv2.imencode(".jpg", lit[..., ::-1], (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+    return np.ascontiguousarray(cv2.imdecode(file, cv2.IMREAD_COLOR)[..., ::-1], np.uint8)

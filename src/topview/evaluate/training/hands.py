@@ -1,0 +1,200 @@
+"""Tables of what faces and hands look like, from recordings in which it is known where they are."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera import project
+from topview.detect.beliefs import BeliefTables, Features, Kind
+from topview.detect.faces_and_hands import FacesAndHands, Sight, SkinBlob
+from topview.detect.heads import HEAD_RADIUS_M
+from topview.detect.skin import SkinHistograms
+from topview.io import open_recording
+from topview.records import Camera, Frame, InputError
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+KIND_OF_JOINT: Final[Mapping[str, Kind]] = {
+    "head": Kind.FACE,
+    "hand_l": Kind.LEFT_HAND,
+    "hand_r": Kind.RIGHT_HAND,
+}
+# All ours: a blob is a hand's if the hand projects into, or this near to, its ellipse, at this
+# depth or nearer to it; a face's surface lies before the head's centre.
+NEAR: Final = 1.3
+DEPTH_M: Final = 0.15
+# Ours: known heads are about this wrong.
+HEAD_ERROR_M: Final = 0.03
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledFrame:
+    """A frame in which it is known where P people's faces and hands are.
+
+    Attributes:
+        frame: with colour.
+        places_camera: [P, 3] of the heads' centres and of the hands, NaN where not present.
+        is_somebodys: [H, W] of the full image, if known.
+    """
+
+    frame: Frame
+    places_camera: Mapping[Kind, Vector]
+    is_somebodys: Mask | None
+
+
+Sequences = Iterable[Iterable[LabelledFrame]]
+
+
+def read_labelled(path: Path) -> Iterator[LabelledFrame]:
+    """The frames of a recording folder with a `groundtruth.npz`, and maybe `mask/`.
+
+    Raises:
+        InputError: it cannot be read, or does not say where heads and hands are.
+    """
+    truth = path / "groundtruth.npz"
+    try:
+        with np.load(truth, allow_pickle=False) as file:
+            names = [str(name) for name in file["names"]]
+            joints, present = file["joints"], file["present"]
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{truth}: cannot be used ({error}); it must hold names, joints [F, P, J, 3] and "
+            "present [F, P], as `topview simulate` writes them"
+        ) from error
+    missing = [name for name in KIND_OF_JOINT if name not in names]
+    if missing:
+        raise InputError(f"{truth}: names lacks {', '.join(missing)}; it has {', '.join(names)}")
+    for f, frame in enumerate(open_recording(path)):
+        if f >= len(joints):
+            return
+        at = np.where(present[f, :, None, None], joints[f], np.nan).astype(np.float64)
+        places = {kind: at[:, names.index(name)] for name, kind in KIND_OF_JOINT.items()}
+        yield LabelledFrame(frame, places, _mask(path / "mask" / f"{frame.index:06d}.png", frame))
+
+
+def _mask(path: Path, frame: Frame) -> Mask | None:
+    if not path.is_file():
+        return None
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None or image.shape != frame.depth_m.shape:
+        size = "unreadable" if image is None else f"{image.shape[1]} x {image.shape[0]}"
+        width, height = frame.camera.width, frame.camera.height
+        raise InputError(f"{path}: is {size}; it must be a mask of {width} x {height} pixels")
+    return np.asarray(image > 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """A blob that was seen, what it was believed to be before and after, and what it is."""
+
+    blob: SkinBlob
+    kind: Kind
+
+    @property
+    def features(self) -> Features:
+        return self.blob.features
+
+
+def observe(
+    frames: Iterable[LabelledFrame],
+    histograms: SkinHistograms,
+    tables: BeliefTables,
+    *,
+    know_heads: bool = True,
+    seed: int = 0,
+) -> Iterator[Observation]:
+    """Blobs with what they truly are; those that are two things at once are left out."""
+    finder = FacesAndHands(histograms=histograms, tables=tables)
+    rng = np.random.default_rng(seed)
+    for labelled in frames:
+        heads = labelled.places_camera[Kind.FACE]
+        heads = heads[np.isfinite(heads).all(axis=1)]
+        known = [head + rng.normal(0.0, HEAD_ERROR_M, 3) for head in heads] if know_heads else []
+        sight = finder.update(labelled.frame, known)
+        if labelled.is_somebodys is not None:
+            finder.learn_room(labelled.is_somebodys)
+        yield from _labelled(sight, labelled)
+
+
+def _labelled(sight: Sight, labelled: LabelledFrame) -> Iterator[Observation]:
+    for blob in sight.blobs:
+        if not blob.is_seen or not blob.features:
+            continue
+        kinds = {
+            kind
+            for kind, places in labelled.places_camera.items()
+            for place in places
+            if _is_at(blob, kind, place, labelled.frame.camera)
+        }
+        if len(kinds) <= 1:
+            yield Observation(blob, kinds.pop() if kinds else Kind.OTHER)
+
+
+def _is_at(blob: SkinBlob, kind: Kind, place_camera: Vector, camera: Camera) -> bool:
+    if not np.isfinite(place_camera).all() or place_camera[2] <= 0.1:
+        return False
+    if blob.surface_camera is not None:
+        surface_m = place_camera[2] - (HEAD_RADIUS_M if kind == Kind.FACE else 0.0)
+        if abs(blob.surface_camera[2] - surface_m) > DEPTH_M:
+            return False
+    return bool(blob.ellipse.distance(project(place_camera[None], camera))[0] < NEAR)
+
+
+NO_TABLES: Final = BeliefTables.learn((), (), "nothing")
+
+
+def learn_beliefs(
+    sequences: Sequences, histograms: SkinHistograms, trained_on: str
+) -> BeliefTables:
+    """Tables of P(feature | kind) from labelled recordings (Sec. 4.1.4)."""
+    found = [
+        observation
+        for s, frames in enumerate(sequences)
+        for observation in observe(frames, histograms, NO_TABLES, seed=s)
+    ]
+    return BeliefTables.learn(
+        [observation.features for observation in found],
+        [observation.kind for observation in found],
+        trained_on,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeliefScore:
+    """[4, 4] how often a blob of a kind (row) was believed to be one (column)."""
+
+    counts: NDArray[np.int64]
+
+    @property
+    def accuracy(self) -> Vector:
+        """[4] share of the blobs of each kind that were recognised."""
+        return np.diag(self.counts) / np.maximum(self.counts.sum(axis=1), 1)
+
+    @property
+    def precision(self) -> Vector:
+        """[4] share of what was taken for each kind that is of it."""
+        return np.diag(self.counts) / np.maximum(self.counts.sum(axis=0), 1)
+
+
+def score_beliefs(
+    sequences: Sequences,
+    histograms: SkinHistograms,
+    tables: BeliefTables,
+    *,
+    know_heads: bool = True,
+) -> BeliefScore:
+    """What blobs were believed to be, against what they are."""
+    counts = np.zeros((len(Kind), len(Kind)), np.int64)
+    for s, frames in enumerate(sequences):
+        for seen in observe(frames, histograms, tables, know_heads=know_heads, seed=s):
+            counts[seen.kind, seen.blob.kind] += 1
+    return BeliefScore(counts)
