@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from topview.sim.anthropometry import (
     CHIN_DROP_SHARE,
     SOLE_SHARE,
@@ -50,6 +52,8 @@ def _both_sides(piece: Flesh) -> list[Flesh]:
     names = (piece.start_segment, piece.end_segment)
     is_lateral = any(name.endswith("_l") for name in names) or piece.start[0] or piece.end[0]
     if not is_lateral:
+        return [piece]
+    if {"thigh_l", "thigh_r"} == set(names):  # spans both sides
         return [piece]
     other = [name[:-2] + "_r" if name.endswith("_l") else name for name in names]
     (ax, ay, az), (bx, by, bz) = piece.start, piece.end
@@ -240,16 +244,21 @@ SKIRT_FLATNESS: Final = 0.08
 
 
 def _skirt(look: Look) -> list[Flesh]:
-    """A cone over each thigh, which carries it along; both together hide where the thighs are."""
+    """A cone around each thigh, and what spans the gap when they part; together they hide where
+    the thighs are."""
     length = look.clothes.skirt_share
     if length == 0.0:
         return []
+    hips, span = 0.062 * look.girth, 0.042 * look.girth
     wide = 0.058 * look.girth + 0.022 * (0.5 + look.clothes.leg_looseness)
-    hips = 0.064 * look.girth
-    return [
-        Flesh("pelvis", (0.022, 0.0, 0.002), hips, "thigh_l", (-0.012, -length, 0.004), wide,
-               (1.15, SKIRT_FLATNESS, 1.0), TROUSERS)
-    ]  # fmt: skip
+    inwards = -0.3 * hips
+    cone = _cone("thigh_l", (inwards, 0.0, 0.002), hips, (-0.012, -length, 0.004), wide, TROUSERS,
+                 (1.15, SKIRT_FLATNESS, 1.0))  # fmt: skip
+    bands = [
+        Flesh("thigh_l", (0.0, -y, 0.004), span, "thigh_r", (0.0, -y, 0.004), span, ROUND, TROUSERS)
+        for y in np.linspace(0.3 * length, length - span, 4).tolist()
+    ]
+    return [cone, *bands]
 
 
 HAIR_FOLDS_M, SKIN_FOLDS_M, CLOTH_FOLDS_M, LOOSE_FOLDS_M = 0.004, 0.0015, 0.003, 0.012

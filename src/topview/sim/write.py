@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -65,8 +65,8 @@ def _written_frames(
     recording: SimulatedRecording, folder: Path, threads: int | None
 ) -> Iterator[FrameTruth]:
     """Simulate and write frames, several at a time; gives their truth in order."""
-    threads = threads or len(os.sched_getaffinity(0))
-    pending = deque()
+    threads = threads or os.cpu_count() or 1
+    pending: deque[Future[FrameTruth]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         for index in range(len(recording)):
             if len(pending) >= 2 * threads:  # no further ahead than that, for memory's sake
