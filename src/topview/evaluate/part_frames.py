@@ -1,4 +1,4 @@
-"""Frames of our body parts from joints alone, for skeletons that come without orientations.
+"""Frames of our body parts and statures from joints alone, for skeletons that come without.
 
 The axis of a part is the line between its joints. The turn about it is told by what is wide across
 it: the lines of shoulders and hips; and, for bent limbs, the hinge of elbow or knee, which lies
@@ -15,8 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import PART_NAMES
+from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import unit
 
+_BONE_SHARES: Final = (
+    ("shoulder", "elbow", ANATOMICAL.upper_arm),
+    ("hip", "knee", ANATOMICAL.upper_leg),
+    ("knee", "ankle", ANATOMICAL.lower_leg - ANATOMICAL.ankle_height),
+)
 STRAIGHT: Final = np.sin(np.radians(20.0))
 """Sine of the bend below which a limb tells no turn (ours)."""
 
@@ -58,6 +64,25 @@ def rotations_from_joints(names: Sequence[str], joints: Array) -> Array:
             parts[f"{side}_{upper}"] = _frame(bones[0], right)
             parts[f"{side}_{lower}"] = _frame(bones[1], right)
     return np.stack([parts[name] for name in PART_NAMES], -3)
+
+
+def statures_from_joints(names: Sequence[str], joints: Array) -> Array:
+    """[P] statures in metres from the lengths of upper arms and legs (their medians over frames,
+    over their shares of the stature); NaN where none of these bones is known.
+
+    Args:
+        names: K of our joint names.
+        joints: [F, P, K, 3] metres, NaN where unknown.
+    """
+    at = {name: joints[:, :, k] for k, name in enumerate(names)}
+    statures = [np.full((len(joints), joints.shape[1]), np.nan)]
+    for side in ("left", "right"):
+        for start, end, share in _BONE_SHARES:
+            first, last = (f"{side}_{joint}" for joint in (start, end))
+            if first in at and last in at:
+                statures.append(np.linalg.norm(at[last] - at[first], axis=-1) / share)
+    stacked = np.ma.masked_invalid(np.concatenate(statures))
+    return np.ma.median(stacked, axis=0).filled(np.nan)
 
 
 def _filled(vectors: Array, others: Array) -> Array:

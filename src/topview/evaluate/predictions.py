@@ -4,7 +4,8 @@ The keys are those of `skeletons.npz`. Needed are `joint_names` [J] and `joints_
 (or [F, J, 3] of one person): metres, camera frame x right, y down, z forward. A joint that is NaN,
 or lies in the camera itself, is missing. Where known: `frame_index` [F] (else there must be as many
 frames as in the reference), `timestamps_s`, `person_ids`, `heights_m`, `joint_confidence`,
-`joint_state`, and `part_names` with `Ts_camera_part`, which else are told from the joints.
+`joint_state`, and `part_names` with `Ts_camera_part`. Statures and part frames are told from the
+joints where the file does not.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from topview.body import PART_NAMES
 from topview.evaluate.datasets import EvaluatedRecording
 from topview.evaluate.metrics import ReferenceSequence, measure_sequence
-from topview.evaluate.part_frames import rotations_from_joints
+from topview.evaluate.part_frames import rotations_from_joints, statures_from_joints
 from topview.evaluate.run import Outcome
 from topview.evaluate.vocabulary import find_joints
 from topview.geometry.rotations import transform
@@ -164,7 +165,7 @@ def _predictions(
         joint_confidence=placed(confidence.astype(np.float32), np.nan),
         part_names=PART_NAMES,
         Ts_camera_part=placed(transform(rotations, np.zeros((F, P, len(PART_NAMES), 3))), np.nan),
-        heights_m=_numbers(arrays, "heights_m", (P,), np.nan),
+        heights_m=_numbers(arrays, "heights_m", (P,), statures_from_joints(names, joints)),
     )
 
 
@@ -215,7 +216,7 @@ def _frame_index(arrays: Arrays, F: int, reference: ReferenceSequence) -> NDArra
 
 
 def _numbers(
-    arrays: Arrays, key: str, shape: tuple[int, ...], otherwise: float | NDArray[np.int64]
+    arrays: Arrays, key: str, shape: tuple[int, ...], otherwise: float | NDArray[Any]
 ) -> NDArray[np.float64]:
     """An array that may be missing."""
     if key not in arrays:
