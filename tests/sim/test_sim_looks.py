@@ -14,9 +14,9 @@ from topview.records import Camera
 from topview.sim import CHILD_LOOK, TWELVE_LOOKS
 from topview.sim.anthropometry import head_share, hip_share, knee_share
 from topview.sim.bodies import Body, build_body
-from topview.sim.flesh import SKIN, TROUSERS, fold_amplitudes
 from topview.sim.folds import Folds
 from topview.sim.looks import AVERAGE, Look, random_look
+from topview.sim.materials import SKIN, TROUSERS, fold_amplitudes
 from topview.sim.render import draw_people
 from topview.sim.skeleton import SEGMENTS, Pose, segment_poses
 from topview.sim.surface import surface_detail

@@ -9,7 +9,7 @@ import pytest
 
 from topview.records import Camera, Recording
 from topview.sim import SimulatedRecording, scene_by_name
-from topview.sim.flesh import HAIR, SHIRT
+from topview.sim.materials import HAIR, SHIRT
 from topview.sim.noise import NoiseField, noise_generator
 from topview.sim.render import Renderer
 from topview.sim.sensor import KINECT_V1, DepthCamera, projector_shadow

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from topview.records import read_only
 from topview.sim.anthropometry import joint_places, segment_offsets
-from topview.sim.flesh import HAIR, SHIRT, TROUSERS, all_flesh, fold_amplitudes, material_colors
+from topview.sim.flesh import all_flesh
 from topview.sim.folds import Folds
 from topview.sim.looks import Look
+from topview.sim.materials import HAIR, SHIRT, TROUSERS, fold_amplitudes, material_colors
 from topview.sim.primitives import RoundCones
 from topview.sim.skeleton import SEGMENT_INDEX, SEGMENTS
 
@@ -50,7 +51,7 @@ class Body:
         end_segments, ends_m, end_radii_m: the same for its second ball.
         scales: [N, 3] stretch of its cross-section along the axes of its first ball's segment.
         parts: [N] uint8 index into `PART_NAMES`.
-        materials: [N] uint8 index into `flesh.MATERIALS`.
+        materials: [N] uint8 index into `materials.MATERIALS`.
         colors: [N, 3] linear colours in 0..1.
         folds: irregularities of the surface, over places in the standing body.
         places_m: [N, 3] where the origin of each piece's first segment lies in the standing body.

@@ -21,10 +21,8 @@ from topview.sim.anthropometry import (
     knee_share,
     segment_offsets,
 )
-from topview.sim.looks import Look, Rgb
-
-MATERIALS: Final[tuple[str, ...]] = ("skin", "hair", "shirt", "trousers", "shoes", "eyes")
-SKIN, HAIR, SHIRT, TROUSERS, SHOES, EYES = range(len(MATERIALS))
+from topview.sim.looks import Look
+from topview.sim.materials import EYES, HAIR, SHIRT, SHOES, SKIN, TROUSERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +63,6 @@ def _both_sides(piece: Flesh) -> list[Flesh]:
     return [piece, mirrored]
 
 
-EYE_COLOR: Final[Rgb] = (0.03, 0.02, 0.02)
 ROUND: Final[Vector] = (1.0, 1.0, 1.0)
 OPEN_END: Final[Vector] = (1.0, 0.4, 1.0)
 """Of sleeves and trouser legs, which end rather flat (ours)."""
@@ -259,27 +256,3 @@ def _skirt(look: Look) -> list[Flesh]:
         for y in np.linspace(0.3 * length, length - span, 4).tolist()
     ]
     return [cone, *bands]
-
-
-HAIR_FOLDS_M, SKIN_FOLDS_M, CLOTH_FOLDS_M, LOOSE_FOLDS_M = 0.004, 0.0015, 0.003, 0.012
-"""Greatest displacement of the surface: hair, skin, tight cloth, and what loose cloth adds to it
-(ours)."""
-
-
-def fold_amplitudes(look: Look) -> tuple[float, ...]:
-    """Greatest displacement of the surface of each of `MATERIALS`, metres."""
-    clothes = look.clothes
-    return (
-        SKIN_FOLDS_M,
-        HAIR_FOLDS_M,
-        CLOTH_FOLDS_M + LOOSE_FOLDS_M * clothes.looseness,
-        CLOTH_FOLDS_M + LOOSE_FOLDS_M * clothes.leg_looseness,
-        0.0,
-        0.0,
-    )
-
-
-def material_colors(look: Look) -> tuple[Rgb, ...]:
-    """Linear colour of each of `MATERIALS`."""
-    clothes = look.clothes
-    return (look.skin, look.hair, clothes.shirt, clothes.trousers, clothes.shoes, EYE_COLOR)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import exp, pi, sin
 from typing import Final, NamedTuple
 
+import numpy as np
+
 AMBIENT: Final = 0.36
 """Share of the light that comes from everywhere; the rest comes from the lamp (ours)."""
 LAMP_ON_AVERAGE: Final = 0.6
@@ -36,6 +38,14 @@ class Light:
     switches_s: tuple[float, ...] = ()
     drift: float = 0.0
     drift_period_s: float = 9.0
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> Light:
+        """Daylight that drifts; one lamp in four is switched off, and on again later (ours)."""
+        drift, period_s = rng.uniform(0.0, 0.2), rng.uniform(5.0, 20.0)
+        off_s, dark_s = rng.uniform(0.5, 3.0), rng.uniform(0.5, 2.0)
+        is_switched = bool(rng.random() < 0.25)
+        return cls((off_s, off_s + dark_s) if is_switched else (), drift, period_s)
 
     def levels(self, time_s: float) -> Levels:
         """What the camera's image shows of the light at a moment, its exposure included."""

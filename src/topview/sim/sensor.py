@@ -22,8 +22,8 @@ from scipy.special import ndtri
 from topview.camera.projection import pixel_rays
 from topview.records import Camera
 from topview.sim.colour import COLOR_BASELINE_M
-from topview.sim.flesh import HAIR
 from topview.sim.images import Rendering
+from topview.sim.materials import HAIR
 from topview.sim.noise import NoiseField
 
 FULL_FOCAL_PX: Final = 525.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from topview.records import Camera, InputError
 from topview.sim.furniture import furnished, living_room
+from topview.sim.light import STEADY, Light
 from topview.sim.looks import Look
 from topview.sim.scene import MAX_PEOPLE, Actor, Mount, Room, Scene
 from topview.sim.scenes.alone import ALONE, MHAD
@@ -44,7 +45,7 @@ def scene_by_name(
 
     Args:
         name: one of `SCENES`.
-        seed: of bodies, looks, style of motion, room and sensor noise.
+        seed: of bodies, looks, style of motion, room, light and sensor noise.
         frames: how many, as the scene is made for if None.
         people: how many, as the scene has it if None; more stand in the background.
         camera: intrinsics, a Kinect v1 at 320 x 240 if not given.
@@ -68,11 +69,12 @@ def scene_by_name(
     actors += [_bystander(casting, k) for k in range(wanted - len(actors))]
     if looks is not None and len(looks) > wanted:
         raise InputError(f"scene {name}: looks are {len(looks)}; people are only {wanted}")
-    room, mount, furniture = Room(), Mount(), living_room()
+    room, mount, furniture, light = Room(), Mount(), living_room(), STEADY
     if kind.has_varied_room:
         of_room = rng.spawn(1)[0]
         room, mount = varied_room(of_room)
         furniture = furnished(of_room, room)
+        light = Light.drawn(of_room)
     return Scene(
         name=name,
         seed=seed,
@@ -82,4 +84,5 @@ def scene_by_name(
         room=room,
         furniture=(*furniture, *staging.furniture),
         actors=tuple(actors[:wanted]),
+        light=light,
     )
