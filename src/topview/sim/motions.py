@@ -13,7 +13,14 @@ from topview.sim.actions.act import SIDES, Vector
 from topview.sim.bodies import Body
 from topview.sim.limbs import reaching_angles
 from topview.sim.paths import COMFORTABLE_MPS, Path, Route, smooth_step
-from topview.sim.skeleton import LIMITS_RAD, SEGMENT_INDEX, Pose, angles_array, segment_poses
+from topview.sim.skeleton import (
+    LIMITS_RAD,
+    SEGMENT_INDEX,
+    Pose,
+    angles_array,
+    heading_rotation,
+    segment_poses,
+)
 from topview.sim.stance import plant, wish_of
 
 RAMP_S: Final = 0.45
@@ -117,7 +124,8 @@ class Performance:
         for weight, act in acts:
             for side in SIDES:
                 if side in act.hands:
-                    pose = _with_hand(body, pose, side, act.hands[side], weight)
+                    hand = act.hands[side]
+                    pose = _with_hand(body, pose, walked.position_room, side, hand, weight)
         return pose
 
 
@@ -125,8 +133,16 @@ def _within_limits(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.clip(angles, LIMITS_RAD[..., 0], LIMITS_RAD[..., 1])
 
 
-def _with_hand(body: Body, pose: Pose, side: Side, hand: Hand, weight: float) -> Pose:
-    """The pose with one palm on its way to what it reaches for."""
+def _with_hand(
+    body: Body,
+    pose: Pose,
+    position_room: NDArray[np.float64],
+    side: Side,
+    hand: Hand,
+    weight: float,
+) -> Pose:
+    """The pose with one palm on its way to what it reaches for; a person stands at a position."""
+    weight *= hand.weight
     arm, forearm, palm, clavicle = (
         SEGMENT_INDEX[f"{name}_{side}"] for name in ("upper_arm", "forearm", "hand", "clavicle")
     )
@@ -135,10 +151,13 @@ def _with_hand(body: Body, pose: Pose, side: Side, hand: Hand, weight: float) ->
     elbow = np.array(hand.elbow)
     for _ in range(2):  # the shoulder girdle moves with the arm
         Ts = segment_poses(body.offsets_m, pose)
-        T = Ts[SEGMENT_INDEX["chest"]]
         at = np.array(hand.at)
-        if not hand.is_in_room:
+        if hand.frame == "chest":
+            T = Ts[SEGMENT_INDEX["chest"]]
             at = T[:3, :3] @ (body.look.stature_m * at) + T[:3, 3]
+        elif hand.frame == "floor":
+            at = heading_rotation(pose.heading_rad) @ (body.look.stature_m * at)
+            at[:2] += position_room
         upper, flexion = reaching_angles(body, Ts, side, at, elbow)
         angles = resting.copy()
         angles[arm] += weight * (upper - angles[arm])

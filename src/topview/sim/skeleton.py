@@ -31,7 +31,8 @@ class Segment:
         turns_with: segment to which this one's angles are relative, "" for the room.
         signs: of the rotations about the segment's x (flexion), y (twist) and z (abduction).
         limits_deg: after the normal ranges of the American Academy of Orthopaedic Surgeons (1965),
-            slightly widened.
+            slightly widened; the foot's under the body's weight, K. Bennell et al., Australian J.
+            Physiotherapy 44 (1998). The pelvis turns about the hips as far as they let it.
     """
 
     name: str
@@ -77,7 +78,7 @@ SEGMENTS: Final[tuple[Segment, ...]] = (
     *_hanging("hand", "forearm", ((-35, 30), (-70, 70), (0, 0))),
     *_hanging("thigh", "pelvis", ((-30, 125), (-30, 50), (-45, 45))),
     *_hanging("calf", "thigh", ((-5, 150), (0, 0), (-20, 20)), bends_back=True),
-    *_hanging("foot", "calf", ((-50, 25), (-20, 20), (-20, 20))),
+    *_hanging("foot", "calf", ((-50, 35), (-20, 20), (-20, 20))),
 )
 
 SEGMENT_NAMES: Final[tuple[str, ...]] = tuple(segment.name for segment in SEGMENTS)

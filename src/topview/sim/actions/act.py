@@ -78,21 +78,24 @@ class Hand:
     """What a palm reaches for.
 
     Attributes:
-        at: left, up and front of the mid spine with the chest's axes; metres in the room if
-            `is_in_room`.
+        at: left, up and front of the mid spine with the chest's axes, or of the floor where the
+            person stands; x, y and z in metres in the room.
         elbow: where the elbow points to, with the chest's axes.
         palm_deg: twist of the forearm.
+        frame: of `at`.
+        weight: 0 where the arm only follows its joint angles.
     """
 
     at: Vector
     elbow: Vector = (0.0, -1.0, 0.0)
     palm_deg: float = 0.0
-    is_in_room: bool = False
+    frame: Literal["chest", "floor", "room"] = "chest"
+    weight: float = 1.0
 
     def mirrored(self) -> Hand:
         """The other hand's."""
         (left, up, front), (x, y, z) = self.at, self.elbow
-        at = self.at if self.is_in_room else (-left, up, front)
+        at = self.at if self.frame == "room" else (-left, up, front)
         return replace(self, at=at, elbow=(-x, y, z))
 
 

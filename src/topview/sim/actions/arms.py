@@ -30,14 +30,14 @@ def sway(moment: Moment, effort: float = 1.0) -> Vector:
 
 def follow(moment: Moment, effort: float = 1.0) -> Angles:
     """Trunk and head of somebody who moves the arms, never quite still."""
-    style, t = moment.style, 1.8 * moment.time_s
-    d = [effort * style.drift(t, 6 + k) for k in range(7)]
+    style, t = moment.style, 2.2 * moment.time_s
+    d = [1.3 * effort * style.drift(t, 6 + k) for k in range(7)]
     return {
         "pelvis": (2.0 + d[0], 1.2 * d[1], 3.0 * d[2]),
         "abdomen": (1.0 + d[3], -1.5 * d[1], d[4]),
         "chest": (2.0 + 1.5 * d[5], d[6], 2.0 * d[3]),
-        "neck": (7.0 + 2.0 * d[4], d[0], -3.0 * d[2]),
-        "head": (-5.0 + 2.5 * d[6], 2.0 * d[5], -2.0 * d[3]),
+        "neck": (7.0 + 3.5 * d[4], 2.0 * d[0], -4.0 * d[2]),
+        "head": (-5.0 + 4.5 * d[6], 3.0 * d[5], -6.0 * d[3]),
     }
 
 
@@ -53,12 +53,12 @@ def added(angles: Angles, more: Mapping[str, tuple[float, float, float]]) -> Ang
 def _wave(moment: Moment, side: Side, late: float = 0.0) -> Angles:
     """An arm beside the head that swings from the elbow and the shoulder."""
     style = moment.style
-    cycles = style.beat(moment.time_s, 0.95) + late
+    cycles = style.beat(moment.time_s, 0.85) + late
     beat = sin(2.0 * pi * cycles) * style.size(cycles, 2 + 3 * (side == "l"))
     raised = style.drift(0.8 * moment.time_s, 9 if side == "l" else 17)
     return {
-        f"upper_arm_{side}": (26.0 + 5.0 * beat, 76.0 + 5.0 * raised + 6.0 * beat, -72.0),
-        f"forearm_{side}": (90.0 + 5.0 * raised - 27.0 * beat, 0.0, 10.0),
+        f"upper_arm_{side}": (28.0 + 6.0 * beat, 76.0 + 8.0 * raised + 10.0 * beat, -72.0),
+        f"forearm_{side}": (88.0 + 6.0 * raised - 36.0 * beat, 0.0, 10.0),
         f"hand_{side}": (0.0, 4.0 - 14.0 * beat, 0.0),
     }
 
@@ -81,10 +81,10 @@ def clapping(moment: Moment) -> Act:
     style = moment.style
     cycles = style.beat(moment.time_s, 0.55)
     gap = 0.055 * style.size(cycles, 4) * (1.0 + sin(2.0 * pi * cycles))
-    x, y = 0.010 * style.drift(moment.time_s, 5), 0.02 + 0.012 * style.drift(moment.time_s, 8)
+    x, y = 0.010 * style.drift(moment.time_s, 5), 0.085 + 0.012 * style.drift(moment.time_s, 8)
     hands: Hands = {
         side: Hand(
-            (x + outwards(side) * (0.014 + gap), y + 0.010 * outwards(side), 0.185 - 0.4 * gap),
+            (x + outwards(side) * (0.014 + gap), y + 0.010 * outwards(side), 0.195 - 0.4 * gap),
             elbow=(0.6 * outwards(side), -1.0, -0.1),
         )
         for side in SIDES
@@ -95,30 +95,30 @@ def clapping(moment: Moment) -> Act:
 def punching(moment: Moment) -> Act:
     """Boxing from a guard: straight punches in turns, hips and shoulders go with each."""
     style = moment.style
-    cycles = style.beat(moment.time_s, 1.15)
+    cycles = style.beat(moment.time_s, 1.0)
     twist = 0.0
     hands: Hands = {}
     for side, late in IN_TURNS:
         to = outwards(side)
-        out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.7
+        out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 2.2
         out *= min(style.size(cycles + late, 4 if side == "l" else 10), 1.1)
         wobble = 0.012 * style.drift(1.5 * moment.time_s, 7 if side == "l" else 12)
         hands[side] = Hand(
-            (to * (0.062 + 0.085 * out), 0.135 + wobble + 0.015 * out, 0.140 + 0.205 * out),
+            (to * (0.062 + 0.10 * out), 0.135 + wobble + 0.015 * out, 0.125 + 0.235 * out),
             elbow=(to * (0.45 + 0.5 * out), -1.0, -0.2),
             palm_deg=10.0 + 60.0 * out,
         )
         twist -= to * out
     bob = sin(4.0 * pi * cycles)
     angles: Angles = {
-        "pelvis": (8.0 + 1.5 * bob, 0.0, 9.0 * twist),
-        "abdomen": (6.0, 1.5 * twist, 7.0 * twist),
-        "chest": (5.0 + 2.0 * bob, 0.0, 9.0 * twist),
+        "pelvis": (13.0 + 3.5 * bob, 0.0, 11.0 * twist),
+        "abdomen": (9.0, 1.5 * twist, 8.0 * twist),
+        "chest": (8.0 + 4.0 * bob, 0.0, 11.0 * twist),
         "neck": (4.0, 0.0, -14.0 * twist),
         "head": (-4.0 + 2.0 * style.drift(moment.time_s, 1), 0.0, -8.0 * twist),
     }
     left, _, front = sway(moment, 1.2)
-    hips = (left - 0.004 * twist, -0.022 + 0.006 * bob, front + 0.012 * abs(twist))
+    hips = (left - 0.012 * twist, -0.028 + 0.009 * bob, front + 0.028 * abs(twist))
     feet: Feet = {
         "l": Foot(front=0.07),
         "r": Foot(left=-0.015, front=-0.06, heel_deg=8.0),
@@ -185,8 +185,8 @@ def crossed_arms(moment: Moment) -> Act:
     """Arms crossed before the chest, the left forearm on top."""
     breath = 0.004 * moment.style.drift(moment.time_s, 2)
     hands: Hands = {
-        "r": Hand((0.088, 0.035 + breath, 0.092), (-0.6, -1.0, 0.15), palm_deg=20.0),
-        "l": Hand((-0.070, 0.050 + breath, 0.150), (0.7, -1.0, 0.25), palm_deg=20.0),
+        "r": Hand((0.088, 0.055 + breath, 0.094), (-0.6, -1.0, 0.15), palm_deg=20.0),
+        "l": Hand((-0.060, 0.068 + breath, 0.150), (0.7, -1.0, 0.25), palm_deg=20.0),
     }
     return Act(follow(moment), sway(moment), hands=hands)
 

@@ -96,15 +96,15 @@ _JUMPING_ARMS = Keyframes(
         "upper_arm_l": (2, 9, 10), "upper_arm_r": (2, 9, 10),
         "forearm_l": (18, 0, 15), "forearm_r": (18, 0, 15),
     }),
-    (0.30, {
+    (0.24, {
         "pelvis": (15, 0, 0), "abdomen": (10, 0, 0), "chest": (8, 0, 0), "neck": (-6, 0, 0),
-        "upper_arm_l": (-26, 12, 8), "upper_arm_r": (-26, 12, 8),
+        "upper_arm_l": (-12, 12, 8), "upper_arm_r": (-12, 12, 8),
         "forearm_l": (28, 0, 15), "forearm_r": (28, 0, 15),
     }),
-    (0.55, {
+    (0.57, {
         "pelvis": (0, 0, 0), "abdomen": (-3, 0, 0), "chest": (-2, 0, 0), "neck": (4, 0, 0),
-        "upper_arm_l": (58, 20, 4), "upper_arm_r": (58, 20, 4),
-        "forearm_l": (52, 0, 15), "forearm_r": (52, 0, 15),
+        "upper_arm_l": (28, 18, 6), "upper_arm_r": (28, 18, 6),
+        "forearm_l": (38, 0, 15), "forearm_r": (38, 0, 15),
     }),
     (0.76, {
         "pelvis": (12, 0, 0), "abdomen": (6, 0, 0), "chest": (5, 0, 0),
@@ -146,7 +146,7 @@ def jumping_in_place(moment: Moment) -> Act:
     style = moment.style
     now = style.repetition(moment.time_s, 1.35)
     size = min(style.size(now.k, 4), 1.12)
-    hop = _hop(moment, 0.075 * size, 0.35 * size, now.length_s)
+    hop = _hop(moment, 0.068 * size, 0.35 * size, now.length_s)
     t = now.since_s
 
     def spot(k: int) -> tuple[float, float]:
@@ -191,7 +191,7 @@ APART: Final = 0.105
 def jumping_jacks(moment: Moment) -> Act:
     """Hops with legs apart and arms up, and back again."""
     style = moment.style
-    now = style.repetition(moment.time_s, 1.9)
+    now = style.repetition(moment.time_s, 2.4)
     size = min(style.size(now.k, 4), 1.1)
     half_s = 0.5 * now.length_s
     is_out = now.since_s < half_s
@@ -218,7 +218,7 @@ def marching(moment: Moment) -> Act:
     cycles = style.beat(moment.time_s, 1.7)
     feet: Feet = {}
     for side, late in IN_TURNS:
-        up = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.3 * style.size(cycles + late, 4)
+        up = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 2 * style.size(cycles + late, 4)
         feet[side] = Foot(up=0.13 * up, front=0.05 * up, heel_deg=18.0 * up)
     aside = 0.030 * sin(2.0 * pi * cycles)
     swing = 14.0 * sin(2.0 * pi * cycles)

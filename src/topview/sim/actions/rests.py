@@ -80,8 +80,8 @@ def sit_down_stand_up(moment: Moment) -> Act:
     return _sat(moment, float(_DOWN_UP(now.phase)))
 
 
-KNEE_UP: Final = 0.036
-"""The knee's centre above the floor while it carries: half its breadth (`topview.sim.flesh`)."""
+KNEE_UP: Final = 0.048
+"""The knee's centre above the floor while it carries: half its breadth, in trousers (ours)."""
 THIGH_SHARE: Final = 0.245
 _KNEEL = curve((0.0, 0.0), (0.05, 0.0), (0.30, 1.0), (0.66, 1.0), (0.92, 0.0), (1.0, 0.0))
 
@@ -94,7 +94,7 @@ def kneeling(moment: Moment) -> Act:
 
 def kneel(moment: Moment, down: float) -> Act:
     """Between standing (0) and kneeling on the right knee (1)."""
-    step, back = smooth_step(2.2 * down), smooth_step(1.5 * (down - 0.15))
+    step, back = smooth_step(2.4 * down), smooth_step(1.7 * (down - 0.40))
     lean = sin(pi * min(down, 1.0))
     hips_up = THIGH_SHARE + KNEE_UP - HIP_SHARE
     angles: Angles = {

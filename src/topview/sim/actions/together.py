@@ -16,7 +16,7 @@ def pointing(moment: Moment) -> Act:
     style = moment.style
     now = style.repetition(moment.time_s, 2.8)
     out = float(_POINT(now.phase))
-    up, aside = 82.0 + 22.0 * style.drift(3.0 * now.k, 5), 34.0 + 34.0 * style.drift(2.3 * now.k, 9)
+    up, aside = 82.0 + 22.0 * style.drift(3.0 * now.k, 5), 28.0 + 52.0 * style.drift(2.3 * now.k, 9)
     turn = (20.0 - 0.5 * aside) * out
     arm = {
         "upper_arm_r": (3.0 + (up * 0.8 - 0.3 * aside) * out, 9.0 + aside * out, 10.0 - 25.0 * out),
@@ -38,7 +38,7 @@ def reaching_out(moment: Moment) -> Act:
     now = style.repetition(moment.time_s, 2.8)
     out = float(_REACH(now.phase))
     high, aside = style.drift(3.0 * now.k + 1.0, 5), style.drift(2.3 * now.k, 9)
-    at = (-0.11 + 0.10 * aside * out, -0.12 + (0.24 + 0.16 * high) * out, 0.07 + 0.25 * out)
+    at = (-0.11 + 0.18 * aside * out, -0.12 + (0.22 + 0.26 * high) * out, 0.07 + 0.25 * out)
     low = max(0.4 - high, 0.0)
     more = {
         "pelvis": (8.0 * out * low, 0.0, 4.0 * out),
@@ -61,7 +61,7 @@ def handshake(moment: Moment) -> Act:
     """The right hand holds another's at a point in the room, and shakes it."""
     x, y, z = _target(moment)
     shake = 0.035 * sin(2.0 * pi * moment.time_s / 0.42)
-    hands: Hands = {"r": Hand((x, y, z + shake), (-0.5, -1.0, -0.3), 0.0, is_in_room=True)}
+    hands: Hands = {"r": Hand((x, y, z + shake), (-0.5, -1.0, -0.3), 0.0, frame="room")}
     more = {"pelvis": (4, 0, 3), "abdomen": (3, 0, 3), "chest": (2, 0, 8), "neck": (0, 0, -8)}
     return Act(added(follow(moment), more), sway(moment, 0.6), hands=hands)
 
@@ -70,8 +70,8 @@ def hug(moment: Moment) -> Act:
     """Both arms around somebody who stands at a point in the room, the right one over."""
     pat = 0.015 * sin(2.0 * pi * moment.time_s / 0.7)
     hands: Hands = {
-        "r": Hand((0.03, 0.145 + pat, 0.30), (-1.0, 0.1, 0.5), 10.0),
-        "l": Hand((-0.03, 0.010, 0.28), (1.0, -0.5, 0.4), 10.0),
+        "r": Hand((0.045, 0.13 + pat, 0.25), (-1.0, 0.0, 0.6), 10.0),
+        "l": Hand((-0.045, 0.0, 0.24), (1.0, -0.5, 0.6), 10.0),
     }
     more = {"pelvis": (5, 0, 0), "abdomen": (5, 0, 0), "chest": (3, 3, 0), "neck": (4, 12, 10),
             "head": (6, 8, 6)}  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sin
 from typing import Final
 
-from topview.sim.actions.act import Act, Angles, Moment
+from topview.sim.actions.act import SIDES, Act, Angles, Hand, Hands, Moment, outwards
 from topview.sim.actions.arms import added, follow, sway
 from topview.sim.actions.gait import stepping_round
 from topview.sim.actions.keyframes import Keyframes, curve
@@ -27,17 +27,17 @@ _BENDING = Keyframes(
         "pelvis": (2, 0, 0), "abdomen": (1, 0, 0), "chest": (2, 0, 0), "neck": (6, 0, 0),
         "upper_arm": (3, 9, 10), "forearm": (14, 0, 15), "hand": (0, 0, 0),
     })),
-    (0.24, _both({
+    (0.28, _both({
         "pelvis": (-3, 0, 0), "abdomen": (-6, 0, 0), "chest": (-6, 0, 0), "neck": (-8, 0, 0),
         "upper_arm": (164, 14, -8), "forearm": (12, 0, 10),
     })),
-    (0.30, {}),
-    (0.55, _both({
+    (0.31, {}),
+    (0.61, _both({
         "pelvis": (74, 0, 0), "abdomen": (34, 0, 0), "chest": (22, 0, 0), "neck": (4, 0, 0),
-        "upper_arm": (104, 6, 8), "forearm": (6, 0, 20),
+        "upper_arm": (112, 6, 8), "forearm": (8, 0, 20),
     })),
-    (0.64, _both({"pelvis": (77, 0, 0), "abdomen": (36, 0, 0), "upper_arm": (98, 6, 8)})),
-    (0.92, _both({
+    (0.68, _both({"pelvis": (77, 0, 0), "abdomen": (36, 0, 0), "upper_arm": (108, 6, 8)})),
+    (0.97, _both({
         "pelvis": (2, 0, 0), "abdomen": (1, 0, 0), "chest": (2, 0, 0), "neck": (6, 0, 0),
         "upper_arm": (3, 9, 10), "forearm": (14, 0, 15),
     })),
@@ -48,10 +48,24 @@ _BENDING = Keyframes(
 def bending(moment: Moment) -> Act:
     """Hands up, then down to the feet with straight knees."""
     style = moment.style
-    now = style.repetition(moment.time_s, 4.0)
+    now = style.repetition(moment.time_s, 5.2)
     size = min(style.size(now.k, 4), 1.04)
     uneven = {name: (0.0, b, c) for name, (_, b, c) in follow(moment).items()}
-    return Act(added(_BENDING(now.phase, size), uneven), sway(moment, 0.5))
+    down = float(_TO_THE_FEET(now.phase))
+    apart = 0.055 + 0.01 * style.drift(now.k, 6)
+    hands: Hands = {
+        side: Hand(
+            (apart * outwards(side), 0.095 + 0.02 * style.drift(now.k, 8), 0.115),
+            elbow=(0.6 * outwards(side), 0.2, -0.6),
+            frame="floor",
+            weight=down,
+        )
+        for side in SIDES
+    }
+    return Act(added(_BENDING(now.phase, size), uneven), sway(moment, 0.5), hands=hands)
+
+
+_TO_THE_FEET = curve((0.0, 0.0), (0.36, 0.0), (0.61, 1.0), (0.68, 1.0), (0.94, 0.0), (1.0, 0.0))
 
 
 def bowing(moment: Moment) -> Act:
@@ -133,9 +147,8 @@ ASIDE_S: Final = 1.0
 
 def _aside(turn_deg: float, moment: Moment) -> Act:
     """Turned to a side; the clip's own fading would slide the feet, so it steps there itself."""
-    there = smooth_step(moment.time_s / ASIDE_S)
-    back = smooth_step((moment.left_s) / ASIDE_S)
-    return _turn(turn_deg, there, moment) if there < 1.0 else _turn(turn_deg, back, moment)
+    there, back = moment.time_s / ASIDE_S, moment.left_s / ASIDE_S
+    return _turn(turn_deg, smooth_step(min(there, back)), moment)
 
 
 def turned_left(moment: Moment) -> Act:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2
 
+import numpy as np
+
+from topview.records import Camera
+from topview.sim.bodies import PART_NAMES
 from topview.sim.paths import Path, Route
-from topview.sim.scene import Actor
+from topview.sim.render import draw_people
+from topview.sim.room import render_room
+from topview.sim.scene import Actor, Mount, Room
 from topview.sim.scenes.stage import (
     SETTLE_S,
     TO_CAMERA,
@@ -19,6 +25,7 @@ from topview.sim.scenes.stage import (
     clip,
     stands,
 )
+from topview.sim.skeleton import segment_poses
 
 Place = tuple[float, float]
 
@@ -89,10 +96,10 @@ def _meet(gap_m: float, leave_s: float, y: float) -> tuple[Route, Route]:
     """Two routes that meet in the middle, face to face, and part again."""
     half = gap_m / 2
     return (
-        route((-1.15, y), TO_CAMERA, Go(0.7, ((-half, y),), TO_RIGHT, 0.9),
-              Go(leave_s, ((-1.15, y + 0.1),), TO_CAMERA, 0.9)),
-        route((1.15, y), TO_CAMERA, Go(0.8, ((half, y),), TO_LEFT, 0.9),
-              Go(leave_s + 0.2, ((1.15, y + 0.1),), TO_CAMERA, 0.9)),
+        route((-1.0, y), TO_CAMERA, Go(0.7, ((-half, y),), TO_RIGHT, 0.9),
+              Go(leave_s, ((-1.0, y + 0.1),), TO_CAMERA, 0.9)),
+        route((1.0, y), TO_CAMERA, Go(0.8, ((half, y),), TO_LEFT, 0.9),
+              Go(leave_s + 0.2, ((1.0, y + 0.1),), TO_CAMERA, 0.9)),
     )  # fmt: skip
 
 
@@ -101,7 +108,7 @@ def _handshake(casting: Casting) -> Staging:
     left, right = _meet(0.86, 6.2, y)
     shake = clip("handshake", 2.6, 5.9, target_room=(0.0, y, 1.02), ramp_s=0.6)
     return Staging([
-        casting.actor(left, (shake, clip("waving_one_hand", 9.0))),
+        casting.actor(left, (shake, clip("waving_one_hand", 9.0, side="l"))),
         casting.actor(right, (shake, clip("crossed_arms", 9.2))),
     ])  # fmt: skip
 
@@ -113,7 +120,7 @@ def _hug(casting: Casting) -> Staging:
 
 
 def _throw_between(casting: Casting) -> Staging:
-    a, b = (-1.05, 2.9), (1.05, 3.1)
+    a, b = (-0.95, 2.9), (0.95, 3.1)
     throws, catches = (clip(name, SETTLE_S) for name in ("throw_to", "catch_from"))
     return Staging([
         casting.actor(stands(*a, 0.75 * towards(a, b) + 0.25 * TO_CAMERA), (throws,)),
@@ -132,14 +139,15 @@ def _enter_and_leave(casting: Casting) -> Staging:
         (clip("waving_one_hand", 4.6, 7.4, side="l"),),
     )  # fmt: skip
     second = casting.actor(
-        route((2.5, 3.9), TO_LEFT, Go(4.5, ((0.7, 3.8),), TO_CAMERA, 1.0),
-              Go(12.0, ((2.5, 3.9),), TO_RIGHT, 1.1)),
+        route((2.6, 3.5), TO_LEFT, Go(4.5, ((0.85, 3.7),), TO_CAMERA, 1.0),
+              Go(12.0, ((2.6, 3.5),), TO_RIGHT, 1.1)),
         (clip("crossed_arms", 8.0, 11.4),),
     )  # fmt: skip
     return Staging([stays, first, second])
 
 
-DUMMY_Y_M, USER_Y_M = 2.15, 3.1
+DUMMY_Y_M, USER_Y_M = 2.25, 3.1
+TINY = Camera(fx=131.25, fy=131.25, cx=79.5, cy=59.5, width=160, height=120)
 
 
 def _dummy_occluder(casting: Casting) -> Staging:
@@ -157,19 +165,41 @@ def _dummy_occluder(casting: Casting) -> Staging:
             clip("reaching", 22.2),
         ),
     )
-    spots = [(_hiding_x(user, casting, share), DUMMY_Y_M) for share in (0.3, 0.6)]
+    dummy = casting.actor(stands(0.0, DUMMY_Y_M))
+    spots = [(_hiding_x(user, dummy, share), DUMMY_Y_M) for share in (0.3, 0.6)]
     way = route(
-        (-1.9, 1.9), TO_RIGHT, Go(3.6, (spots[0],), TO_CAMERA, 0.9),
-        Go(11.4, (spots[1],), TO_CAMERA, 0.3), Go(19.0, ((-1.9, 1.9),), TO_LEFT, 1.0),
+        (-1.9, 1.95), TO_RIGHT, Go(3.6, (spots[0],), TO_CAMERA, 0.9),
+        Go(11.4, (spots[1],), TO_CAMERA, 0.3), Go(19.0, ((-1.9, 1.95),), TO_LEFT, 1.0),
     )  # fmt: skip
-    return Staging([user, casting.actor(way)])
+    return Staging([user, replace(dummy, performance=replace(dummy.performance, path=way))])
 
 
-def _hiding_x(user: Actor, casting: Casting, share: float) -> float:
-    del casting
-    half = 0.115 * user.body.look.stature_m / USER_Y_M
-    edge = -half + 2.0 * half * share
-    return (edge - 0.155 * 1.72 / DUMMY_Y_M) * DUMMY_Y_M
+def _hiding_x(user: Actor, dummy: Actor, share: float) -> float:
+    """Where the dummy, from the left, hides that share of the user's trunk, by rendering."""
+    background = render_room(Room(), (), TINY, Mount())
+    T_camera_room = Mount().T_camera_room()
+    trunk = [PART_NAMES.index(part) for part in ("upper_torso", "lower_torso")]
+
+    def seen(*xs: float) -> int:
+        """Pixels of the user's trunk, with a dummy at x if one is given."""
+        bodies, poses = [user.body], [user.performance.pose(user.body, 0.0)]
+        for x in xs:
+            pose = dummy.performance.pose(dummy.body, 0.0)
+            bodies.append(dummy.body)
+            poses.append(replace(pose, root_room=pose.root_room + np.array([x, 0.0, 0.0])))
+        Ts = [
+            T_camera_room @ segment_poses(body.offsets_m, pose)
+            for body, pose in zip(bodies, poses, strict=True)
+        ]
+        drawn = draw_people(bodies, Ts, background, TINY)
+        return int(((drawn.instance == 1) & np.isin(drawn.part, trunk)).sum())
+
+    whole = seen()
+    low, high = -0.9, 0.0
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if seen(middle) > (1.0 - share) * whole else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _four_users(casting: Casting) -> Staging:
@@ -177,28 +207,28 @@ def _four_users(casting: Casting) -> Staging:
     again = clip("handshake", 33.6, 36.6, target_room=(0.1, 3.6, 1.02), ramp_s=0.6)
     return Staging([
         casting.actor(
-            route((-1.0, 2.6), TO_CAMERA, Go(6.5, ((-0.38, 2.7),), TO_RIGHT),
-                  Go(13.0, ((-0.75, 2.45),)), Go(25.0, ((-1.05, 2.75),)),
-                  Go(39.0, ((0.0, 2.4), (1.0, 2.6)))),
-            (clip("waving_one_hand", 0.5, 4.0), hands, clip("boxing", 17.0, 23.0),
-             clip("looking_around", 28.0, 33.0), clip("pointing", 33.5, 38.0),
-             clip("waving_two_hands", 44.0)),
+            route((-1.0, 2.7), TO_CAMERA, Go(6.5, ((-0.38, 2.7),), TO_RIGHT),
+                  Go(13.0, ((-1.0, 2.6),)), Go(25.0, ((-0.95, 2.9),)),
+                  Go(39.0, ((0.0, 2.5), (0.95, 2.8)))),
+            (clip("waving_one_hand", 0.5, 4.0, side="l"), hands, clip("boxing", 17.0, 23.0),
+             clip("looking_around", 28.0, 33.0), clip("pointing", 33.5, 38.0, side="l"),
+             clip("clapping", 44.0)),
         ),
         casting.actor(
             route((1.0, 2.7), TO_CAMERA, Go(6.3, ((0.48, 2.7),), TO_LEFT),
-                  Go(13.2, ((0.85, 2.55),)), Go(40.5, ((0.2, 3.1), (-0.9, 2.9)))),
-            (clip("crossed_arms", 0.8, 5.2), hands, clip("pointing", 17.0, 24.0, side="l"),
+                  Go(13.2, ((1.0, 2.7),)), Go(40.5, ((0.2, 3.1), (-0.95, 2.9)))),
+            (clip("crossed_arms", 0.8, 5.2), hands, clip("pointing", 17.0, 24.0),
              clip("clapping", 26.0, 30.0), clip("leaning", 30.5, 37.0), clip("throwing", 45.0)),
         ),
         casting.actor(
-            route((-0.6, 3.6), TO_CAMERA, Go(13.0, ((0.2, 4.0), (1.15, 3.7))),
-                  Go(30.5, ((0.53, 3.6),), TO_LEFT), Go(37.0, ((1.2, 3.6),))),
+            route((-0.5, 3.7), TO_CAMERA, Go(13.0, ((0.1, 4.0), (0.75, 3.8))),
+                  Go(30.5, ((0.53, 3.6),), TO_LEFT), Go(37.0, ((0.6, 3.9),))),
             (clip("looking_around", 0.5, 6.0), clip("hands_behind_back", 6.5, 12.0),
              clip("reaching", 18.0, 29.0), again, clip("crossed_arms", 41.0)),
         ),
         casting.actor(
-            route((0.6, 3.7), TO_CAMERA, Go(13.6, ((0.0, 3.3), (-0.95, 3.6))),
-                  Go(30.8, ((-0.33, 3.6),), TO_RIGHT), Go(37.2, ((-0.5, 3.8),))),
+            route((0.5, 3.8), TO_CAMERA, Go(13.6, ((0.0, 3.4), (-0.65, 3.6))),
+                  Go(30.8, ((-0.33, 3.6),), TO_RIGHT), Go(37.2, ((-0.45, 3.9),))),
             (clip("waving_two_hands", 0.5, 5.0), clip("bowing", 5.5, 12.5),
              clip("boxing", 18.5, 24.0), clip("pointing", 24.5, 29.5), again,
              clip("waving_one_hand", 41.0)),

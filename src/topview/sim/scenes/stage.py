@@ -22,6 +22,8 @@ TO_CAMERA: Final = radians(-90)
 TO_RIGHT: Final = 0.0
 TO_LEFT: Final = radians(180)
 FOREVER_S: Final = 1e4
+EASY_RAMP_S: Final = 0.8
+"""How long people take to begin and end in the longer scenes (ours)."""
 SETTLE_S: Final = 0.5
 """How long people stand before they act, as in Berkeley MHAD."""
 
@@ -83,8 +85,8 @@ def stands(x: float, y: float, heading_rad: float = TO_CAMERA) -> Path:
 
 
 def clip(action: str, start_s: float, end_s: float = FOREVER_S, **more: object) -> Clip:
-    """A clip that by default lasts as long as the recording."""
-    return replace(Clip(action, start_s, end_s), **more)
+    """A clip that by default lasts as long as the recording and takes its time to begin."""
+    return replace(Clip(action, start_s, end_s, ramp_s=EASY_RAMP_S), **more)
 
 
 def chair_of(actor: Actor, seat_m: float, color: Rgb = WOODS[0]) -> tuple[Furniture, ...]:
