@@ -179,7 +179,9 @@ class TestPartFrames:
     def test_they_agree_with_the_simulators(self, truth: GroundTruth) -> None:
         names = [_ours(name) for name in truth.names]
         keep = [k for k, name in enumerate(names) if name in JOINT_NAMES]
-        told = rotations_from_joints([names[k] for k in keep], truth.joints[:, 0, keep])
+        told = rotations_from_joints(
+            [names[k] for k in keep], truth.joints[:, 0, keep].astype(np.float64)
+        )
         for part in ("upper_torso", "lower_torso", "left_upper_leg", "right_lower_leg"):
             theirs = truth.part_names.tolist().index(
                 part if "torso" in part else f"{part.split('_', 1)[1]}_{part[0]}"
@@ -191,7 +193,7 @@ class TestPartFrames:
 
     def test_statures(self, truth: GroundTruth) -> None:
         names = [_ours(name) for name in truth.names]
-        joints = truth.joints.astype(float).copy()
+        joints = np.array(truth.joints, np.float64)
         joints[:20] = np.nan
         statures_m = statures_from_joints(names, joints)
         assert statures_m == pytest.approx(truth.stature, rel=0.06)

@@ -13,6 +13,7 @@ from cyclopts import App, CycloptsError
 from topview.cli.simulate import simulate
 from topview.records import InputError
 from topview.sim import SimulatedRecording, scene_by_name, simulate_truth, write_scene
+from topview.sim.bodies import PART_NAMES
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +29,9 @@ def test_images_are_those_of_the_recording(folder: Path) -> None:
     recording = SimulatedRecording(scene_by_name("pass_by", seed=3, frames=4))
     for index in range(4):
         frame = recording.simulate(index)
-        depth, rgb, mask = (
+        depth, rgb, mask, part = (
             cv2.imread(str(folder / kind / f"{index:06d}.png"), cv2.IMREAD_UNCHANGED)
-            for kind in ("depth", "rgb", "mask")
+            for kind in ("depth", "rgb", "mask", "part")
         )
         assert depth is not None
         assert rgb is not None
@@ -38,6 +39,10 @@ def test_images_are_those_of_the_recording(folder: Path) -> None:
         np.testing.assert_array_equal(depth, frame.depth_mm)
         np.testing.assert_array_equal(rgb[..., ::-1], frame.color)
         np.testing.assert_array_equal(mask, frame.mask)
+        np.testing.assert_array_equal(part, frame.part)
+        np.testing.assert_array_equal(frame.part > 0, frame.mask > 0)
+        assert frame.part.max() <= len(PART_NAMES)
+        assert len(np.unique(frame.part)) > 10
         assert set(np.unique(frame.mask)) == {0, 1, 2}
 
 

@@ -35,7 +35,7 @@ def simulate(
 
     Args:
         scene: what happens: one of SCENE_NAMES.
-        out: folder for depth/, rgb/, mask/, camera.json and groundtruth.npz.
+        out: folder for depth/, rgb/, mask/, part/, camera.json and groundtruth.npz.
         people: how many; more than the scene asks for stand in the background.
         seed: of bodies, clothes, style of motion and sensor noise.
         frames: how many, at 30 a second; 120 if not given.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from topview.records import Camera, Frame
 from topview.sim.bodies import JOINT_NAMES
 from topview.sim.colour import ColorCamera
-from topview.sim.images import FURNITURE, ROOM
+from topview.sim.images import FURNITURE, NO_PART, ROOM
 from topview.sim.noise import noise_generator
 from topview.sim.render import Renderer
 from topview.sim.scene import Scene
@@ -31,6 +31,7 @@ class SimulatedFrame:
         depth_mm: [H, W] uint16, 0 = no reading.
         color: [H, W, 3] uint8 RGB.
         mask: [H, W] uint8, person k, 0 elsewhere; without noise.
+        part: [H, W] uint8, 1 + index into `bodies.PART_NAMES`, 0 elsewhere; without noise.
         truth: joints and what hides them.
     """
 
@@ -38,6 +39,7 @@ class SimulatedFrame:
     depth_mm: NDArray[np.uint16]
     color: NDArray[np.uint8]
     mask: NDArray[np.uint8]
+    part: NDArray[np.uint8]
     truth: FrameTruth
 
 
@@ -88,5 +90,6 @@ class SimulatedRecording:
             depth_mm=self._depth_camera.sense(rendering, rng),
             color=self._color_camera.picture(rendering, feet, levels, rng),
             mask=np.where(rendering.instance == FURNITURE, ROOM, rendering.instance),
+            part=np.where(rendering.part == NO_PART, 0, rendering.part + 1).astype(np.uint8),
             truth=truth,
         )

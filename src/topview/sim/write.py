@@ -26,7 +26,8 @@ def write_scene(
     on_frame: Callable[[int], None] | None = None,
     threads: int | None = None,
 ) -> GroundTruth:
-    """Simulate a scene into a folder: `depth/`, `rgb/`, `mask/`, `camera.json`, `groundtruth.npz`.
+    """Simulate a scene into a folder: `depth/`, `rgb/`, `mask/` (person k), `part/` (1 + index of
+    the body part), `camera.json`, `groundtruth.npz`.
 
     Args:
         scene: what to simulate.
@@ -42,7 +43,7 @@ def write_scene(
     recording = SimulatedRecording(scene)
     truths = []
     try:
-        for name in ("depth", "rgb", "mask"):
+        for name in ("depth", "rgb", "mask", "part"):
             (folder / name).mkdir(parents=True, exist_ok=True)
         (folder / "camera.json").write_bytes(
             msgspec.json.format(msgspec.json.encode(_camera_json(scene)), indent=1)
@@ -82,6 +83,7 @@ def _write_frame(recording: SimulatedRecording, folder: Path, index: int) -> Fra
     _write_png(folder / "depth" / file, frame.depth_mm)
     _write_png(folder / "rgb" / file, frame.color[..., ::-1])
     _write_png(folder / "mask" / file, frame.mask)
+    _write_png(folder / "part" / file, frame.part)
     return frame.truth
 
 

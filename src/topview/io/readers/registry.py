@@ -26,13 +26,6 @@ class Reader:
 READERS: Final[dict[str, Reader]] = {
     reader.name: reader
     for reader in (
-        # Before the folder of images, which any folder is taken for.
-        Reader(
-            "berkeley-mhad",
-            "a folder Kinect/Kin01/S01/A01/R01 of the data set",
-            berkeley_mhad.recognises,
-            berkeley_mhad.BerkeleyMhadRecording,
-        ),
         Reader(
             "folder",
             "a folder with depth/000000.png ... and camera.json",
@@ -45,6 +38,12 @@ READERS: Final[dict[str, Reader]] = {
             "a *_sdepth.bin",
             msr_action3d.recognises,
             msr_action3d.MsrAction3dRecording,
+        ),
+        Reader(
+            "berkeley-mhad",
+            "a folder Kinect/Kin01/S01/A01/R01 of the data set",
+            berkeley_mhad.recognises,
+            berkeley_mhad.BerkeleyMhadRecording,
         ),
         Reader("pcd", "an organized .pcd", pcd.recognises, pcd.PcdRecording),
     )
@@ -67,7 +66,7 @@ def open_recording(path: str | PathLike[str], format: str | None = None) -> Reco
     path = Path(path)
     if format is not None:
         return READERS[format].open(path)
-    for reader in READERS.values():
+    for reader in reversed(READERS.values()):  # any folder is taken for one of images
         if reader.recognises(path):
             return reader.open(path)
     raise InputError(f"{path}: no format that is known; it must be one of {known}")
