@@ -184,6 +184,21 @@ def _nothing(camera: Camera) -> Rendering:
     )
 
 
+def marker_places(scene: Scene, wearers: int = 1) -> NDArray[np.float64]:
+    """[F, P, M, 2, 3] metres in the scene's camera frame: the middles of the balls in front of and
+    behind the `MARKED_JOINTS` of those who wear them."""
+    T_camera_room = scene.mount.T_camera_room()
+    places = np.empty((scene.frames, wearers, len(MARKED_JOINTS) * 2, 3))
+    for p, actor in enumerate(scene.actors[:wearers]):
+        body = actor.body
+        balls = slice(-places.shape[2], None)  # the last pieces of flesh
+        for f in range(scene.frames):
+            pose = actor.performance.pose(body, f / scene.fps)
+            Ts = T_camera_room @ segment_poses(body.offsets_m, pose)
+            places[f, p] = body.flesh(Ts).starts[balls]
+    return places.reshape(scene.frames, wearers, -1, 2, 3)
+
+
 def T_front_rear(front: Scene, rear: Scene) -> NDArray[np.float64]:
     """[4, 4] rear into front camera frame."""
     return front.mount.T_camera_room() @ np.linalg.inv(rear.mount.T_camera_room())
@@ -194,7 +209,7 @@ def write_marker_scenes(
 ) -> None:
     """Simulate into `front/` and `rear/`, in the folder layout but without `groundtruth.npz`, and
     `truth.npz` for checking: the keys of `topview.sim.truth.GroundTruth`, as seen from the front
-    camera, and `T_front_rear`.
+    camera, `T_front_rear`, `marker_joints` and `markers` (see `marker_places`).
 
     Raises:
         InputError: the folder cannot be written to.
@@ -205,7 +220,12 @@ def write_marker_scenes(
     try:
         for name in ("front", "rear"):
             (folder / name / "groundtruth.npz").unlink()
-        arrays: dict[str, Any] = {**truth.arrays(), "T_front_rear": T_front_rear(front, rear)}
+        arrays: dict[str, Any] = {
+            **truth.arrays(),
+            "T_front_rear": T_front_rear(front, rear),
+            "marker_joints": np.array(MARKED_JOINTS),
+            "markers": marker_places(front),
+        }
         np.savez_compressed(folder / "truth.npz", **arrays)
     except OSError as error:
         raise InputError(

@@ -36,6 +36,7 @@ class FolderRecording:
     Attributes:
         name: the folder's name.
         camera: of all frames.
+        fps: frames per second.
         problems: relative to the folder.
 
     Raises:
@@ -56,7 +57,7 @@ class FolderRecording:
         camera_file = read_camera_json(self._root / "camera.json")
         self.camera = camera_file.camera
         self._metres_per_unit = camera_file.metres_per_unit
-        self._fps = camera_file.fps
+        self.fps = camera_file.fps
         self._note_gaps()
         self._note_missing_color()
 
@@ -65,14 +66,26 @@ class FolderRecording:
         return len(self._depth_paths)
 
     def __iter__(self) -> Iterator[Frame]:
-        for index, depth_path in self._depth_paths.items():
-            try:
-                depth_m = self._read_depth(depth_path)
-            except InputError as error:
-                self._note(str(error))
-                continue
-            color = self._read_color(self._color_paths.get(index))
-            yield Frame(index, index / self._fps, depth_m, self.camera, color)
+        for index in self._depth_paths:
+            if (frame := self.frame(index)) is not None:
+                yield frame
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """The frames that there are, in order, the unreadable ones included."""
+        return tuple(self._depth_paths)
+
+    def frame(self, index: int) -> Frame | None:
+        """One frame by its index; None where there is none or it cannot be read."""
+        if index not in self._depth_paths:
+            return None
+        try:
+            depth_m = self._read_depth(self._depth_paths[index])
+        except InputError as error:
+            self._note(str(error))
+            return None
+        color = self._read_color(self._color_paths.get(index))
+        return Frame(index, index / self.fps, depth_m, self.camera, color)
 
     def _read_depth(self, path: Path) -> NDArray[np.float32]:
         with naming(path.relative_to(self._root)):

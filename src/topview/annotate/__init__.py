@@ -1,0 +1,2 @@
+"""Truth from colour markers: joints in 3D from two RGB-D recordings of people who wear markers on
+both sides of their joints (Sec. 6.1.2)."""

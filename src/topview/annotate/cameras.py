@@ -1,0 +1,258 @@
+"""How the rear camera stands to the front camera, in space and in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
+
+from topview.annotate.landmarks import BACK, DEPTHS, FRONT, NAMES
+from topview.annotate.starting import similarity
+from topview.annotate.tracks import NONE, J, Tracks, View, moved, trunk_axes
+from topview.geometry.rotations import rotations_from_vectors, transform, vectors_from_rotations
+from topview.people.floor import FloorPlane
+from topview.records import InputError
+
+LEAST_LIKENESS: Final = 0.4
+"""Correlation of the two views' motion below which they cannot be aligned (ours)."""
+MOST_OFFSET_S: Final = 4.0
+SMOOTH_S: Final = 0.05
+"""Width of the filter over joint speeds (ours)."""
+LEAST_SPEED_MPS: Final = 0.3
+"""Of the fastest joint: if nothing is faster, nobody moves and the views cannot be aligned."""
+
+
+def time_offset_frames(
+    front: Tracks, rear: Tracks, floors: Sequence[FloorPlane | None], fps: float
+) -> int:
+    """How many frames later the same moment comes in the rear recording, from the speeds at which
+    joints rise and sink over the floor, or from their speeds where there is no floor: both are the
+    same from everywhere.
+
+    Raises:
+        InputError: nobody moves, or the motions are not alike at any offset.
+    """
+    a, b = _motion(front, floors[0], fps), _motion(rear, floors[1], fps)
+    if floors[0] is None or floors[1] is None:
+        a, b = _motion(front, None, fps), _motion(rear, None, fps)
+    fastest = min(float(np.percentile(np.abs(x).max(-1), 95)) for x in (a, b))
+    if fastest < LEAST_SPEED_MPS:
+        raise InputError(
+            f"the time between the cameras cannot be told: no joint moves faster than "
+            f"{fastest:.2f} m/s; give --offset SECONDS, or record a wave of the hand"
+        )
+    reach = min(int(MOST_OFFSET_S * fps), len(a) // 2, len(b) // 2)
+    likeness = {shift: _likeness(a, b, shift) for shift in range(-reach, reach + 1)}
+    best = max(likeness, key=lambda shift: (likeness[shift], -abs(shift)))
+    if likeness[best] < LEAST_LIKENESS:
+        raise InputError(
+            f"the time between the cameras cannot be told: their motions are alike to "
+            f"{likeness[best]:.2f} at best, at {best / fps:+.2f} s; they must show the same motion "
+            f"(at least {LEAST_LIKENESS:g}), or give --offset SECONDS"
+        )
+    return best
+
+
+def finer_offset_frames(
+    front: Tracks, rear: Tracks, T_front_rear: NDArray[np.float64], shift: int, fps: float
+) -> int:
+    """The offset near `shift` at which the joints' velocities agree best, directions and all."""
+    a, b = _velocities(front, fps), _velocities(rear, fps) @ T_front_rear[:3, :3].T
+    a, b = a.reshape(len(a), -1), b.reshape(len(b), -1)
+    return max(
+        range(shift - NEAR_FRAMES, shift + NEAR_FRAMES + 1), key=lambda near: _likeness(a, b, near)
+    )
+
+
+NEAR_FRAMES: Final = 4
+
+
+def _motion(tracks: Tracks, floor: FloorPlane | None, fps: float) -> NDArray[np.float64]:
+    """[F, P * J] m/s, 0 where a joint is not seen."""
+    speeds = _velocities(tracks, fps)
+    along = np.linalg.norm(speeds, axis=-1) if floor is None else speeds @ floor.normal_camera
+    return along.reshape(len(along), -1)
+
+
+def _velocities(tracks: Tracks, fps: float) -> NDArray[np.float64]:
+    """[F, P, J, 3] m/s, 0 where a joint is not seen."""
+    places = gaussian_filter1d(tracks.joints_front, SMOOTH_S * fps, axis=0)
+    seen = (tracks.spots[0] != NONE).any(-1)
+    return np.where(seen[..., None], np.gradient(places, axis=0) * fps, 0.0)
+
+
+def _likeness(a: NDArray[np.float64], b: NDArray[np.float64], shift: int) -> float:
+    """Correlation of a[f] with b[f + shift]."""
+    first, last = max(0, -shift), min(len(a), len(b) - shift)
+    x, y = a[first:last], b[first + shift : last + shift]
+    x, y = x - x.mean(0), y - y.mean(0)
+    return float((x * y).sum() / max(np.sqrt((x**2).sum() * (y**2).sum()), 1e-12))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extrinsics:
+    """Where the rear camera is.
+
+    Attributes:
+        T_front_rear: [4, 4].
+        residual_m: root mean square of what does not fit.
+        pairs: how many pairs of markers (or corners of boards) it rests on.
+    """
+
+    T_front_rear: NDArray[np.float64]
+    residual_m: float
+    pairs: int
+
+
+LEAST_PAIRS: Final = 60
+GIRTH_SPREAD: Final = 0.30
+"""Standard deviation of how much thicker people are than the mean (ours)."""
+DEPTH_SPREAD: Final = 0.08
+"""The same for each joint, apart from the girth of the whole (ours)."""
+OTHER_SIDE: Final = 0.2
+"""What two markers of one joint count against one that both cameras see (ours)."""
+FULL: Final = 0.85
+"""Share of a marker's radius from which all of it is seen (ours)."""
+PARTLY: Final = 0.1
+"""What a marker counts of which one camera sees a part, with the depth of what hides it (ours)."""
+FACING: Final = np.array([not name.startswith(("shoulder", "elbow", "hand")) for name in NAMES])
+"""[J] True for joints whose markers lie before and behind them as seen from the trunk."""
+RESIDUAL_M: Final = 0.02
+MOST_FRAMES: Final = 200
+
+
+def rough_extrinsics(front: Tracks, rear: Tracks) -> NDArray[np.float64]:
+    """[4, 4] T_front_rear that brings the joints of two single-view tracks together; both over the
+    same F frames."""
+    seen = (front.spots[0] != NONE).any(-1) & (rear.spots[0] != NONE).any(-1)
+    a, b = rear.joints_front[seen], front.joints_front[seen]
+    if len(a) < LEAST_PAIRS:
+        raise InputError(
+            f"the cameras see {len(a)} joints at the same time; they must see at least "
+            f"{LEAST_PAIRS} to be placed by the markers, or use --board"
+        )
+    weights = np.ones(len(a))
+    R, t = np.eye(3), np.zeros(3)
+    for _ in range(8):
+        R, t = _rigid(a, b, weights)
+        off = np.linalg.norm(a @ R.T + t - b, axis=-1)
+        weights = 1.0 / (1.0 + (off / (2.0 * RESIDUAL_M)) ** 2)
+    return transform(R, t)
+
+
+def _rigid(
+    a: NDArray[np.float64], b: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    R, _, _ = similarity(a, b, weights)
+    w = weights / weights.sum()
+    return R, w @ b - R @ (w @ a)
+
+
+def refined_extrinsics(
+    views: Sequence[View],
+    tracks: Tracks,
+    statures_m: Sequence[float],
+    floors: Sequence[FloorPlane | None] = (None, None),
+) -> Extrinsics:
+    """The rear camera's place and the people's depths at the joints that fit all markers seen.
+
+    The same marker in both views lies in one place; the front and the back marker of a joint lie a
+    depth apart along the direction in which the trunk faces, which is nearly so for trunk and legs
+    and not used of arms; both cameras stand on one floor.
+
+    Args:
+        views: front and rear.
+        tracks: names in both.
+        statures_m: of the people.
+        floors: as each camera sees it, None where it does not.
+    """
+    names = tracks.spots
+    F, P = names.shape[1:3]
+    frames = np.unique(np.linspace(0, F - 1, MOST_FRAMES).astype(int))
+    measured = [_marker_points(view, names[v], frames) for v, view in enumerate(views)]
+    points, radii = zip(*measured, strict=True)
+    full_m = float(np.nanmedian(np.concatenate([r.ravel() for r in radii])))
+    fronts = np.array(
+        [[trunk_axes(joints)[:, 2] for joints in tracks.joints_front[f]] for f in frames]
+    )
+    rows = []
+    for side_a in (FRONT, BACK):
+        for side_b in (FRONT, BACK):
+            p, q = points[0][..., side_a, :], points[1][..., side_b, :]
+            seen = ~np.isnan(p[..., 0]) & ~np.isnan(q[..., 0])
+            both = np.argwhere(seen & (FACING if side_a != side_b else True))
+            f, k, j = both.T
+            sign = np.full(len(both), float(side_b - side_a))
+            least = np.minimum(radii[0][f, k, j, side_a], radii[1][f, k, j, side_b])
+            weight = np.where(sign != 0.0, OTHER_SIDE, np.where(least > FULL * full_m, 1.0, PARTLY))
+            rows.append((p[f, k, j], q[f, k, j], sign, weight, k * J + j, fronts[f, k]))
+    p, q, sign, weight, joint, outwards = (
+        np.concatenate(column) for column in zip(*rows, strict=True)
+    )
+    if len(p) < LEAST_PAIRS:
+        raise InputError(
+            f"the cameras see {len(p)} markers of the same joints at the same time; they must see "
+            f"at least {LEAST_PAIRS} to be placed by the markers, or use --board"
+        )
+    T0 = views[1].T_front_view
+    depths0 = np.repeat(statures_m, J).reshape(P, J) * DEPTHS
+
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        T = pose(x)
+        girths, shapes = 1.0 + x[6 : 6 + P], 1.0 + x[6 + P :].reshape(P, J)
+        depths = (depths0 * girths[:, None] * shapes).ravel()
+        off = p - moved(T, q) - (sign * depths[joint])[:, None] * outwards
+        off *= weight[:, None]
+        priors = np.concatenate([x[6 : 6 + P] / GIRTH_SPREAD, x[6 + P :] / DEPTH_SPREAD])
+        return np.concatenate(
+            [off.ravel(), RESIDUAL_M * alike * priors, len(p) ** 0.5 * _floors_apart(floors, T)]
+        )
+
+    def pose(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return transform(T0[:3, :3] @ rotations_from_vectors(x[:3]), T0[:3, 3] + x[3:6])
+
+    alike = (len(p) / (P * J)) ** 0.5
+    solution = least_squares(
+        residuals, np.zeros(6 + P + P * J), loss="soft_l1", f_scale=RESIDUAL_M, max_nfev=30
+    )
+    T, x = pose(solution.x), solution.x
+    off = residuals(x)[: 3 * len(p)].reshape(-1, 3)
+    median = float(np.median(np.linalg.norm(off, axis=-1)))
+    return Extrinsics(T, median, len(p))
+
+
+def _floors_apart(
+    floors: Sequence[FloorPlane | None], T_front_rear: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[4] metres by which the floors differ in height below the rear camera, and in slope over
+    3 m; zeros where one is not known."""
+    front, rear = floors
+    if front is None or rear is None:
+        return np.zeros(4)
+    height = front.height_of(T_front_rear[:3, 3]) - rear.distance_m
+    slope = T_front_rear[:3, :3] @ rear.normal_camera - front.normal_camera
+    return np.array([float(height), *(3.0 * slope)])
+
+
+def _marker_points(
+    view: View, names: NDArray[np.intp], frames: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """[F, P, J, 2, 3] in the view's own camera frame and [F, P, J, 2] radii, NaN where unseen."""
+    points = np.full((len(frames), *names.shape[1:], 3), np.nan)
+    radii = np.full(points.shape[:-1], np.nan)
+    for row, f in enumerate(frames):
+        seen = names[f] != NONE
+        points[row][seen] = view.blobs[f].points_camera[names[f][seen]]
+        radii[row][seen] = view.blobs[f].radii_m[names[f][seen]]
+    return points, radii
+
+
+def difference(T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> tuple[float, float]:
+    """Metres and degrees between two poses of a camera."""
+    turn = vectors_from_rotations(T_a[:3, :3].T @ T_b[:3, :3])
+    return float(np.linalg.norm(T_a[:3, 3] - T_b[:3, 3])), float(np.degrees(np.linalg.norm(turn)))
