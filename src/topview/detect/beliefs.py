@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from topview.records import InputError, read_only
 
@@ -77,6 +79,9 @@ Features = Mapping[str, float]
 DEFAULT_TABLES: Final = Path(__file__).parent / "data" / "faces_and_hands.npz"
 # Ours: what every bin of a table is taken to have been seen besides what was counted.
 LEAST_COUNT: Final = 2.0
+# Ours: standard deviation, in bins, with which a table is smoothed: other people in other rooms
+# differ by more than those that were counted.
+SMOOTHING_BINS: Final = 1.0
 # Ours: a belief never falls below this, so that it can still be won back.
 LEAST_BELIEF: Final = 0.005
 # Ours: observations that are closer in time say nearly the same.
@@ -147,6 +152,8 @@ class BeliefTables:
             for features, kind in zip(observations, kinds, strict=True):
                 if name in features:
                     table[kind, feature.bin(features[name])] += 1.0
+            around = "wrap" if name == "orientation_rad" else "nearest"
+            table = gaussian_filter1d(table, SMOOTHING_BINS, axis=1, mode=around)
             tables[name] = table / table.sum(axis=1, keepdims=True)
         return cls(prior / prior.sum(), tables, trained_on)
 
@@ -169,10 +176,12 @@ class BeliefTables:
             ) from error
         return cls(prior, tables, trained_on)
 
-    def save(self, path: Path) -> None:
-        """Write a small .npz."""
+    def npz(self) -> bytes:
+        """A small .npz file."""
+        file = BytesIO()
         arrays: dict[str, Any] = {
             name: table.astype(np.float32) for name, table in self.tables.items()
         }
         arrays["prior"] = self.prior.astype(np.float32)
-        np.savez_compressed(path, **arrays, trained_on=np.array(self.trained_on))
+        np.savez_compressed(file, **arrays, trained_on=np.array(self.trained_on))
+        return file.getvalue()

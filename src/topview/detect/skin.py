@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Final
 
@@ -81,14 +82,16 @@ class SkinHistograms:
             ) from error
         return cls(skin.astype(np.float64), all_.astype(np.float64), trained_on)
 
-    def save(self, path: Path) -> None:
-        """Write a small .npz."""
+    def npz(self) -> bytes:
+        """A small .npz file."""
+        file = BytesIO()
         np.savez_compressed(
-            path,
+            file,
             skin=self.skin.astype(np.float32),
             all=self.all.astype(np.float32),
             trained_on=np.array(self.trained_on),
         )
+        return file.getvalue()
 
 
 def _smooth(counts: Counts) -> Counts:

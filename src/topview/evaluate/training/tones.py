@@ -74,4 +74,5 @@ def in_other_light(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[
     if rng.random() < 0.5:
         return lit
     _, file = cv2.imencode(".jpg", lit[..., ::-1], (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
-    return np.ascontiguousarray(cv2.imdecode(file, cv2.IMREAD_COLOR)[..., ::-1], np.uint8)
+    decoded = np.asarray(cv2.imdecode(file, cv2.IMREAD_COLOR), np.uint8)
+    return np.ascontiguousarray(decoded[..., ::-1])

@@ -1,0 +1,147 @@
+"""Pictures of what the detectors see: masks, probabilities, blobs with their beliefs, heads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from types import MappingProxyType
+from typing import Any, Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera import project
+from topview.detect.beliefs import Kind
+from topview.detect.faces import Face
+from topview.detect.faces_and_hands import Sight, SkinBlob
+from topview.records import Frame
+from topview.view.drawing import SHIFT, Image, draw_line, draw_text, frame_picture
+from topview.view.palette import GROUND, MUTED, OUTLINE, TEXT, Color
+
+KIND_COLORS: Final = MappingProxyType(
+    {
+        Kind.FACE: (240, 228, 66),
+        Kind.LEFT_HAND: (0, 178, 132),
+        Kind.RIGHT_HAND: (204, 121, 167),
+        Kind.OTHER: MUTED,
+    }
+)
+KIND_LETTERS: Final = MappingProxyType(
+    {Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R", Kind.OTHER: "?"}
+)
+DIMMED: Final = 0.3
+"""How much light is left to what a mask leaves out (ours)."""
+
+
+def draw_mask(image: Image, mask: NDArray[np.bool_]) -> None:
+    """Dim what is outside of a mask, which may be smaller than the image ([h, w])."""
+    is_out = ~_as_large(mask, image)
+    image[is_out] = (image[is_out] * DIMMED).astype(np.uint8)
+
+
+def probability_picture(probability: NDArray[np.uint8], size_px: tuple[int, int]) -> Image:
+    """A [h, w] probability in 1/255 as dark to bright, at (width, height)."""
+    levels = cv2.resize(probability, size_px, interpolation=cv2.INTER_NEAREST)
+    colored = np.asarray(cv2.applyColorMap(levels, cv2.COLORMAP_INFERNO), np.uint8)
+    return np.ascontiguousarray(colored[..., ::-1])
+
+
+def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
+    """A blob's ellipse in the colour of its kind, thin where it is only predicted, with its
+    number, its kind's letter and the belief in it in percent."""
+    kind = blob.kind
+    color = KIND_COLORS[kind]
+    ellipse = blob.ellipse.scaled(scale, 0.5 * scale - 0.5)
+    width_px = 2 if blob.is_seen else 1
+    for shade, width in ((OUTLINE, width_px + 2), (color, width_px)):
+        _draw_ellipse(image, ellipse.center, (ellipse.major, ellipse.minor), ellipse.angle,
+                      shade, width)  # fmt: skip
+    label = f"{blob.id} {KIND_LETTERS[kind]} {100 * float(blob.belief[kind]):.0f}"
+    above = ellipse.y - max(ellipse.minor, abs(ellipse.major * np.sin(ellipse.angle))) - 3
+    _draw_label(image, label, (ellipse.x, above), color)
+
+
+def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.float64]]) -> None:
+    """A cross at each head ([3] metres)."""
+    scale = image.shape[1] / frame.camera.width
+    for head in heads_camera:
+        if not np.isfinite(head).all() or head[2] <= 0.0:
+            continue
+        at = (project(head[None], frame.camera)[0] + 0.5) * scale - 0.5
+        for arm in np.array([[5.0, 0.0], [0.0, 5.0]]):
+            draw_line(image, at - arm, at + arm, OUTLINE, 4)
+            draw_line(image, at - arm, at + arm, TEXT, 2)
+
+
+def draw_faces(image: Image, frame: Frame, faces: Iterable[Face]) -> None:
+    """The squares of faces that look at the camera."""
+    scale = image.shape[1] / frame.camera.width
+    for face in faces:
+        corner = np.array([face.left, face.top]) * scale
+        side = face.side * scale
+        corners = corner + side * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        fixed = np.round(corners * 2**SHIFT).astype(np.int32)
+        cv2.polylines(image, [fixed], True, TEXT, 1, cv2.LINE_AA, SHIFT)
+
+
+def sight_picture(
+    frame: Frame,
+    sight: Sight,
+    heads_camera: Sequence[NDArray[np.float64]] = (),
+    faces: Sequence[Face] = (),
+) -> Image:
+    """Four panels, [2 H, 2 W, 3]: foreground, P(skin), skin regions, blobs with beliefs and heads.
+
+    Where the colours tell nothing, the first panel says why.
+    """
+    picture = frame_picture(frame)
+    height, width = picture.shape[:2]
+    panels = [picture.copy() for _ in range(4)]
+    if sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
+        _draw_label(panels[0], sight.light, (width / 2, height / 2), TEXT)
+        panels[1][:] = GROUND
+    else:
+        draw_mask(panels[0], sight.is_foreground)
+        panels[1] = probability_picture(sight.skin, (width, height))
+        draw_mask(panels[2], sight.is_skin)
+    for blob in sight.blobs:
+        draw_blob(panels[3], blob)
+    draw_faces(panels[3], frame, faces)
+    draw_heads(panels[3], frame, heads_camera)
+    if sight.light_changed:
+        _draw_label(panels[0], "the light has changed", (width / 2, 14), TEXT)
+    return np.vstack([np.hstack(panels[:2]), np.hstack(panels[2:])])
+
+
+def skin_picture(rgb: Image, probability: NDArray[np.uint8], is_skin: NDArray[np.bool_]) -> Image:
+    """Three panels side by side, [H, 3 W, 3]: an image, P(skin), and the regions found in it."""
+    height, width = rgb.shape[:2]
+    found = rgb.copy()
+    draw_mask(found, is_skin)
+    return np.hstack([rgb, probability_picture(probability, (width, height)), found])
+
+
+def _as_large(mask: NDArray[np.bool_], image: Image) -> NDArray[np.bool_]:
+    height, width = image.shape[:2]
+    if mask.shape == (height, width):
+        return mask
+    large = cv2.resize(mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
+    return np.asarray(large, np.uint8) > 0
+
+
+def _draw_ellipse(
+    image: Image,
+    center: NDArray[Any],
+    semi_axes: tuple[float, float],
+    angle_rad: float,
+    color: Color,
+    width_px: int,
+) -> None:
+    box = (center[0], center[1]), (2 * semi_axes[0], 2 * semi_axes[1]), np.degrees(angle_rad)
+    cv2.ellipse(image, box, color, width_px, cv2.LINE_AA)
+
+
+def _draw_label(image: Image, text: str, at: tuple[float, float], color: Color) -> None:
+    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        draw_text(image, text, (at[0] + dx, at[1] + dy), 8, OUTLINE, "centre")
+    draw_text(image, text, at, 8, color, "centre")
