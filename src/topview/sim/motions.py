@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.sim.actions import ACTIONS, Act, Hand, Moment, Side, Style, standing, walking
+from topview.sim.actions import (
+    ACTIONS,
+    Act,
+    Hand,
+    Moment,
+    Side,
+    Style,
+    standing,
+    stepping_round,
+    walking,
+)
 from topview.sim.actions.act import SIDES, Vector
 from topview.sim.bodies import Body
 from topview.sim.limbs import reaching_angles
@@ -23,6 +33,8 @@ from topview.sim.skeleton import (
 )
 from topview.sim.stance import plant, wish_of
 
+QUICK_STEP_DEG: Final = 90.0
+"""How far a foot turns in one step before or after a walk, at most (ours)."""
 RAMP_S: Final = 0.45
 """How long a person takes to begin or end an action (ours)."""
 STRIDE_SHARE: Final = 0.78
@@ -110,7 +122,9 @@ class Performance:
             for name, target in act.angles.items():
                 row = angles[SEGMENT_INDEX[name]]
                 row += weight * (np.radians(target) - row)
-        wish = wish_of(acts)
+        turn_rad, turned = walked.turn
+        steps = Act(feet=stepping_round(float(np.degrees(turn_rad)), turned, QUICK_STEP_DEG))
+        wish = wish_of([*acts, (1.0, steps)])
         heading = walked.heading_rad + np.radians(wish.turn_deg)
         _lift_shoulders(angles)
         angles = _within_limits(angles)
@@ -121,6 +135,9 @@ class Performance:
         if walked.pace < 1.0:
             root, angles = plant(body, style, pose, wish, 1.0 - walked.pace)
             pose = Pose(root, heading, _within_limits(angles))
+            if walked.pace > 0.0:  # between planted and swinging feet, one at least is down
+                sole = _lowest_sole(body, segment_poses(body.offsets_m, pose))
+                pose = replace(pose, root_room=root - np.array([0.0, 0.0, max(sole, 0.0)]))
         for weight, act in acts:
             for side in SIDES:
                 if side in act.hands:

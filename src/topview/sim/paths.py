@@ -63,23 +63,39 @@ class Path:
         before = smooth_step((time_s - self.start_s) / TURN_S + 0.6)
         after = smooth_step((time_s - self.start_s - duration) / TURN_S + 0.6)
         along = np.arctan2(dy, dx)
-        heading = self.heading_before_rad + before * _turn(self.heading_before_rad, along)
-        heading += after * _turn(along, self.heading_after_rad)
+        turns = (
+            (_turn(self.heading_before_rad, along), before),
+            (_turn(along, self.heading_after_rad), after),
+        )
         return Walked(
-            curve(min(distance, length)), float(heading), distance, float(pace), self.speed_mps
+            position_room=curve(min(distance, length)),
+            heading_rad=self.heading_before_rad + float(sum(turn * done for turn, done in turns)),
+            distance_m=distance,
+            pace=float(pace),
+            speed_mps=self.speed_mps,
+            turn=turns[0] if after == 0.0 else turns[1],
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walked:
-    """A moment on a path: position in the room (x, y), heading, metres walked, pace in 0..1, and
-    the speed at pace 1."""
+    """A moment on a path.
+
+    Attributes:
+        position_room: [2] metres.
+        heading_rad: of the front.
+        distance_m: walked so far.
+        pace: 0 standing to 1 walking at the speed.
+        speed_mps: at pace 1.
+        turn: on the spot, the one that is on or was the last: radians, and its progress 0 to 1.
+    """
 
     position_room: NDArray[np.float64]
     heading_rad: float
     distance_m: float
     pace: float
     speed_mps: float
+    turn: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

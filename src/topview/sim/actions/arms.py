@@ -100,11 +100,11 @@ def punching(moment: Moment) -> Act:
     hands: Hands = {}
     for side, late in IN_TURNS:
         to = outwards(side)
-        out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 2.2
+        out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.9
         out *= min(style.size(cycles + late, 4 if side == "l" else 10), 1.1)
         wobble = 0.012 * style.drift(1.5 * moment.time_s, 7 if side == "l" else 12)
         hands[side] = Hand(
-            (to * (0.062 + 0.10 * out), 0.135 + wobble + 0.015 * out, 0.125 + 0.235 * out),
+            (to * (0.062 + 0.10 * out), 0.130 + wobble + 0.125 * out, 0.125 + 0.225 * out),
             elbow=(to * (0.45 + 0.5 * out), -1.0, -0.2),
             palm_deg=10.0 + 60.0 * out,
         )

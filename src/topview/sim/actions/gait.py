@@ -68,19 +68,20 @@ def walking(style: Style, time_s: float, phase: float) -> Angles:
 
 
 STEP_DEG: Final = 45.0
-"""How far a foot turns in one step on the spot, at most (ours)."""
+"""How far a foot turns in one unhurried step on the spot, at most (ours)."""
 STEP_LIFT: Final = 0.02
 """How high it is lifted, share of the stature (ours)."""
 
 
-def stepping_round(turn_deg: float, progress: float) -> Feet:
+def stepping_round(turn_deg: float, progress: float, step_deg: float = STEP_DEG) -> Feet:
     """Feet of a body that turns on the spot: they stay, and follow in turns, step by step.
 
     Args:
         turn_deg: of the whole turn, to the left.
         progress: of the body in it, 0 to 1.
+        step_deg: how far a foot turns in one step, at most.
     """
-    steps = max(ceil(abs(turn_deg) / STEP_DEG), 1)
+    steps = max(ceil(abs(turn_deg) / step_deg), 1)
     feet: Feet = {}
     for late, side in enumerate(SIDES if turn_deg > 0.0 else SIDES[::-1]):
         walked = 2.0 * steps * progress - late
