@@ -31,7 +31,7 @@ class BlobSettings:
         usual_depth_m: of a blob whose depth is not known.
         velocity_s: time over which a velocity is averaged.
         coasting_s: time in which a velocity that nothing supports fades.
-        same_depth_m: a pixel that lies in several ellipses belongs to those that are as near.
+        same_depth_m: a pixel belongs to blobs that are as near, if there are any.
         shared: share of a blob's pixels that others claim too, from which it keeps its own form.
         least_gain: with which a blob follows pixels that all are others' too.
         merged_s: how long two blobs may coincide until the younger one goes.
@@ -167,18 +167,17 @@ class BlobTracker:
 
     def _share(self, view: ColorView, region: SkinRegion, blobs: list[Blob]) -> NDArray[np.bool_]:
         """[K, N] which of a region's pixels belong to which of its blobs: to all in whose
-        ellipses they lie, else to the nearest one's."""
+        ellipses they lie, else to the nearest one's; of those at its depth, if there are any."""
         if len(blobs) == 1:
             return np.ones((1, len(region.pixels)), np.bool_)
         distance = np.stack([blob.ellipse.distance(region.pixels) for blob in blobs])
-        belongs = distance <= 1.0
         columns, rows = region.pixels.astype(np.intp).T
         depth_m = view.depth_m[rows, columns]
-        of_blobs_m = np.array([blob.depth_m for blob in blobs])
-        is_near = np.abs(depth_m - of_blobs_m[:, None]) < self.settings.same_depth_m
-        is_near &= (depth_m > 0.0) & (of_blobs_m[:, None] > 0.0)
-        fits = belongs & is_near
-        belongs = np.where(fits.any(axis=0), fits, belongs)
+        of_blobs_m = np.array([blob.depth_m for blob in blobs])[:, None]
+        is_near = np.abs(depth_m - of_blobs_m) < self.settings.same_depth_m
+        is_near |= (depth_m == 0.0) | (of_blobs_m == 0.0)
+        distance[~is_near & is_near.any(axis=0)] = np.inf
+        belongs = distance <= 1.0
         is_outside = ~belongs.any(axis=0)
         belongs[distance.argmin(axis=0)[is_outside], np.nonzero(is_outside)[0]] = True
         return belongs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -29,6 +29,8 @@ UNSEEN: Final = 1e-6
 was never seen is no skin."""
 DARK_LEVEL: Final = 18
 """Y below which a pixel has no colour to speak of (ours)."""
+JUMP_M: Final = 0.1
+"""Neighbouring pixels of one hand or face differ by less than this in depth (ours)."""
 LEAST_READ: Final = 0.1
 """Share of a region's pixels that must have a reading, for its depth to be known (ours)."""
 
@@ -196,32 +198,42 @@ def skin_regions(
     """Skin by hysteresis and size (Sec. 4.1.2), and [h, w] where it is.
 
     Connected pixels above T_min, at least one of them above T_max, of a believable size. What is
-    too large, as skin before something wooden is, is sought again above T_max alone.
+    too large, as skin before something wooden is, is cut apart where the depth jumps.
     """
     is_skin = np.zeros(probability.shape, np.bool_)
-    levels = probability
+    is_too_large = np.zeros(probability.shape, np.bool_)
     regions: list[SkinRegion] = []
-    for least in (settings.growth_probability, settings.seed_probability):
-        is_too_large = np.zeros(probability.shape, np.bool_)
-        for region in _connected(view, levels, 255.0 * least, settings):
+
+    def sort(candidates: Iterable[SkinRegion]) -> None:
+        for region in candidates:
             columns, rows = region.pixels.astype(np.intp).T
             if region.area_m2 > settings.greatest_area_m2:
                 is_too_large[rows, columns] = True
             else:
                 regions.append(region)
                 is_skin[rows, columns] = True
-        if not is_too_large.any():
-            break
-        levels = np.where(is_too_large, probability, 0)
+
+    sort(_connected(view, probability, settings))
+    if is_too_large.any():
+        is_inner = is_too_large & ~_is_depth_edge(view.depth_m)
+        sort(_connected(view, np.where(is_inner, probability, 0), settings))
     return regions, is_skin
 
 
+def _is_depth_edge(depth_m: NDArray[np.float32]) -> Mask:
+    """[h, w] where the depth jumps to a neighbour's, or there is no reading."""
+    around = np.ones((3, 3), np.uint8)
+    spread_m = cv2.dilate(depth_m, around) - cv2.erode(depth_m, around)
+    return np.asarray((spread_m > JUMP_M) | (depth_m == 0.0))
+
+
 def _connected(
-    view: ColorView, probability: NDArray[np.uint8], least: float, settings: SkinSettings
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> Iterator[SkinRegion]:
-    """Connected pixels above `least` with a seed among them, that are not too small."""
+    """Connected pixels above T_min with a seed among them, that are not too small."""
+    is_candidate = probability > 255.0 * settings.growth_probability
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (probability > least).view(np.uint8), connectivity=8
+        is_candidate.view(np.uint8), connectivity=8
     )
     labels = np.asarray(labels, np.int32)
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)

@@ -1,0 +1,108 @@
+"""The room is learnt; people who stand still are not, and lamps are nobody."""
+
+from __future__ import annotations
+
+import numpy as np
+from detect_scenes import SHIRT_RGB, Disc, frame_of, view_of
+
+from topview.detect.background import BackgroundMixtures
+
+PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
+FAR_PERSON: Disc = (80.0, 60.0, 20.0, 2.85, SHIRT_RGB)
+NOBODY = np.zeros((120, 160), np.bool_)
+
+
+def is_person(disc: Disc) -> np.ndarray:
+    rows, columns = np.mgrid[:120, :160]
+    return np.hypot(columns - disc[0], rows - disc[1]) <= disc[2]
+
+
+def learnt(frames: int = 40) -> BackgroundMixtures:
+    room = BackgroundMixtures()
+    for index in range(frames):
+        view = view_of(frame_of(index=index))
+        room.foreground(view)
+        room.learn(view, NOBODY)
+    return room
+
+
+def test_everything_may_be_somebody_before_anything_is_learnt() -> None:
+    assert BackgroundMixtures().foreground(view_of(frame_of())).all()
+
+
+def test_who_steps_before_the_room_is_found() -> None:
+    room = learnt()
+    for disc in (PERSON, FAR_PERSON):
+        found = room.foreground(view_of(frame_of([disc], index=50)))
+        truth = is_person(disc)
+        assert found[truth].mean() > 0.98
+        assert found[~truth].mean() < 0.01
+
+
+def test_a_person_who_stands_still_for_a_minute_does_not_melt_away() -> None:
+    room = learnt()
+    truth = is_person(PERSON)
+    for index in range(40, 40 + 60 * 10):
+        view = view_of(frame_of([PERSON], index=index, fps=10.0))
+        found = room.foreground(view)
+        room.learn(view, truth)
+    assert found[truth].mean() > 0.98
+    gone = room.foreground(view_of(frame_of(index=700, fps=10.0)))
+    assert gone.mean() < 0.01
+
+
+def test_what_nobody_claims_becomes_part_of_the_room() -> None:
+    room = learnt()
+    for index in range(40, 40 + 20 * 10):
+        view = view_of(frame_of([PERSON], index=index, fps=10.0))
+        found = room.foreground(view)
+        room.learn(view, NOBODY)
+    assert found.mean() < 0.01
+
+
+def test_who_stood_there_from_the_start_leaves_the_room_behind() -> None:
+    room = BackgroundMixtures()
+    truth = is_person(PERSON)
+    for index in range(20):
+        view = view_of(frame_of([PERSON], index=index))
+        room.foreground(view)
+        room.learn(view, truth)
+    assert room.foreground(view)[truth].mean() > 0.98
+    for index in range(20, 120):
+        view = view_of(frame_of(index=index))
+        found = room.foreground(view)
+        room.learn(view, NOBODY)
+    assert found.mean() < 0.01
+
+
+def test_a_lamp_is_nobody_and_is_learnt_soon() -> None:
+    room = learnt()
+    truth = is_person(PERSON)
+    noticed = []
+    for index in range(40, 80):
+        view = view_of(frame_of([PERSON], index=index, gain=1.5))
+        found = room.foreground(view)
+        noticed.append(room.light_changed)
+        room.learn(view, truth)
+        assert found[truth].mean() > 0.98
+        assert found[~truth].mean() < 0.01
+    assert noticed[0]
+    assert not any(noticed[30:])
+
+
+def test_colour_decides_where_there_is_no_reading() -> None:
+    room = learnt()
+    frame = frame_of([PERSON], index=50)
+    depth_m = frame.depth_m.copy()
+    depth_m[:, 80:] = 0.0
+    blind = type(frame)(50, frame.timestamp_s, depth_m, frame.camera, frame.color)
+    found = room.foreground(view_of(blind))
+    truth = is_person(PERSON)
+    assert found[truth].mean() > 0.95
+    assert found[~truth].mean() < 0.02
+
+
+def test_another_image_size_starts_anew() -> None:
+    room = learnt()
+    camera = type(frame_of().camera)(262.5, 262.5, 39.5, 29.5, 80, 60)
+    assert room.foreground(view_of(frame_of(camera=camera))).all()

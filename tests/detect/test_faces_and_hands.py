@@ -1,0 +1,143 @@
+"""From frames to faces and hands: synthetic, simulated and real ones, and bad light."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from detect_scenes import SHIRT_RGB, SKIN_RGB, Disc, frame_of
+
+from topview.detect.beliefs import Kind
+from topview.detect.cloud import Cloud
+from topview.detect.faces import CascadeFaces
+from topview.detect.faces_and_hands import FacesAndHands
+from topview.detect.seeing import ColorView, Light
+from topview.io import open_recording
+from topview.records import Camera, Frame
+from topview.view.sight import sight_picture
+
+PERSON: list[Disc] = [
+    (80, 70, 26, 2.0, SHIRT_RGB),
+    (80, 30, 12, 2.0, SKIN_RGB),
+    (45, 80, 7, 2.0, SKIN_RGB),
+    (115, 80, 7, 2.0, SKIN_RGB),
+]
+UP = np.array([0.0, -1.0, 0.0])
+
+
+def recolored(frame: Frame, color: np.ndarray) -> Frame:
+    return Frame(frame.index, frame.timestamp_s, frame.depth_m, frame.camera, color)
+
+
+def test_face_and_hands_of_a_simple_person() -> None:
+    finder = FacesAndHands()
+    head = np.array([(80 - 79.5) / 262.5 * 2.0, (30 - 59.5) / 262.5 * 2.0, 2.06])
+    for index in range(10):
+        sight = finder.update(frame_of(PERSON, index=index), [head])
+    assert sight.light == Light.USABLE
+    assert sight.stride == 1
+    assert len(sight.blobs) == 3
+    by_kind = {blob.kind: blob for blob in sight.blobs}
+    assert set(by_kind) == {Kind.FACE, Kind.LEFT_HAND, Kind.RIGHT_HAND}
+    assert by_kind[Kind.LEFT_HAND].ellipse.x == pytest.approx(115, abs=1)
+    face = by_kind[Kind.FACE].head_camera
+    assert face is not None
+    assert np.linalg.norm(face - head) < 0.03
+    for blob in sight.blobs:
+        assert blob.belief.sum() == pytest.approx(1.0)
+        assert blob.is_seen
+    assert sight.most_likely(Kind.FACE) == [by_kind[Kind.FACE]]
+    picture = sight_picture(frame_of(PERSON), sight, [head])
+    assert picture.shape == (240, 320, 3)
+
+
+def test_full_images_are_seen_at_half_size() -> None:
+    camera = Camera(525.0, 525.0, 159.5, 119.5, 320, 240)
+    discs: list[Disc] = [(2 * x + 0.5, 2 * y + 0.5, 2 * r, z, c) for x, y, r, z, c in PERSON]
+    sight = FacesAndHands().update(frame_of(discs, camera=camera))
+    assert sight.stride == 2
+    centers = sorted(blob.ellipse.center.tolist() for blob in sight.blobs)
+    assert np.allclose(centers, [[90.5, 160.5], [160.5, 60.5], [230.5, 160.5]], atol=1.0)
+    surfaces = [blob.surface_camera for blob in sight.blobs if blob.surface_camera is not None]
+    assert np.allclose([surface[2] for surface in surfaces], 2.0, atol=0.02)
+
+
+def test_only_candidates_are_searched() -> None:
+    is_candidate = np.zeros((120, 160), np.bool_)
+    is_candidate[:, :60] = True
+    sight = FacesAndHands().update(frame_of(PERSON), is_candidate=is_candidate)
+    assert [round(blob.ellipse.x) for blob in sight.blobs] == [45]
+
+
+@pytest.mark.parametrize(
+    ("gain", "offset", "saturation", "light"),
+    [
+        (1.0, 0.0, 1.0, Light.USABLE),
+        (1.0, 0.0, 0.0, Light.GREY),
+        (0.15, 0.0, 1.0, Light.UNDEREXPOSED),
+        (4.0, 100.0, 1.0, Light.OVEREXPOSED),
+    ],
+)
+def test_bad_light_is_told(gain: float, offset: float, saturation: float, light: Light) -> None:
+    frame = frame_of(PERSON)
+    assert frame.color is not None
+    grey = frame.color.mean(axis=-1, keepdims=True)
+    color = offset + gain * (grey + saturation * (frame.color - grey))
+    frame = recolored(frame, np.clip(color, 0, 255).astype(np.uint8))
+    sight = FacesAndHands().update(frame)
+    assert sight.light == light
+    assert bool(sight.blobs) == (light == Light.USABLE)
+    assert sight_picture(frame, sight).shape == (240, 320, 3)
+
+
+def test_frames_without_colour_are_no_harm() -> None:
+    finder = FacesAndHands()
+    finder.update(frame_of(PERSON))
+    blind = Frame(1, 0.03, frame_of().depth_m, frame_of().camera)
+    assert finder.update(blind).light == Light.ABSENT
+    finder.learn_room(np.zeros((120, 160), np.bool_))
+    assert ColorView.from_frame(blind) is None
+    assert len(finder.update(frame_of(PERSON, index=2)).blobs) == 3
+
+
+def test_the_same_frames_give_the_same_answers() -> None:
+    def run() -> list:
+        finder = FacesAndHands()
+        return [
+            [
+                (blob.id, blob.belief.tolist())
+                for blob in finder.update(frame_of(PERSON, index=i)).blobs
+            ]
+            for i in range(4)
+        ]
+
+    assert run() == run()
+
+
+def test_the_cascade_finds_the_turning_mans_face_while_it_is_in_view(shared: Path) -> None:
+    faces = CascadeFaces()
+    frames = list(open_recording(shared / "recordings" / "turning_man"))
+    front, back = frames[0], frames[-1]
+    (head,) = faces.detect(Cloud.from_frame(front), UP)
+    assert 0.5 < head.center_camera[2] < 2.5
+    (face,) = faces.faces_of(front, [head.center_camera])
+    assert face is not None
+    assert face.head_camera is not None
+    assert np.linalg.norm(face.head_camera - head.center_camera) < 0.06
+    assert not faces.detect(Cloud.from_frame(back), UP)
+
+
+def test_the_turning_mans_face_is_skin(shared: Path) -> None:
+    frame = next(iter(open_recording(shared / "recordings" / "turning_man")))
+    head = CascadeFaces().detect(Cloud.from_frame(frame), UP)[0].center_camera
+    sight = FacesAndHands().update(frame, [head])
+    (face, *_) = sight.most_likely(Kind.FACE)
+    assert face.head_camera is not None
+    assert np.linalg.norm(face.head_camera - head) < 0.08
+
+
+def test_no_colour_no_faces() -> None:
+    blind = Frame(0, 0.0, frame_of().depth_m, frame_of().camera)
+    assert CascadeFaces().faces(blind) == []
+    assert CascadeFaces().faces_of(blind, [np.array([0.0, 0.0, 2.0])]) == [None]
