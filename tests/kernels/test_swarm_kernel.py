@@ -36,10 +36,9 @@ def definition(drawn: np.ndarray, seen: np.ndarray, mine: np.ndarray) -> tuple[f
     """Sum of the differences in metres, pixels in both maps, pixels in either."""
     is_drawn = np.isfinite(drawn)
     gap = np.abs(seen - np.where(is_drawn, drawn, 1e6))
-    bare = is_drawn & (seen == 0)
-    hidden = is_drawn & ~mine & (seen < drawn - MATCH_M)
-    matched = is_drawn & (bare | (gap < MATCH_M))
-    counted = mine | (is_drawn & ~bare & ~hidden)
+    hidden = is_drawn & ~mine & (seen > 0) & (seen < drawn - MATCH_M)
+    matched = is_drawn & (gap < MATCH_M)
+    counted = mine | (is_drawn & ~hidden)
     difference_m = np.minimum(gap, CLAMP_M)[counted].sum()
     return difference_m, int((mine & matched).sum()), int((mine | matched).sum())
 
@@ -113,6 +112,7 @@ def test_what_something_else_hides_has_no_difference():
     nobody = np.zeros((H, W), np.bool_)
     behind_a_wall = compared((Rs, origins, np.full_like(seen, 0.5), nobody))
     assert_array_equal(behind_a_wall, 0)
-    in_free_space = compared((Rs, origins, np.full_like(seen, 9.0), nobody))
-    assert (in_free_space[:, DIFFERENCE] > 0).all()
-    assert_array_equal(in_free_space[:, EITHER], 0)
+    for far in (9.0, 0.0):  # a far wall, and no reading at all
+        in_free_space = compared((Rs, origins, np.full_like(seen, far), nobody))
+        assert (in_free_space[:, DIFFERENCE] > 0).all()
+        assert_array_equal(in_free_space[:, EITHER], 0)

@@ -138,10 +138,10 @@ def test_it_follows_an_arm(perturbed):
 
 
 def test_the_same_seed_gives_the_same_pose_for_any_number_of_threads():
-    pose = tracked(RAISING[::3], SwarmSettings())
-    np.testing.assert_array_equal(pose.Rs, tracked(RAISING[::3], SwarmSettings(), threads=2).Rs)
-    assert not np.array_equal(pose.Rs, tracked(RAISING[::3], SwarmSettings(), seed=1).Rs)
-    assert not np.array_equal(pose.Rs, tracked(RAISING[::3], SwarmSettings(), perturbed=False).Rs)
+    pose = tracked(RAISING[:4:3], SwarmSettings())
+    np.testing.assert_array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), threads=2).Rs)
+    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), seed=1).Rs)
+    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), perturbed=False).Rs)
 
 
 def test_a_person_without_evidence_keeps_the_last_pose():

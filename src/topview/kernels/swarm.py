@@ -51,8 +51,8 @@ def compare_bodies(
 ):
     """Fill `out` [M, 3]: sum of the clamped differences, pixels in both maps, pixels in either.
 
-    What is seen nearer than the drawn body and is not the user's hides it: such pixels, and those
-    without a reading, have no difference.
+    What is seen nearer than the drawn body and is not the user's hides it: such pixels have no
+    difference. Those without a reading differ in full, as the bare background.
 
     Args:
         Rs, origins: [B, M, 3, 3] and [B, M, 3] float32, `R_camera_part` and origin of each part.
@@ -61,7 +61,7 @@ def compare_bodies(
         mine: [H, W] bool, the user's pixels: o_s.
         fx, fy, cx, cy: intrinsics in pixels, float32.
         clamp, match: float32 metres, the largest difference that counts, and the one below which a
-            drawn pixel is matched: r_m, which pixels without a reading are as well.
+            drawn pixel is matched: r_m.
         chunks: how many pieces the poses are dealt to, one scratch memory each.
         out: [M, 3] int32, the sum in tenths of a millimetre.
     """
@@ -86,10 +86,9 @@ def compare_bodies(
                     is_drawn = t < NO_HIT
                     gap = abs(seen - t)
                     units = np.int32(min(gap, clamp) * UNITS_PER_M) if is_drawn else full
-                    is_bare = is_drawn & (seen <= 0)
-                    is_hidden = ~is_mine & (seen < t - match)
-                    matched = is_drawn & (is_bare | (gap < match))
-                    counts = is_mine | (is_drawn & ~is_bare & ~is_hidden)
+                    is_hidden = ~is_mine & (seen > 0) & (seen < t - match)
+                    matched = is_drawn & (gap < match)
+                    counts = is_mine | (is_drawn & ~is_hidden)
                     difference += units if counts else np.int32(0)
                     both += np.int32(is_mine & matched)
                     either += np.int32(is_mine | matched)
