@@ -45,6 +45,7 @@ class Evidence:
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
         hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where not asked for.
+        nobodys: [H, W] bool, pixels that belong to no user; None where not asked for.
         hands: where detectors that see colour take the hands to be, whosesoever they are.
     """
 
@@ -60,6 +61,7 @@ class Evidence:
     head_is_seen: bool
     floor: NDArray[np.float64]
     hidden_share: float = 0.0
+    nobodys: NDArray[np.bool_] | None = None
     hands: tuple[HandCandidate, ...] = ()
 
     @property

@@ -127,7 +127,8 @@ class LimbSettings:
 def elbows_on_circle(
     shoulder: Array, palms: Array, length_upper: float, length_lower: float, turns: int
 ) -> Array:
-    """[P, 3] palms to [P * turns, 2, 3] directions of both parts (Eq. 5.4 - 5.6).
+    """[P, 3] palms, of one shoulder [3] or one each [P, 3], to [P * turns, 2, 3] directions of both
+    parts (Eq. 5.4 - 5.6).
 
     Palms out of reach, or too near, are taken at the nearest distance that the limb can have.
     """

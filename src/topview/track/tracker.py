@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,15 @@ from topview.people.users import User
 from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
 from topview.track.body_tracker import BodySettings, BodyTracker
-from topview.track.evidence import gather, thin_view, working_stride
+from topview.track.evidence import HandCandidate, gather, thin_view, working_stride
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
 from topview.track.swarm import SwarmSettings, SwarmTracker
 from topview.track.timing import StageClock
+from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
+from topview.track.upper_body.areas import UserAreas
+from topview.track.upper_body.tracker import UpperBodyPose
 from topview.track.visibility import confidences, look
 
 
@@ -28,7 +32,7 @@ from topview.track.visibility import confidences, look
 class _Tracked:
     """One person's tracker and what is remembered of the joints."""
 
-    tracker: BodyTracker | PartByPartTracker | SwarmTracker
+    tracker: BodyTracker | PartByPartTracker | SwarmTracker | UpperBodyTracker
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -49,27 +53,39 @@ class Tracker:
         body: BodySettings | None = None,
         part_by_part: PartByPartSettings | None = None,
         swarm: SwarmSettings | None = None,
+        upper_body: UpperBodySettings | None = None,
     ) -> None:
         self.settings = settings or TrackerSettings()
         self.clock = StageClock()
         self._body = body or BodySettings()
         self._part_by_part = part_by_part or PartByPartSettings()
         self._swarm = swarm or SwarmSettings()
+        self._upper_body = upper_body or UpperBodySettings()
         self._finder = PeopleFinder()
+        self._areas = UserAreas()
+        self._hands: tuple[HandCandidate, ...] = ()
         self._threads = 1
         self._bodies: dict[int, _Tracked] = {}
         self._people: list[Person] = []
 
-    def update(self, frame: Frame) -> list[Person]:
-        """The people in the next frame, nearest first."""
+    def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
+        """The people in the next frame, nearest first; `hands`, where something else has detected
+        any, are heeded by the upper-body tracker."""
         self._threads = use_threads(self.settings.threads)
+        self._hands = tuple(hands)
         with self.clock.stage("people"):
             users = self._finder.update(frame, self._people)
         self._bodies = {user.id: self._body_of(user) for user in users}
+        owner = _owners(users, frame)
+        hidden_shares: dict[int, float] = {}
+        if self.settings.method == "btvr":
+            hidden_shares = self._areas.hidden_shares(users, owner, frame.camera)
         views: dict[int, DepthView] = {}
-        poses = [self._track(user, frame, views) for user in users]
+        poses = [
+            self._track(user, frame, views, owner, hidden_shares.get(user.id, 0.0))
+            for user in users
+        ]
         with self.clock.stage("visibility"):
-            owner = _owners(users, frame)
             self._people = [
                 self._person(user, pose, frame, owner)
                 for user, pose in zip(users, poses, strict=True)
@@ -89,9 +105,18 @@ class Tracker:
             return _Tracked(
                 SwarmTracker(user.id, s.seed, self._swarm, self._threads, perturbed=perturbed)
             )
+        if s.method == "btvr":
+            return _Tracked(UpperBodyTracker(user.id, s.seed, self._upper_body, self._threads))
         return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
-    def _track(self, user: User, frame: Frame, views: dict[int, DepthView]) -> Pose:
+    def _track(
+        self,
+        user: User,
+        frame: Frame,
+        views: dict[int, DepthView],
+        owner: NDArray[np.int32],
+        hidden_share: float,
+    ) -> Pose | UpperBodyPose:
         """One person's pose, from the image thinned to what the person's distance needs."""
         tracked = self._bodies[user.id]
         stride = working_stride(frame.camera, float(user.head_camera[2]))
@@ -99,10 +124,17 @@ class Tracker:
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
             evidence = gather(user, views[stride], stride, frame.camera.width, self._finder.floor)
+            if self.settings.method == "btvr":
+                nobodys = owner[::stride, ::stride] == 0
+                evidence = replace(
+                    evidence, hidden_share=hidden_share, nobodys=nobodys, hands=self._hands
+                )
         measured_m = user.height_m if user.height_is_measured else None
         return tracked.tracker.update(measured_m, evidence, frame.index, self.clock)
 
-    def _person(self, user: User, pose: Pose, frame: Frame, owner: NDArray[np.int32]) -> Person:
+    def _person(
+        self, user: User, pose: Pose | UpperBodyPose, frame: Frame, owner: NDArray[np.int32]
+    ) -> Person:
         tracked = self._bodies[user.id]
         model = tracked.tracker.model
         Ts_camera_part = pose.transforms(model)

@@ -7,14 +7,25 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.limits import LIMITS_RAD
 from topview.body.model import HEAD_CENTRE, BodyModel
-from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import (
+    HEAD,
+    LEFT_UPPER_ARM,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_UPPER_ARM,
+    UPPER_TORSO,
+)
 from topview.body.proportions import ANATOMICAL
 from topview.filter.particles import generator
 from topview.geometry.rotations import transform, unit
+from topview.kernels.limbs import judge_limbs
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.evidence import Evidence
 from topview.track.timing import StageClock
+from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
+from topview.track.upper_body.pixels import UserPixels
 from topview.track.upper_body.torso import Torso, TorsoFilter, TorsoSettings
 
 Array = NDArray[np.float64]
@@ -25,11 +36,12 @@ class UpperBodySettings:
     """How torso and arms are tracked."""
 
     torso: TorsoSettings = field(default_factory=TorsoSettings)
+    arms: ArmSettings = field(default_factory=ArmSettings)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpperBodyPose:
-    """The parts of an upper body; [11, 4, 4] `Ts_camera_part`, NaN for the legs."""
+    """The parts of an upper body: [11, 4, 4] `Ts_camera_part`, NaN for the legs."""
 
     Ts_camera_part: Array
 
@@ -47,6 +59,10 @@ class UpperBodyTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
         self._torso = TorsoFilter(settings.torso, threads)
+        self._arms = [
+            ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
+            ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
+        ]
 
     def update(
         self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
@@ -54,12 +70,34 @@ class UpperBodyTracker:
         """The pose in the next frame; `stature_m` is None while nobody could measure it."""
         if stature_m is not None:
             self.model = BodyModel.of(stature_m, ANATOMICAL)
-        rng = generator(self.seed, self.person, UPPER_TORSO, frame)
         with clock.stage("torso"):
+            rng = generator(self.seed, self.person, UPPER_TORSO, frame)
             torso = self._torso.update(self.model, evidence, rng)
-        return self._pose(torso, evidence)
+        with clock.stage("arms"):
+            arms = self._update_arms(torso, evidence, frame)
+        return self._pose(torso, arms, evidence)
 
-    def _pose(self, torso: Torso, evidence: Evidence) -> UpperBodyPose:
+    def _update_arms(self, torso: Torso, evidence: Evidence, frame: int) -> list[Arm]:
+        """Both arms, first the one that was found better in the last frame."""
+        pixels = UserPixels(torso, self.model, evidence)
+        for arm_filter in self._arms:
+            if arm_filter.arm is not None:
+                self._take(pixels, arm_filter, arm_filter.arm, torso)
+        order = sorted(self._arms, key=lambda a: a.arm.discrepancy if a.arm else np.inf)
+        for arm_filter in order:
+            rng = generator(self.seed, self.person, arm_filter.upper, frame)
+            arm = arm_filter.update(torso, self.model, pixels, evidence, rng)
+            self._take(pixels, arm_filter, arm, torso)
+        return [arm_filter.arm for arm_filter in self._arms if arm_filter.arm is not None]
+
+    def _take(self, pixels: UserPixels, arm_filter: ArmFilter, arm: Arm, torso: Torso) -> None:
+        parts = [arm_filter.upper, arm_filter.upper + 1]
+        steps = arm.axes_torso * self.model.lengths_m[parts, None]
+        joints = arm.shoulder_torso + np.concatenate([np.zeros((1, 3)), steps.cumsum(0)])
+        joints_camera = torso.neck_camera + joints @ torso.R_camera_torso.T
+        pixels.take(arm_filter.upper, joints_camera, self.model.radii_m[parts, 0])
+
+    def _pose(self, torso: Torso, arms: list[Arm], evidence: Evidence) -> UpperBodyPose:
         model = self.model
         Ts = np.full((len(PARTS), 4, 4), np.nan)
         R = torso.R_camera_torso
@@ -67,9 +105,13 @@ class UpperBodyTracker:
         Ts[UPPER_TORSO] = transform(R, torso.neck_camera)
         Ts[LOWER_TORSO] = transform(R, waist)
         Ts[HEAD] = self._head(torso, evidence)
-        for u in (3, 5):
-            Ts[u] = transform(R, torso.neck_camera + R @ model.joints_parent[u])
-            Ts[u + 1] = transform(R, Ts[u][:3, 3] + R[:, 1] * model.lengths_m[u])
+        for arm_filter, arm in zip(self._arms, arms, strict=True):
+            upper = arm_filter.upper
+            shoulder = torso.neck_camera + R @ arm.shoulder_torso
+            axes = arm.axes_torso @ R.T
+            elbow = shoulder + axes[0] * model.lengths_m[upper]
+            Rs = _hinged(axes, R, upper, shoulder, model)
+            Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
         return UpperBodyPose(Ts)
 
     def _head(self, torso: Torso, evidence: Evidence) -> Array:
@@ -83,3 +125,15 @@ class UpperBodyTracker:
         if not evidence.head_is_seen:
             centre = torso.neck_camera - (1.0 - HEAD_CENTRE) * length * y
         return transform(R_head, centre - HEAD_CENTRE * length * y)
+
+
+def _hinged(axes: Array, R_torso: Array, upper: int, shoulder: Array, model: BodyModel) -> Array:
+    """[2, 3, 3] rotations of upper arm and forearm: the elbow's axis stands across both."""
+    Rs, verdicts = np.empty((1, 2, 3, 3)), np.empty((1, 5))
+    parts = slice(upper, upper + 2)
+    judge_limbs(
+        axes[None], R_torso[:, 0].copy(), 1.0, R_torso, LIMITS_RAD[parts], axes, shoulder,
+        model.lengths_m[parts], model.radii_m[parts, 0], np.zeros(4), np.empty((0, 3)), 0.0, Rs,
+        verdicts,
+    )  # fmt: skip
+    return Rs[0]

@@ -1,0 +1,126 @@
+"""Which of a user's pixels the torso, the head and the legs leave for the arms."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.parts import (
+    HEAD,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+from topview.kernels.arms import BODYS, OPEN, OTHERS
+from topview.track.evidence import Evidence
+from topview.track.upper_body.torso import Torso
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Ours.
+CLOTHING_M = 0.01  # what lies this near over torso or head is theirs
+CLEARLY_OFF_M = 0.07  # what lies farther from them is an arm's
+ARM_CLOTHING_M = 0.03  # the same for arms, whose sleeves are wide
+
+
+class UserPixels:
+    """One user's pixels in one frame, thinned as the evidence is.
+
+    Attributes:
+        points: [N, 3] metres.
+        worth: [N] how much each needs an arm to explain it: 0 on torso and head, 1 well away.
+    """
+
+    def __init__(self, torso: Torso, model: BodyModel, evidence: Evidence) -> None:
+        view = evidence.view
+        self._where = np.nonzero(evidence.mine | _in_front(torso, model, evidence))
+        v, u = self._where
+        z = view.depth_m[v, u].astype(np.float64)
+        self.points = np.stack(
+            [(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1
+        )
+        off_m = _distance_from_body(self.points, torso, model, evidence)
+        self.worth = np.clip((off_m - CLOTHING_M) / (CLEARLY_OFF_M - CLOTHING_M), 0.0, 1.0)
+        self._shape = view.depth_m.shape
+        self._arms: dict[int, Mask] = {}
+
+    def take(self, upper: int, joints_camera: Array, radii_m: Array) -> None:
+        """What lies on an arm, [3, 3] shoulder, elbow and palm, is not the other arm's."""
+        taken = np.zeros(len(self.points), np.bool_)
+        for k in range(2):
+            distance = _to_segment(self.points, joints_camera[k], joints_camera[k + 1])
+            taken |= distance < radii_m[k] + ARM_CLOTHING_M
+        self._arms[upper] = taken
+
+    def open_to(self, upper: int, shoulder_camera: Array, reach_m: float) -> Mask:
+        """[N] True for the points within an arm's reach that nothing else explains."""
+        is_near = ((self.points - shoulder_camera) ** 2).sum(1) < reach_m**2
+        is_open = is_near & (self.worth > 0.0)
+        for other, taken in self._arms.items():
+            if other != upper:
+                is_open &= ~taken
+        return is_open
+
+    def images(self, is_open: Mask) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """[H, W] whose each pixel is and what it is worth, for `compare_arms`, by the [N] points
+        that are open."""
+        whose = np.full(self._shape, OTHERS, np.uint8)
+        whose[self._where] = np.where(is_open, OPEN, BODYS)
+        worth = np.zeros(self._shape, np.float32)
+        worth[self._where] = np.where(is_open, self.worth, 0.0)
+        return whose, worth
+
+
+def _in_front(torso: Torso, model: BodyModel, evidence: Evidence) -> Mask:
+    """[H, W] True where something that is no user's floats before the torso, within the arms'
+    reach: a fist, most likely, that the image cuts off from its arm."""
+    view = evidence.view
+    if evidence.nobodys is None:
+        return np.zeros(view.depth_m.shape, np.bool_)
+    arm = [LEFT_UPPER_ARM, LEFT_UPPER_ARM + 1]
+    reach_m = float(model.lengths_m[arm].sum() + model.joints_parent[RIGHT_UPPER_ARM, 0])
+    x, y, z = (
+        torso.neck_camera + model.joints_parent[LEFT_UPPER_ARM, 1] * torso.R_camera_torso[:, 1]
+    )
+    farthest_m = z - model.radii_m[UPPER_TORSO, 1] - CLEARLY_OFF_M
+    depth = view.depth_m
+    is_before = evidence.nobodys & (depth > max(z - reach_m, 0.1)) & (depth < farthest_m)
+    v, u = np.nonzero(is_before)
+    own_z = depth[v, u].astype(np.float64)
+    off = np.stack(
+        [(u - view.cx) * own_z / view.fx - x, (v - view.cy) * own_z / view.fy - y, own_z - z], 1
+    )
+    is_before[v, u] = (off**2).sum(1) < reach_m**2
+    return is_before
+
+
+def _distance_from_body(points: Array, torso: Torso, model: BodyModel, evidence: Evidence) -> Array:
+    """[N] metres from torso, head and neck, and from where the legs are while somebody stands;
+    roughly, and negative inside."""
+    R = torso.R_camera_torso
+    length_m = float(model.lengths_m[UPPER_TORSO] + model.lengths_m[LOWER_TORSO])
+    rx, rz = model.radii_m[UPPER_TORSO]
+    x, y, z = ((points - torso.neck_camera) @ R).T
+    beside = (np.sqrt((x / rx) ** 2 + (z / rz) ** 2) - 1.0) * min(rx, rz)
+    from_torso = np.maximum(beside, np.maximum(-y, y - length_m))
+
+    half_head_m = HEAD_CENTRE * model.lengths_m[HEAD]
+    from_head = _to_segment(points, evidence.head_camera, torso.neck_camera) - half_head_m
+
+    hips = torso.neck_camera + length_m * R[:, 1]
+    knees = hips - model.lengths_m[LEFT_UPPER_LEG] * evidence.up_camera
+    legs_m = model.radii_m[LEFT_UPPER_LEG, 0] + model.joints_parent[RIGHT_UPPER_LEG, 0]
+    from_legs = _to_segment(points, hips, knees) - legs_m
+    return np.minimum(np.minimum(from_torso, from_head), from_legs)
+
+
+def _to_segment(points: Array, start: Array, end: Array) -> Array:
+    """[N] distances in metres."""
+    along = end - start
+    share = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
+    return np.linalg.norm(points - start - share[:, None] * along, axis=1)
