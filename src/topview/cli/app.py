@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 from topview.cli.bench import bench
 from topview.cli.demo import demo
 from topview.cli.evaluate import evaluate
+from topview.cli.reproduce import reproduce
 from topview.cli.simulate import simulate
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.track import track
@@ -22,7 +23,7 @@ app = App(
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-for command in (demo, track, evaluate, simulate, bench):
+for command in (demo, track, evaluate, reproduce, simulate, bench):
     app.command(command)
 
 

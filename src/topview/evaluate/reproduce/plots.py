@@ -17,7 +17,7 @@ OCCLUDED: Final = "#c8402f"
 PRINTED: Final = "#8a8f98"
 """Blue and red as in Fig. 6.3; grey for the thesis's numbers."""
 
-STYLE: Final = {
+STYLE: Final[dict[Any, Any]] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,

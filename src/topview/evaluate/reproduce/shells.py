@@ -146,7 +146,8 @@ def figure_3_2(context: Context) -> Section:
             Verdict(
                 "f_reproj has one minimum, at the top view (Sec. 3.1)",
                 is_single,
-                f"{len(rows)} shells, full and half, circular and elliptic, occluded or not, with noise or without",
+                f"{len(rows)} shells, full and half, circular and elliptic, occluded or not, with "
+                "noise or without",
                 is_conclusion=True,
             ),
         ),
