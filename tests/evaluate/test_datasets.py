@@ -201,11 +201,14 @@ class TestUtdMhad:
         reference = recording.reference()
         assert set(reference.joint_names) == set(JOINT_NAMES)
         assert reference.frame_index.tolist() == [2, 3]
+        assert reference.actions is not None
+        assert reference.actions.tolist() == [["a2"], ["a2"]]
+        assert reference.bodies == ("subject 1",)
         # Depth frame t goes with sample t - 1.5, mirrored, y down.
         assert reference.joints_camera[0, 0, 0] == pytest.approx((-0.05, -0.5, 2.0))
 
     def test_another_folder(self, tmp_path: Path) -> None:
-        with pytest.raises(InputError, match="Depth is not a folder; UTD-MHAD has Depth/"):
+        with pytest.raises(InputError, match="lacks the folder Depth and Skeleton; UTD-MHAD has"):
             find_utd_mhad(tmp_path)
         (tmp_path / "Depth").mkdir()
         (tmp_path / "Skeleton").mkdir()

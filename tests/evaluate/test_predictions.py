@@ -398,7 +398,6 @@ class TestCommand:
         ("arguments", "message"),
         [
             (("simulated", "--seeds", "1,x"), "--seeds is '1,x'"),
-            (("simulated", "--size", "big"), "--size is 'big'; it must be width x height"),
             (("simulated", "nowhere"), "scene 'nowhere' is not known"),
             (("mhad", "nowhere"), "nowhere lacks Kinect"),
             (("itop", "nowhere", "--split", "x"), "split is 'x'"),

@@ -19,11 +19,9 @@ from topview.evaluate.datasets import (
     read_groundtruth,
     reference_from,
 )
-from topview.evaluate.datasets.simulated import resized
 from topview.evaluate.run import Job
 from topview.records import InputError, Recording, SkeletonSequence
 from topview.sim import SCENES
-from topview.sim.scenes import KINECT_V1_HALF
 from topview.track.run import TrackingResult
 from topview.track.settings import TrackerSettings
 
@@ -144,11 +142,6 @@ class TestSimulated:
         assert outcome.errors is not None
         assert outcome.errors.people.person_frames == outcome.errors.people.missed == 4
 
-    def test_other_sizes_see_the_same_from_left_to_right(self) -> None:
-        camera = resized(KINECT_V1_HALF, 640, 480)
-        assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525.0, 525.0, 319.5, 239.5)
-        assert resized(KINECT_V1_HALF, 320, 240) == KINECT_V1_HALF
-
     @pytest.mark.parametrize(
         ("wrong", "message"),
         [
@@ -157,7 +150,6 @@ class TestSimulated:
             ({"seeds": (-1,)}, "seed is -1"),
             ({"people": 9}, "people is 9"),
             ({"frames": 0}, "frames is 0"),
-            ({"size": (0, 240)}, "camera width is 0"),
             ({"pattern": "nobody*"}, "simulated: no sequence matches 'nobody\\*'"),
         ],
     )

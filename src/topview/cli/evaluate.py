@@ -12,6 +12,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 
 from topview.cli.progress import warn
+from topview.cli.simulate import CAMERAS, Size
 from topview.cli.status import INTERRUPTED
 from topview.evaluate.datasets import (
     EvaluatedRecording,
@@ -86,7 +87,7 @@ def simulated(
     seeds: str = "1",
     people: int | None = None,
     frames: int | None = None,
-    size: str = "320x240",
+    size: Size = "320x240",
     options: EvaluateOptions = DEFAULT_OPTIONS,
 ) -> int:
     """Measure on scenes of the simulator, rendered while they are tracked.
@@ -96,10 +97,10 @@ def simulated(
         seeds: of people, motions and noise, separated by commas.
         people: how many; more than a scene asks for stand in the background.
         frames: of each scene, at 30 a second.
-        size: of the images, width x height; all show the same.
+        size: of the images, in pixels; both show the same.
     """
     made = make_simulated(
-        scenes, _numbers("--seeds", seeds), people, frames, _size(size), options.sequences
+        scenes, _numbers("--seeds", seeds), people, frames, CAMERAS[size], options.sequences
     )
     return _evaluate(made, "error against the simulator's truth", options)
 
@@ -184,12 +185,6 @@ def _numbers(option: str, text: str) -> tuple[int, ...]:
     if not re.fullmatch(r"\d+(,\d+)*", text):
         raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
     return tuple(int(number) for number in text.split(","))
-
-
-def _size(text: str) -> tuple[int, int]:
-    if not (match := re.fullmatch(r"(\d+)x(\d+)", text)):
-        raise InputError(f"--size is {text!r}; it must be width x height like 640x480")
-    return int(match[1]), int(match[2])
 
 
 def _pairs(text: str) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from topview.evaluate.datasets.base import select_by_name
 from topview.evaluate.datasets.groundtruth import reference_from
@@ -77,7 +77,7 @@ def make_simulated(
     seeds: Sequence[int] = (1,),
     people: int | None = None,
     frames: int | None = None,
-    size: tuple[int, int] | None = None,
+    camera: Camera = KINECT_V1_HALF,
     pattern: str = "*",
 ) -> list[SimulatedScene]:
     """Every scene (all of them if none is named) with every seed.
@@ -85,8 +85,7 @@ def make_simulated(
     Args:
         scenes: names.
         seeds: at least one.
-        people, frames: as in `SimulatedScene`.
-        size: width and height of the images, which see the same; 320 x 240 if None.
+        people, frames, camera: as in `SimulatedScene`.
         pattern: globs over the names, which are like `pass_by_1`.
 
     Raises:
@@ -94,7 +93,6 @@ def make_simulated(
     """
     if not seeds:
         raise InputError("no seed given; give at least one, such as 1,2,3")
-    camera = KINECT_V1_HALF if size is None else resized(KINECT_V1_HALF, *size)
     made = [
         SimulatedScene(scene, seed, people, frames, camera)
         for scene in scenes or SCENES
@@ -103,12 +101,3 @@ def make_simulated(
     for simulated in made:
         simulated.make()  # not to find out after the first scenes were tracked
     return select_by_name(made, pattern, "simulated")
-
-
-def resized(camera: Camera, width: int, height: int) -> Camera:
-    """A camera with other pixels that sees as much from left to right."""
-    scale = width / camera.width
-    cx, cy = (camera.cx + 0.5) * scale - 0.5, (height - 1.0) / 2.0
-    return replace(
-        camera, fx=camera.fx * scale, fy=camera.fy * scale, cx=cx, cy=cy, width=width, height=height
-    )

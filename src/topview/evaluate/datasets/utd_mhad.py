@@ -45,12 +45,15 @@ class UtdMhadRecording:
         joint_names, columns = select_joints(names, str(path))
         joints_camera = joints_camera[:, columns]
         known = np.isfinite(joints_camera).all((1, 2))
+        action, subject, _ = self.name.split("_")
         return ReferenceSequence(
             frame_index=np.flatnonzero(known),
             person_ids=np.array([1]),
             joint_names=joint_names,
             joints_camera=joints_camera[known, None],
             present=np.ones((int(known.sum()), 1), bool),
+            actions=np.full((int(known.sum()), 1), action),
+            bodies=(f"subject {subject[1:]}",),
         )
 
 
@@ -60,12 +63,11 @@ def find_utd_mhad(root: Path, pattern: str = "*") -> list[UtdMhadRecording]:
     Raises:
         InputError: the folder is not UTD-MHAD's, or nothing matches.
     """
-    for folder in (root / "Depth", root / "Skeleton"):
-        if not folder.is_dir():
-            raise InputError(
-                f"{folder} is not a folder; UTD-MHAD has Depth/aA_sS_tT_depth.mat and "
-                "Skeleton/aA_sS_tT_skeleton.mat"
-            )
+    if missing := [name for name in ("Depth", "Skeleton") if not (root / name).is_dir()]:
+        raise InputError(
+            f"{root} lacks the folder {' and '.join(missing)}; UTD-MHAD has "
+            "Depth/aA_sS_tT_depth.mat and Skeleton/aA_sS_tT_skeleton.mat"
+        )
     found = [match for file in (root / "Depth").iterdir() if (match := DEPTH_FILE.match(file.name))]
     if not found:
         raise InputError(
