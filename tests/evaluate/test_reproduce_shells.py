@@ -59,5 +59,5 @@ def test_two_valleys_count_as_two_minima():
 
 
 def test_ripples_do_not_count_as_minima():
-    ratio = np.abs(TILTS_DEG) / 90 + 0.02 * np.cos(TILTS_DEG)
+    ratio = np.abs(TILTS_DEG) / 90 + 0.02 * np.sin(TILTS_DEG)
     assert len(minima(ratio)) == 1

@@ -65,7 +65,7 @@ class PartByPartSettings:
             `topview.body.parts`; for showing what they are worth (Fig. 6.3).
     """
 
-    hypotheses: int = 200
+    hypotheses: int = 120
     rounds: int = 2
     torso_sigma_rad: tuple[float, float, float] = (0.06, 0.08, 0.06)
     limb_sigma_rad: tuple[float, float, float] = (0.35, 0.0, 0.35)
