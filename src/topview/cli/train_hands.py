@@ -24,7 +24,7 @@ from topview.evaluate.training.renders import simulated_hands
 from topview.io import write_atomically
 from topview.records import InputError
 
-LEARNT_SEEDS = range(3)
+LEARNT_SEEDS = range(1)
 HELD_OUT_SEEDS = (100,)
 SIZES = ("major_m", "minor_m")
 

@@ -111,8 +111,8 @@ class BlobTracker:
                 blob.ellipse = Ellipse.of_pixels(blob.pixels)
         self._eliminate(now_s)
         for r, region in enumerate(regions):
-            if r not in supports and all(
-                blob.ellipse.distance(region.pixels).min() > 1.0 for blob in self.blobs
+            if r not in supports and not any(
+                blob.ellipse.count(region.pixels, region.box) for blob in self.blobs
             ):  # Eq. 4.5
                 self.blobs.append(self._new(region, now_s))
         return self.blobs
@@ -143,11 +143,7 @@ class BlobTracker:
             landed = np.bincount(region_of[rows[is_in], columns[is_in]], minlength=2)[1:]
             if not landed.any():
                 landed = np.array(
-                    [
-                        np.count_nonzero(blob.ellipse.distance(region.pixels) <= 1.0)
-                        for region in regions
-                    ]
-                    or [0]
+                    [blob.ellipse.count(region.pixels, region.box) for region in regions] or [0]
                 )
             if landed.any():
                 supports.setdefault(int(np.argmax(landed)), []).append(blob)
@@ -217,12 +213,7 @@ class BlobTracker:
         for blob in self.blobs:  # oldest first
             if now_s - blob.seen_s > min(self.settings.grace_s, blob.seen_s - blob.born_s):
                 continue
-            coincides = any(
-                other.ellipse.distance(blob.ellipse.center) < 0.5
-                and blob.ellipse.distance(other.ellipse.center) < 0.5
-                for other in kept
-            )
-            if not coincides:
+            if not any(blob.ellipse.coincides(other.ellipse) for other in kept):
                 blob.merged_since_s = None
             elif blob.merged_since_s is None:
                 blob.merged_since_s = now_s

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.floating]
+Box = tuple[int, int, int, int]
+"""Left, top, right, bottom; all inside."""
 
 PIXEL_VARIANCE: Final = 1.0 / 12.0
 """Of the places within one square pixel."""
@@ -76,6 +78,25 @@ class Ellipse:
         c, s = cos(self.angle), sin(self.angle)
         dx, dy = points[..., 0] - self.x, points[..., 1] - self.y
         return np.hypot((c * dx + s * dy) / self.major, (c * dy - s * dx) / self.minor)
+
+    def count(self, points: Points, box: Box) -> int:
+        """How many of [N, 2] points, all within a box, lie inside."""
+        left, top, right, bottom = box
+        reach = self.major
+        if self.x + reach < left or self.x - reach > right:
+            return 0
+        if self.y + reach < top or self.y - reach > bottom:
+            return 0
+        return int(np.count_nonzero(self.distance(points) <= 1.0))
+
+    def coincides(self, other: Ellipse) -> bool:
+        """Whether each has its centre in the inner half of the other."""
+        return all(
+            abs(one.x - two.x) < 0.5 * two.major
+            and abs(one.y - two.y) < 0.5 * two.major
+            and two.distance(one.center) < 0.5
+            for one, two in ((self, other), (other, self))
+        )
 
     def scaled(self, factor: float, shift: float = 0.0) -> Ellipse:
         """The same in an image of `factor` times the size, moved by `shift` in x and y."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.ellipses import Box
 from topview.detect.seeing import ColorView
 from topview.records import InputError, read_only
 
@@ -31,6 +32,8 @@ DARK_LEVEL: Final = 18
 """Y below which a pixel has no colour to speak of (ours)."""
 JUMP_M: Final = 0.1
 """Neighbouring pixels of one hand or face differ by less than this in depth (ours)."""
+PERSON_M2: Final = 0.7
+"""Nobody's front is larger: 1.9 m tall, of a mean breadth of 0.37 m (ours)."""
 LEAST_READ: Final = 0.1
 """Share of a region's pixels that must have a reading, for its depth to be known (ours)."""
 
@@ -131,7 +134,7 @@ class SkinSettings:
     """
 
     seed_probability: float = 0.3
-    growth_probability: float = 0.15
+    growth_probability: float = 0.2
     gamma: float = 0.8
     window_frames: int = 5
     least_pixels: int = 12
@@ -181,12 +184,14 @@ class SkinRegion:
 
     Attributes:
         pixels: [N, 2] (x, y) in the small image.
+        box: of them.
         depth_m: median of its readings, 0 if it has none.
         area_m2: its true size, 0 if its depth is not known.
         probability: mean P(s|c) of its pixels.
     """
 
     pixels: NDArray[np.float32]
+    box: Box
     depth_m: float
     area_m2: float
     probability: float
@@ -198,26 +203,43 @@ def skin_regions(
     """Skin by hysteresis and size (Sec. 4.1.2), and [h, w] where it is.
 
     Connected pixels above T_min, at least one of them above T_max, of a believable size. What is
-    too large, as skin before something wooden is, is cut apart where the depth jumps.
+    too large is cut apart where the depth jumps, as skin before something wooden does. What still
+    is, but not larger than a person, is sought above T_max alone: skin beside cloth of nearly its
+    colour.
     """
-    is_skin = np.zeros(probability.shape, np.bool_)
-    is_too_large = np.zeros(probability.shape, np.bool_)
     regions: list[SkinRegion] = []
-
-    def sort(candidates: Iterable[SkinRegion]) -> None:
-        for region in candidates:
+    is_skin = np.zeros(probability.shape, np.bool_)
+    levels = probability
+    for cut in (None, _cut_at_edges, _cut_to_seeds):
+        if cut is not None:
+            levels = cut(view, levels, settings)
+        is_too_large = np.zeros(probability.shape, np.bool_)
+        for region in _connected(view, levels, settings):
             columns, rows = region.pixels.astype(np.intp).T
             if region.area_m2 > settings.greatest_area_m2:
-                is_too_large[rows, columns] = True
+                is_too_large[rows, columns] = cut is None or region.area_m2 < PERSON_M2
             else:
                 regions.append(region)
                 is_skin[rows, columns] = True
-
-    sort(_connected(view, probability, settings))
-    if is_too_large.any():
-        is_inner = is_too_large & ~_is_depth_edge(view.depth_m)
-        sort(_connected(view, np.where(is_inner, probability, 0), settings))
+        if not is_too_large.any():
+            break
+        levels = np.where(is_too_large, probability, np.uint8(0))
     return regions, is_skin
+
+
+def _cut_at_edges(
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+) -> NDArray[np.uint8]:
+    return np.where(_is_depth_edge(view.depth_m), np.uint8(0), probability)
+
+
+def _cut_to_seeds(
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+) -> NDArray[np.uint8]:
+    """What is above T_max, without specks."""
+    is_seed = (probability > 255.0 * settings.seed_probability).view(np.uint8)
+    kept = cv2.morphologyEx(is_seed, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    return np.where(np.asarray(kept) > 0, probability, np.uint8(0))
 
 
 def _is_depth_edge(depth_m: NDArray[np.float32]) -> Mask:
@@ -232,15 +254,16 @@ def _connected(
 ) -> Iterator[SkinRegion]:
     """Connected pixels above T_min with a seed among them, that are not too small."""
     is_candidate = probability > 255.0 * settings.growth_probability
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
         is_candidate.view(np.uint8), connectivity=8
     )
     labels = np.asarray(labels, np.int32)
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
-    for label in range(1, count):
-        left, top, width, height, area = np.asarray(stats)[label].tolist()
-        if area < settings.least_pixels:
+    is_large = np.asarray(stats)[:, cv2.CC_STAT_AREA] >= settings.least_pixels
+    for label in np.nonzero(is_large)[0].tolist():
+        if label == 0:  # what is no candidate
             continue
+        left, top, width, height, area = np.asarray(stats)[label].tolist()
         window = slice(top, top + height), slice(left, left + width)
         is_region = labels[window] == label
         levels = probability[window][is_region]
@@ -254,4 +277,5 @@ def _connected(
             continue
         rows, columns = np.nonzero(is_region)
         pixels = np.stack([columns + left, rows + top], axis=1).astype(np.float32)
-        yield SkinRegion(pixels, depth_m, area_m2, float(levels.mean()) / 255.0)
+        box = left, top, left + width - 1, top + height - 1
+        yield SkinRegion(pixels, box, depth_m, area_m2, float(levels.mean()) / 255.0)
