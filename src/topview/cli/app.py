@@ -15,6 +15,8 @@ from topview.cli.reproduce import reproduce
 from topview.cli.simulate import simulate
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.track import track
+from topview.cli.train_hands import train_hands
+from topview.cli.train_skin import train_skin
 from topview.records import InputError
 
 app = App(
@@ -23,7 +25,7 @@ app = App(
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-for command in (demo, track, evaluate, reproduce, simulate, bench):
+for command in (demo, track, evaluate, reproduce, simulate, train_skin, train_hands, bench):
     app.command(command)
 
 
