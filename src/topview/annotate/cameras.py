@@ -40,7 +40,7 @@ def time_offset_frames(
     a, b = _motion(front, floors[0], fps), _motion(rear, floors[1], fps)
     if floors[0] is None or floors[1] is None:
         a, b = _motion(front, None, fps), _motion(rear, None, fps)
-    fastest = min(float(np.percentile(np.abs(x).max(-1), 95)) for x in (a, b))
+    fastest = min(float(np.percentile(np.nan_to_num(np.abs(x)).max(-1), 95)) for x in (a, b))
     if fastest < LEAST_SPEED_MPS:
         raise InputError(
             f"the time between the cameras cannot be told: no joint moves faster than "
@@ -73,24 +73,34 @@ NEAR_FRAMES: Final = 4
 
 
 def _motion(tracks: Tracks, floor: FloorPlane | None, fps: float) -> NDArray[np.float64]:
-    """[F, P * J] m/s, 0 where a joint is not seen."""
+    """[F, P * J] m/s, NaN where a joint is not seen."""
     speeds = _velocities(tracks, fps)
     along = np.linalg.norm(speeds, axis=-1) if floor is None else speeds @ floor.normal_camera
     return along.reshape(len(along), -1)
 
 
 def _velocities(tracks: Tracks, fps: float) -> NDArray[np.float64]:
-    """[F, P, J, 3] m/s, 0 where a joint is not seen."""
+    """[F, P, J, 3] m/s, NaN where a joint is not seen or jumps, as one does that is found again."""
     places = gaussian_filter1d(tracks.joints_front, SMOOTH_S * fps, axis=0)
+    speeds = np.gradient(places, axis=0) * fps
     seen = (tracks.spots[0] != NONE).any(-1)
-    return np.where(seen[..., None], np.gradient(places, axis=0) * fps, 0.0)
+    jumps = np.linalg.norm(speeds, axis=-1) > MOST_SPEED_MPS
+    return np.where((seen & ~jumps)[..., None], speeds, np.nan)
+
+
+MOST_SPEED_MPS: Final = 6.0
+"""Of a hand that throws, about (ours)."""
 
 
 def _likeness(a: NDArray[np.float64], b: NDArray[np.float64], shift: int) -> float:
-    """Correlation of a[f] with b[f + shift]."""
+    """Correlation of a[f] with b[f + shift], where both are known."""
     first, last = max(0, -shift), min(len(a), len(b) - shift)
     x, y = a[first:last], b[first + shift : last + shift]
-    x, y = x - x.mean(0), y - y.mean(0)
+    known = ~np.isnan(x) & ~np.isnan(y)
+    if known.sum() < 0.1 * min(a.size, b.size):
+        return 0.0
+    x, y = x[known], y[known]
+    x, y = x - x.mean(), y - y.mean()
     return float((x * y).sum() / max(np.sqrt((x**2).sum() * (y**2).sum()), 1e-12))
 
 
@@ -177,20 +187,21 @@ def refined_extrinsics(
     measured = [_marker_points(view, names[v], frames) for v, view in enumerate(views)]
     points, radii = zip(*measured, strict=True)
     full_m = float(np.nanmedian(np.concatenate([r.ravel() for r in radii])))
-    fronts = np.array(
-        [[trunk_axes(joints)[:, 2] for joints in tracks.joints_front[f]] for f in frames]
-    )
+    fronts = _trunk_fronts(points[0])
+    outwards_of = np.nan_to_num(fronts)
     rows = []
     for side_a in (FRONT, BACK):
         for side_b in (FRONT, BACK):
             p, q = points[0][..., side_a, :], points[1][..., side_b, :]
             seen = ~np.isnan(p[..., 0]) & ~np.isnan(q[..., 0])
-            both = np.argwhere(seen & (FACING if side_a != side_b else True))
+            if side_a != side_b:
+                seen &= FACING & ~np.isnan(fronts[..., :1])
+            both = np.argwhere(seen)
             f, k, j = both.T
             sign = np.full(len(both), float(side_b - side_a))
             least = np.minimum(radii[0][f, k, j, side_a], radii[1][f, k, j, side_b])
             weight = np.where(sign != 0.0, OTHER_SIDE, np.where(least > FULL * full_m, 1.0, PARTLY))
-            rows.append((p[f, k, j], q[f, k, j], sign, weight, k * J + j, fronts[f, k]))
+            rows.append((p[f, k, j], q[f, k, j], sign, weight, k * J + j, outwards_of[f, k]))
     p, q, sign, weight, joint, outwards = (
         np.concatenate(column) for column in zip(*rows, strict=True)
     )
@@ -224,6 +235,25 @@ def refined_extrinsics(
     off = residuals(x)[: 3 * len(p)].reshape(-1, 3)
     median = float(np.median(np.linalg.norm(off, axis=-1)))
     return Extrinsics(T, median, len(p))
+
+
+def _trunk_fronts(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[F, P, 3] units in which trunks face, told by the front camera's markers [F, P, J, 2, 3]
+    alone, NaN where it does not see shoulders or hips, neck and pelvis from one side. (With the
+    rear camera's, an error of its place would confirm itself.)"""
+    fronts = np.full((*points.shape[:2], 3), np.nan)
+    for f, p in np.ndindex(*points.shape[:2]):
+        for side in (BACK, FRONT):
+            one_side = np.nan_to_num(points[f, p, :, side], nan=0.0)
+            missing = np.isnan(points[f, p, :, side, 0])
+            if not missing[TRUNK].any():
+                fronts[f, p] = trunk_axes(one_side)[:, 2]
+    return fronts
+
+
+TRUNK: Final = [
+    NAMES.index(name) for name in ("neck", "pelvis", "shoulder_l", "shoulder_r", "hip_l", "hip_r")
+]
 
 
 def _floors_apart(

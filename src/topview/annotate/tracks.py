@@ -6,8 +6,8 @@ markers are predicted from it, so that one that comes back after having been hid
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from topview.annotate.starting import Start
 from topview.geometry.rotations import unit
 
 NONE: Final = -1
+FREE: Final = -2
 J: Final = len(NAMES)
 
 
@@ -64,11 +65,15 @@ class View:
     Attributes:
         blobs: of each frame; none where the camera has no frame at that time.
         T_front_view: [4, 4] into the front camera's frame.
-        barred: per frame, pixels [n, 2] of spots that the user said are no markers or placed.
+        fixed: [F, P, J, 2] what the user said: number of a marker's spot, -1 where the marker is
+            not seen, -2 where nothing was said; or None.
+        barred: of each frame, the spots that the user said are no markers.
     """
 
     blobs: Sequence[Blobs]
     T_front_view: NDArray[np.float64]
+    fixed: NDArray[np.intp] | None = None
+    barred: Mapping[int, frozenset[int]] = field(default_factory=dict)
 
     def points(self, frame: int) -> NDArray[np.float64]:
         """[N, 3] spots in the front camera's frame."""
@@ -159,7 +164,7 @@ class _Follower:
         predicted = np.where(lost[..., None], carried, predicted)
         spots = np.stack([self._name(view, f, predicted) for view in views])
         points = self._points(views, f, spots)
-        spots = self._plausible(spots, points, predicted)
+        spots = self._plausible(views, f, spots, points, predicted)
         self._recover(views, f, spots, predicted)
         points = self._points(views, f, spots)
         self._update(points, predicted, before)
@@ -190,6 +195,12 @@ class _Follower:
         turned_away = np.maximum((outwards * sight).sum(-1) + 0.1, 0.0)
         cost += s.away * turned_away[:, None]
         cost = np.minimum(cost, s.gate**2)
+        cost[:, list(view.barred.get(f, ()))] = s.gate**2
+        if view.fixed is not None:
+            said = view.fixed[f].ravel()
+            cost[said != FREE] = s.gate**2
+            cost[:, said[said >= 0]] = s.gate**2
+            names[said >= 0] = said[said >= 0]
         rows, columns = linear_sum_assignment(cost)
         good = cost[rows, columns] < s.gate**2
         names[rows[good]] = columns[good]
@@ -206,7 +217,12 @@ class _Follower:
         return points
 
     def _plausible(
-        self, spots: NDArray[np.intp], points: NDArray[np.float64], predicted: NDArray[np.float64]
+        self,
+        views: Sequence[View],
+        f: int,
+        spots: NDArray[np.intp],
+        points: NDArray[np.float64],
+        predicted: NDArray[np.float64],
     ) -> NDArray[np.intp]:
         """Without the spots whose bone to the parent would have another length."""
         s = self.settings
@@ -215,7 +231,11 @@ class _Follower:
         length = np.linalg.norm(joints - joints[:, PARENTS], axis=-1)
         off = np.abs(length - self.bones_m) > s.bone_slack * self.bones_m + s.bone_slack_m
         off &= (PARENTS >= 0) & ~np.isnan(measured[..., 0])
-        return np.where(off[None, ..., None], NONE, spots)
+        plausible = np.where(off[None, ..., None], NONE, spots)
+        for v, view in enumerate(views):
+            if view.fixed is not None:
+                plausible[v] = np.where(view.fixed[f] >= 0, view.fixed[f], plausible[v])
+        return plausible
 
     def _recover(
         self,
@@ -236,7 +256,8 @@ class _Follower:
             best = (np.inf, 0, 0, parent)
             for v, view in enumerate(views):
                 points = view.points(f)
-                free = np.setdiff1d(np.arange(len(points)), spots[v])
+                taken = [*spots[v].ravel(), *view.barred.get(f, ())]
+                free = np.setdiff1d(np.arange(len(points)), taken)
                 sight = unit(points[free] - view.T_front_view[:3, 3])
                 joints = points[free] + 0.5 * self.depths_m[p, j] * sight
                 off = np.abs(np.linalg.norm(joints - parent, axis=-1) - bone) / slack

@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
+from topview.cli.annotate import annotate
 from topview.cli.bench import bench
 from topview.cli.demo import demo
 from topview.cli.evaluate import evaluate
@@ -25,7 +26,17 @@ app = App(
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-for command in (demo, track, evaluate, reproduce, simulate, train_skin, train_hands, bench):
+for command in (
+    demo,
+    track,
+    evaluate,
+    reproduce,
+    simulate,
+    annotate,
+    train_skin,
+    train_hands,
+    bench,
+):
     app.command(command)
 
 
