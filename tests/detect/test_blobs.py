@@ -26,7 +26,7 @@ def step(tracker: BlobTracker, index: int, mask: NDArray[np.bool_], depth_m: NDA
 
 
 def test_a_region_makes_one_blob_that_follows_it() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     for index in range(20):
         blobs = step(tracker, index, disc(30 + 4 * index, 60, 8))
     assert list(blobs) == [1]
@@ -36,7 +36,7 @@ def test_a_region_makes_one_blob_that_follows_it() -> None:
 
 
 def test_two_hands_that_cross_keep_their_identities() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     for index in range(31):
         x = 20 + 4 * index
         blobs = step(tracker, index, disc(x, 58, 8) | disc(160 - x, 62, 8))
@@ -48,7 +48,7 @@ def test_two_hands_that_cross_keep_their_identities() -> None:
 
 
 def test_a_hand_before_the_face_is_told_by_depth() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     for index in range(40):
         x = 20.0 + 3.0 * min(index, 20)  # stops before the face
         face, hand = disc(80, 60, 16), disc(x, 60, 7)
@@ -68,7 +68,7 @@ def test_a_region_apart_from_all_ellipses_is_new() -> None:
 
 
 def test_a_region_that_breaks_up_keeps_one_blob_on_the_larger_piece() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     for index in range(5):
         step(tracker, index, disc(80, 60, 12))
     broken = disc(80, 60, 12) & (np.abs(COLUMNS - 86) > 1)
@@ -77,7 +77,7 @@ def test_a_region_that_breaks_up_keeps_one_blob_on_the_larger_piece() -> None:
 
 
 def test_a_blob_without_support_goes_after_a_grace_time() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     nothing = np.zeros((120, 160), np.bool_)
     for index in range(15):
         step(tracker, index, disc(40 + 2 * index, 60, 8))
@@ -99,7 +99,7 @@ def test_a_flicker_does_not_live_on() -> None:
 
 
 def test_two_blobs_that_became_one_do_not_stay_two() -> None:
-    tracker = BlobTracker()
+    tracker, blobs = BlobTracker(), {}
     for index in range(12):
         step(tracker, index, disc(60 + index, 60, 8) | disc(100 - 2 * index, 60, 8))
     for index in range(12, 150):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from detect_scenes import SHIRT_RGB, SKIN_RGB, Disc, frame_of
 
-from topview.detect.beliefs import Kind
+from topview.detect.beliefs import BeliefTables, Kind
 from topview.detect.cloud import Cloud
 from topview.detect.faces import CascadeFaces
-from topview.detect.faces_and_hands import FacesAndHands
+from topview.detect.faces_and_hands import FacesAndHands, Sight
 from topview.detect.seeing import ColorView, Light
 from topview.io import open_recording
 from topview.records import Camera, Frame
@@ -30,9 +31,21 @@ def recolored(frame: Frame, color: np.ndarray) -> Frame:
     return Frame(frame.index, frame.timestamp_s, frame.depth_m, frame.camera, color)
 
 
+def simple_tables() -> BeliefTables:
+    """What faces and hands are like whose sizes and places are those of `PERSON`."""
+    seen = {
+        Kind.FACE: {"major_m": 0.09, "right_of_head_m": 0.0},
+        Kind.LEFT_HAND: {"major_m": 0.05, "right_of_head_m": 0.27},
+        Kind.RIGHT_HAND: {"major_m": 0.05, "right_of_head_m": -0.27},
+        Kind.OTHER: {"major_m": 0.2, "right_of_head_m": 0.0},
+    }
+    return BeliefTables.learn(list(seen.values()) * 50, list(seen) * 50, "a simple person")
+
+
 def test_face_and_hands_of_a_simple_person() -> None:
-    finder = FacesAndHands()
+    finder = FacesAndHands(tables=simple_tables())
     head = np.array([(80 - 79.5) / 262.5 * 2.0, (30 - 59.5) / 262.5 * 2.0, 2.06])
+    sight = Sight(Light.ABSENT)
     for index in range(10):
         sight = finder.update(frame_of(PERSON, index=index), [head])
     assert sight.light == Light.USABLE
@@ -129,9 +142,11 @@ def test_the_cascade_finds_the_turning_mans_face_while_it_is_in_view(shared: Pat
 
 
 def test_the_turning_mans_face_is_skin(shared: Path) -> None:
-    frame = next(iter(open_recording(shared / "recordings" / "turning_man")))
+    folder = shared / "recordings" / "turning_man"
+    frame = next(iter(open_recording(folder)))
+    mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_GRAYSCALE)
     head = CascadeFaces().detect(Cloud.from_frame(frame), UP)[0].center_camera
-    sight = FacesAndHands().update(frame, [head])
+    sight = FacesAndHands().update(frame, [head], np.asarray(mask) > 0)
     (face, *_) = sight.most_likely(Kind.FACE)
     assert face.head_camera is not None
     assert np.linalg.norm(face.head_camera - head) < 0.08

@@ -107,7 +107,7 @@ def test_train_skin_learns_shows_and_corrects(
     image, mask = hand_files
     out, picture = tmp_path / "skin.npz", tmp_path / "show.png"
     train_skin([image], masks=[mask], out=out, show=picture)
-    assert cv2.imread(str(picture)).shape == (120, 480, 3)
+    assert np.asarray(cv2.imread(str(picture))).shape == (120, 480, 3)
     first = SkinHistograms.load(out)
     assert "1 images" in first.trained_on
     train_skin([image], not_skin=[(70, 50, 20, 20)], start=out, weight=0.8, out=out)

@@ -144,8 +144,6 @@ class BeliefTables:
         cls, observations: Sequence[Features], kinds: Sequence[Kind], trained_on: str
     ) -> BeliefTables:
         """Count labelled observations."""
-        prior = np.full(len(Kind), LEAST_COUNT)
-        np.add.at(prior, list(kinds), 1.0)
         tables = {}
         for name, feature in FEATURES.items():
             table = np.full((len(Kind), feature.bins), LEAST_COUNT)
@@ -155,7 +153,8 @@ class BeliefTables:
             around = "wrap" if name == "orientation_rad" else "nearest"
             table = gaussian_filter1d(table, SMOOTHING_BINS, axis=1, mode=around)
             tables[name] = table / table.sum(axis=1, keepdims=True)
-        return cls(prior / prior.sum(), tables, trained_on)
+        prior = np.full(len(Kind), 1.0 / len(Kind))  # how many others there are, the scene decides
+        return cls(prior, tables, trained_on)
 
     @classmethod
     def load(cls, path: Path = DEFAULT_TABLES) -> BeliefTables:

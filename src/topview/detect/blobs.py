@@ -34,7 +34,8 @@ class BlobSettings:
         same_depth_m: a pixel belongs to blobs that are as near, if there are any.
         shared: share of a blob's pixels that others claim too, from which it keeps its own form.
         least_gain: with which a blob follows pixels that all are others' too.
-        merged_s: how long two blobs may coincide until the younger one goes.
+        merged: share of its pixels that others claim too, from which a blob may be theirs.
+        merged_s: how long it may be so, inside an older one, until it goes.
     """
 
     grace_s: float = 0.4
@@ -46,7 +47,8 @@ class BlobSettings:
     same_depth_m: float = 0.10
     shared: float = 0.2
     least_gain: float = 0.2
-    merged_s: float = 2.0
+    merged: float = 0.8
+    merged_s: float = 1.0
 
 
 @dataclass(slots=True, eq=False)
@@ -62,7 +64,7 @@ class Blob:
         born_s, seen_s: when it first and last had support.
         region: what supports it in this frame, None if nothing does.
         overlap: share of its pixels that other blobs claim too.
-        merged_since_s: since when it has coincided with an older one.
+        merged_since_s: since when an older one has claimed nearly all of it.
     """
 
     id: int
@@ -208,12 +210,15 @@ class BlobTracker:
         blob.seen_s = view.frame.timestamp_s
 
     def _eliminate(self, now_s: float) -> None:
-        """Let go what has had no support for long, and the younger of two that coincide."""
+        """Let go what has had no support for long, or none of its own inside an older one."""
         kept: list[Blob] = []
         for blob in self.blobs:  # oldest first
             if now_s - blob.seen_s > min(self.settings.grace_s, blob.seen_s - blob.born_s):
                 continue
-            if not any(blob.ellipse.coincides(other.ellipse) for other in kept):
+            is_merged = blob.overlap > self.settings.merged and any(
+                other.ellipse.holds(blob.ellipse) for other in kept
+            )
+            if not is_merged:
                 blob.merged_since_s = None
             elif blob.merged_since_s is None:
                 blob.merged_since_s = now_s

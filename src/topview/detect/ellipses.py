@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Final
 
 import numpy as np
@@ -89,14 +89,11 @@ class Ellipse:
             return 0
         return int(np.count_nonzero(self.distance(points) <= 1.0))
 
-    def coincides(self, other: Ellipse) -> bool:
-        """Whether each has its centre in the inner half of the other."""
-        return all(
-            abs(one.x - two.x) < 0.5 * two.major
-            and abs(one.y - two.y) < 0.5 * two.major
-            and two.distance(one.center) < 0.5
-            for one, two in ((self, other), (other, self))
-        )
+    def holds(self, other: Ellipse) -> bool:
+        """Whether the other's centre lies inside."""
+        dx, dy = other.x - self.x, other.y - self.y
+        c, s = cos(self.angle), sin(self.angle)
+        return hypot((c * dx + s * dy) / self.major, (c * dy - s * dx) / self.minor) <= 1.0
 
     def scaled(self, factor: float, shift: float = 0.0) -> Ellipse:
         """The same in an image of `factor` times the size, moved by `shift` in x and y."""
