@@ -78,7 +78,7 @@ def test_html_refers_to_nothing_outside_of_the_folder():
 )
 def test_a_comparison_says_who_is_ahead(mean, word):
     assert (
-        compared("x", Statistic(9, mean, 1.0, 0.9), Printed(4.43, 2.97, 0.905), "cm").word == word
+        compared("x", Statistic(9, mean, 1.0, 0.9), Printed(4.43, 2.97, 0.905), " cm").word == word
     )
 
 

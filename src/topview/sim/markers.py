@@ -193,7 +193,7 @@ def marker_places(scene: Scene, wearers: int = 1) -> NDArray[np.float64]:
         body = actor.body
         balls = slice(-places.shape[2], None)  # the last pieces of flesh
         for f in range(scene.frames):
-            pose = actor.performance.pose(body, f / scene.fps)
+            pose = actor.performance.pose(body, scene.time_s(f))
             Ts = T_camera_room @ segment_poses(body.offsets_m, pose)
             places[f, p] = body.flesh(Ts).starts[balls]
     return places.reshape(scene.frames, wearers, -1, 2, 3)

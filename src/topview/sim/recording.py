@@ -84,7 +84,7 @@ class SimulatedRecording:
         bodies = [actor.body for actor in scene.actors]
         truth = frame_truth(bodies, drawing.Ts_camera_segment, rendering, scene.camera)
         feet = 0.5 * (truth.joints[:, _ANKLES] + truth.joints[:, _BALLS]).reshape(-1, 3)
-        levels = scene.light.levels(index / scene.fps)
+        levels = scene.light.levels(scene.time_s(index))
         return SimulatedFrame(
             index=index,
             depth_mm=self._depth_camera.sense(rendering, rng),

@@ -44,7 +44,7 @@ class Renderer:
 
     def draw(self, frame: int) -> Drawing:
         """The ideal images of a frame, people counted from 1 in the scene's order."""
-        time_s = frame / self._scene.fps
+        time_s = self._scene.time_s(frame)
         actors = self._scene.actors
         poses = tuple(
             self._T_camera_room

@@ -106,6 +106,7 @@ class Scene:
         seed: of all that varies; with the frame's number, it is the key of the sensor's noise.
         frames: how many.
         fps: frames per second.
+        start_s: when the first frame is taken; what happens in a scene begins at 0.
         camera, mount: the camera and where it hangs.
         room, furniture: what stands still.
         actors: the people; person k is the k-th, counted from 1.
@@ -122,6 +123,11 @@ class Scene:
     actors: tuple[Actor, ...]
     fps: float = 30.0
     light: Light = STEADY
+    start_s: float = 0.0
+
+    def time_s(self, frame: int) -> float:
+        """When a frame is taken."""
+        return self.start_s + frame / self.fps
 
     def __post_init__(self) -> None:
         if self.frames < 1:

@@ -227,6 +227,6 @@ def _shares(hidden: Hidden) -> dict[str, NDArray[np.float64]]:
 
 def _actions(scene: Scene, frames: int) -> NDArray[np.str_]:
     """[F, P] what everyone does."""
-    times_s = np.arange(frames) / scene.fps
-    names = [[actor.performance.action_at(float(t)) for actor in scene.actors] for t in times_s]
+    times_s = [scene.time_s(frame) for frame in range(frames)]
+    names = [[actor.performance.action_at(t) for actor in scene.actors] for t in times_s]
     return np.array(names, np.str_).reshape(frames, len(scene.actors))

@@ -26,6 +26,7 @@ from topview.evaluate.reproduce.section import (
     Verdict,
     as_json,
     compared,
+    conclusion,
     statistic_cells,
 )
 
@@ -126,12 +127,12 @@ def _comparisons(relative: dict[str, Angles]) -> list[Verdict]:
 
 def _conclusion(relative: dict[str, Angles]) -> Verdict:
     angles = relative["utvr"]
-    return Verdict(
+    return conclusion(
         "occlusion by another user costs accuracy, and tracking goes on (Sec. 6.1.3)",
         all(angles[g]["occluded"].mean >= angles[g]["overall"].mean for g in GROUPS),
         ", ".join(
             f"{g} {angles[g]['overall'].mean:.1f}° to {angles[g]['occluded'].mean:.1f}°"
             for g in GROUPS
         ),
-        is_conclusion=True,
+        [angles[g]["occluded"].mean for g in GROUPS],
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -38,19 +37,30 @@ class Context:
         return self.out / "pictures" / name
 
     def counterpart(
-        self, scene: str, number: int, frames: int, body: str = "", look: Look | None = None
+        self,
+        scene: str,
+        number: int,
+        frames: int,
+        start_s: float = 0.0,
+        body: str = "",
+        look: Look | None = None,
     ) -> Counterpart:
         """A simulated recording; its number tells it from others of the same scene."""
         seed = SEEDS + 100 * self.seed + number
-        return Counterpart(self.out / "recordings", scene, seed, frames, body, look)
+        return Counterpart(self.out / "recordings", scene, seed, frames, start_s, body, look)
 
     def own_sequences(self) -> list[Counterpart]:
         """Of Sec. 6.1.2: two of one user alone, two with a second one who plays the dummy and
-        occludes the first; more than 2000 frames."""
-        frames = self.size(520, 150)
-        scenes: Sequence[str] = ("single_user", "dummy_occluder")
+        occludes the first, by 30 % and then by 60 %; more than 2000 frames."""
+        if self.quick:
+            return [
+                self.counterpart("single_user", 0, 90),
+                self.counterpart("dummy_occluder", 0, 90, start_s=4.0),
+                self.counterpart("dummy_occluder", 0, 90, start_s=11.2),
+            ]
         return [
-            self.counterpart(scene, number, frames)
-            for scene in scenes
-            for number in range(self.size(2, 1))
+            self.counterpart("single_user", 0, 510),
+            self.counterpart("single_user", 1, 510, start_s=25.0),
+            self.counterpart("dummy_occluder", 0, 510),
+            self.counterpart("dummy_occluder", 1, 510),
         ]

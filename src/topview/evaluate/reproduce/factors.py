@@ -18,6 +18,7 @@ from topview.evaluate.reproduce.section import (
     Verdict,
     as_json,
     compared,
+    conclusion,
     number,
     statistic_cells,
 )
@@ -111,18 +112,22 @@ def _conclusions(ours: dict[str, Statistics]) -> list[Verdict]:
     def told(left_out: str) -> str:
         return ", ".join(f"{cost(left_out, level):+.1f}° at {level}" for level in OCCLUSIONS)
 
+    def checked(claim: str, holds: bool, evidence: str) -> Verdict:
+        known = (mean for by_level in means.values() for mean in by_level.values())
+        return conclusion(f"{claim} (Sec. 6.1.2)", holds, evidence, known)
+
     return [
-        _conclusion(
+        checked(
             "f_reproj is a strong indicator: leaving it out costs",
             all(cost("align × discr", level) > 0 for level in OCCLUSIONS),
             told("align × discr"),
         ),
-        _conclusion(
+        checked(
             "f_discr handles severe occlusion: leaving it out costs, at 60 % above all",
             cost("reproj × align", "60 %") > 0,
             told("reproj × align"),
         ),
-        _conclusion(
+        checked(
             "f_align matters less than the other two",
             all(
                 cost("reproj × discr", level)
@@ -131,13 +136,9 @@ def _conclusions(ours: dict[str, Statistics]) -> list[Verdict]:
             ),
             told("reproj × discr"),
         ),
-        _conclusion(
+        checked(
             "errors grow with occlusion",
             full["0 %"] <= full["30 %"] <= full["60 %"],
             ", ".join(f"{number(full[level])}° at {level}" for level in OCCLUSIONS),
         ),
     ]
-
-
-def _conclusion(claim: str, holds: bool, evidence: str) -> Verdict:
-    return Verdict(f"{claim} (Sec. 6.1.2)", holds, evidence, is_conclusion=True)

@@ -19,6 +19,7 @@ from topview.evaluate.reproduce.section import (
     Section,
     Table,
     Verdict,
+    conclusion,
     number,
 )
 
@@ -110,24 +111,24 @@ def _conclusions(overall: Curves, occluded: Curves) -> tuple[Verdict, ...]:
     mobile, stiff = (float(np.mean([gains[g] for g in groups])) for groups in (MOBILE, STIFF))
     told = ", ".join(f"{group} {value:+.1f}°" for group, value in gains.items())
     return (
-        Verdict(
+        conclusion(
             "errors drop with the number of hypotheses (Sec. 6.1.2)",
             mean_gain > 0,
             f"more than {FEW} against up to {FEW}: {told}",
-            is_conclusion=True,
+            [mean_gain],
         ),
-        Verdict(
+        conclusion(
             "the effect is larger where parts are occluded (Sec. 6.1.2)",
             mean_hidden > mean_gain,
             f"{mean_hidden:+.1f}° occluded, {mean_gain:+.1f}° in all",
-            is_conclusion=True,
+            [mean_hidden, mean_gain],
         ),
-        Verdict(
+        conclusion(
             "the effect is larger for arms and lower legs than for torso and upper legs (Sec. "
             "6.1.2)",
             mobile > stiff,
             f"{mobile:+.1f}° against {stiff:+.1f}°",
-            is_conclusion=True,
+            [mobile, stiff],
         ),
     )
 

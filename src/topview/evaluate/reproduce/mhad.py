@@ -37,9 +37,9 @@ def boxers(context: Context) -> Sequence[EvaluatedRecording]:
     """Twelve people boxing, one recording each."""
     if context.mhad is not None:
         return find_berkeley_mhad(context.mhad, "s*_a04_r01")
-    looks = TWELVE_LOOKS[: context.size(len(TWELVE_LOOKS), 3)]
+    looks = TWELVE_LOOKS[: context.size(len(TWELVE_LOOKS), 2)]
     return [
-        context.counterpart("boxing", k, context.size(150, 75), f"body{k:02}", look)
+        context.counterpart("boxing", k, context.size(150, 60), body=f"body{k:02}", look=look)
         for k, look in enumerate(looks, start=1)
     ]
 
@@ -51,7 +51,9 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
     names = MHAD_ACTIONS[:: context.size(1, 5)]
     look = TWELVE_LOOKS[SUBJECT - 1]
     return [
-        context.counterpart(name, 20 + k, context.size(180, 75), f"body{SUBJECT:02}", look)
+        context.counterpart(
+            name, 20 + k, context.size(180, 60), body=f"body{SUBJECT:02}", look=look
+        )
         for k, name in enumerate(names)
     ]
 
@@ -117,7 +119,7 @@ def _section(
             _by_recording(one, {s.name: s.joints for s in default.sequences}),
         ),
         verdicts=tuple(
-            compared(f"{title}: {method}", total.raw, printed["uTVR"], "cm")
+            compared(f"{title}: {method}", total.raw, printed["uTVR"], " cm")
             for method, total in totals.items()
         ),
         numbers={

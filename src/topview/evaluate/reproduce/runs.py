@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -61,6 +61,7 @@ class Counterpart:
     Attributes:
         root: folder of all of them.
         scene, seed, frames: as `topview simulate` has them.
+        start_s: where in the scene it begins.
         body: what to call the body that the first person has; "" for a drawn one.
         look: of that body.
     """
@@ -69,12 +70,14 @@ class Counterpart:
     scene: str
     seed: int
     frames: int
+    start_s: float = 0.0
     body: str = ""
     look: Look | None = None
 
     @property
     def name(self) -> str:
-        return "_".join(filter(None, (self.scene, self.body, f"seed{self.seed}")))
+        start = f"from{self.start_s:g}s" if self.start_s else ""
+        return "_".join(filter(None, (self.scene, self.body, f"seed{self.seed}", start)))
 
     @property
     def folder(self) -> FolderRecording:
@@ -90,7 +93,7 @@ class Counterpart:
         """Write it to its folder."""
         looks = None if self.look is None else (self.look,)
         scene = scene_by_name(self.scene, seed=self.seed, frames=self.frames, looks=looks)
-        write_scene(scene, self.root / self.name)
+        write_scene(replace(scene, start_s=self.start_s), self.root / self.name, threads=1)
 
 
 class Run(NamedTuple):

@@ -23,7 +23,7 @@ from topview.evaluate.reproduce.section import (
     Row,
     Section,
     Table,
-    Verdict,
+    conclusion,
     number,
     percent,
 )
@@ -78,8 +78,8 @@ def figure_5_4(context: Context) -> Section:
         title="Figure 5.4: f_bTVR over pitch and roll",
         text=(
             "The torso as one elliptic cylinder in simulated frames of two users, one of whom "
-            "occludes the other. Hypotheses are turned away from the true torso about its upper end; "
-            f"f_bTVR (Eq. 5.1) every {ANGLES_DEG[1] - ANGLES_DEG[0]:g} degrees. How far its least "
+            "occludes the other. Hypotheses are turned away from the true torso about its upper "
+            f"end; f_bTVR (Eq. 5.1) every {ANGLES_DEG[1] - ANGLES_DEG[0]:g} degrees. How far its least "
             "value lies from the truth, which is where the anatomical centres of shoulders and "
             "hips are.",
         ),
@@ -98,13 +98,13 @@ def figure_5_4(context: Context) -> Section:
             ),
         ),
         verdicts=(
-            Verdict(
+            conclusion(
                 "f_bTVR has its global minimum at or close to the truth for 0, 30 and 60 % "
                 "occlusion (Sec. 5.1.5)",
                 all(median(error) <= NEAR_DEG for error in errors.values()),
                 "median distance "
                 + ", ".join(f"{number(median(error))}° at {k}" for k, error in errors.items()),
-                is_conclusion=True,
+                [median(error) for error in errors.values()],
             ),
         ),
         numbers={

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -102,13 +102,19 @@ def statistic_cells(statistic: Statistic | Printed) -> tuple[str, str, str]:
     )
 
 
+def conclusion(claim: str, holds: bool, evidence: str, numbers: Iterable[float]) -> Verdict:
+    """A conclusion of the thesis, open where one of the numbers behind it is missing."""
+    known = all(isfinite(number) for number in numbers)
+    return Verdict(claim, bool(holds) if known else None, evidence, is_conclusion=True)
+
+
 def compared(what: str, ours: Statistic, printed: Printed, unit: str) -> Verdict:
-    """Our mean beside the thesis's."""
+    """Our mean beside the thesis's; the unit follows the numbers as it is."""
     known = isfinite(ours.mean)
     return Verdict(
         what,
         ours.mean <= printed.mean if known else None,
-        f"mean error {number(ours.mean, 2)} {unit}, thesis {printed.mean:.2f} {unit}; within 10 "
+        f"mean error {number(ours.mean, 2)}{unit}, thesis {printed.mean:.2f}{unit}; within 10"
         f"{unit} {percent(ours.within_10)}, thesis {percent(printed.within_10)}",
     )
 
@@ -118,8 +124,3 @@ def as_json(statistic: Statistic | Printed) -> dict[str, float | int | None]:
     if isinstance(statistic, Statistic):
         values["count"] = statistic.count
     return values
-
-
-def sentence(items: Sequence[str]) -> str:
-    """Names as English enumerates them."""
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
