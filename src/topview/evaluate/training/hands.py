@@ -29,8 +29,10 @@ KIND_OF_JOINT: Final[Mapping[str, Kind]] = {
     "hand_r": Kind.RIGHT_HAND,
 }
 # All ours: a blob is a hand's if the hand projects into, or this near to, its ellipse, at this
-# depth or nearer to it; a face's surface lies before the head's centre.
+# depth or nearer to it; a face's surface lies before the head's centre, which projects well into
+# it, but not into the nape of one who is turned away.
 NEAR: Final = 1.3
+NEAR_FACE: Final = 0.8
 DEPTH_M: Final = 0.15
 # Ours: known heads are about this wrong.
 HEAD_ERROR_M: Final = 0.03
@@ -146,7 +148,8 @@ def _is_at(blob: SkinBlob, kind: Kind, place_camera: Vector, camera: Camera) -> 
         surface_m = place_camera[2] - (HEAD_RADIUS_M if kind == Kind.FACE else 0.0)
         if abs(blob.surface_camera[2] - surface_m) > DEPTH_M:
             return False
-    return bool(blob.ellipse.distance(project(place_camera[None], camera))[0] < NEAR)
+    near = NEAR_FACE if kind == Kind.FACE else NEAR
+    return bool(blob.ellipse.distance(project(place_camera[None], camera))[0] < near)
 
 
 NO_TABLES: Final = BeliefTables.learn((), (), "nothing")
