@@ -33,6 +33,7 @@ LEGEND = (
 )
 ANKLES = [JOINT_NAMES.index("left_ankle"), JOINT_NAMES.index("right_ankle")]
 ANKLE_HEIGHT_M = 0.07  # 3.9 % of the stature, Drillis and Contini (1966)
+HIPS_HEIGHT_M = 0.9  # 53 % of the stature, same source; of upper bodies, which have no ankles
 EMPTY_SCENE_CAMERA = np.linspace([-0.5, -0.7, 2.0], [0.5, 1.0, 4.0], len(JOINT_NAMES))  # no people
 
 
@@ -160,7 +161,7 @@ def paint_tile(moment: Moment, stage: Stage, panel_px: tuple[int, int]) -> Image
 
 def _stage_of(moments: Sequence[Moment]) -> Stage:
     """A stage that holds everyone in all pictures, on the floor where it is seen, and else on the
-    level of the lowest ankles."""
+    level of the lowest ankles; below the hips of upper bodies, which end there."""
     people = [person for moment in moments for person in moment.people]
     joints = np.array([person.joints_camera for person in people] or [EMPTY_SCENE_CAMERA])
     floor = FloorTracker()
@@ -170,6 +171,10 @@ def _stage_of(moments: Sequence[Moment]) -> Stage:
         up, height_m = floor.plane.normal_camera, floor.plane.distance_m
     else:
         up = CAMERA_UP
-        height_m = -float(np.nanpercentile(joints[:, ANKLES] @ up, 10.0)) + ANKLE_HEIGHT_M
+        has_ankles = bool(np.isfinite(joints[:, ANKLES]).any())
+        lowest, above_floor_m = (
+            (joints[:, ANKLES], ANKLE_HEIGHT_M) if has_ankles else (joints, HIPS_HEIGHT_M)
+        )
+        height_m = -float(np.nanpercentile(lowest @ up, 10.0)) + above_floor_m
     joints = joints.reshape(-1, 3)
     return Stage.around(joints[np.isfinite(joints).all(axis=-1)], up, height_m)

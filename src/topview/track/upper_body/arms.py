@@ -45,7 +45,7 @@ class ArmSettings:
         range_weight, range_slack_rad: per radian beyond Table 5.1, and what is still let pass.
         averaged, alike_rad, sharpness: so many of the best hypotheses, that differ by no more from
             the best one, make the arm's pose; how much more the better ones count.
-        unseen_discrepancy: an arm that costs more has not been found.
+        found_discrepancy: an arm that costs no more has been found.
     """
 
     kept: int = 10
@@ -69,19 +69,22 @@ class ArmSettings:
     averaged: int = 8
     alike_rad: float = 0.35
     sharpness: float = 20.0
-    unseen_discrepancy: float = 0.6
+    found_discrepancy: float = 0.35
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
     """An arm in the frame of the torso; shoulder in metres, [2, 3] directions of its parts.
 
-    `discrepancy` is 0 for an arm that looks as the image does, and about 1 for one in free space.
+    `discrepancy` is 0 for an arm that looks as the image does, and about 1 for one in free space;
+    `is_found` tells whether it is low enough to say anything.
     """
 
     shoulder_torso: Array
     axes_torso: Array
+    palm_torso: Array
     discrepancy: float
+    is_found: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +118,14 @@ class ArmFilter:
         self.arm: Arm | None = None
         hanging = np.array([[[0.1 * side, 1.0, 0.0], [0.0, 1.0, 0.1]]])
         self._kept = _Hypotheses(np.zeros((1, 3)), unit(hanging))
+
+    def swap(self, other: ArmFilter) -> None:
+        """Left and right change places, as front and back do."""
+        turn = np.array([-1.0, 1.0, -1.0])
+        mine, theirs = self._kept, other._kept
+        self._kept = _Hypotheses(theirs.offsets * turn, theirs.axes * turn)
+        other._kept = _Hypotheses(mine.offsets * turn, mine.axes * turn)
+        self.arm = other.arm = None
 
     def update(
         self,
@@ -216,11 +227,10 @@ class ArmFilter:
             unit(np.einsum("m,mki->ki", weights, axes))[None],
         )
         difference, pixels, _ = look.compared(mean, s)[0]
-        return Arm(
-            look.nominal_shoulder + mean.offsets[0],
-            mean.axes[0],
-            float(difference / (s.cap_m * max(pixels, 1.0))),
-        )
+        discrepancy = float(difference / (s.cap_m * max(pixels, 1.0)))
+        shoulder = look.nominal_shoulder + mean.offsets[0]
+        palm = shoulder + look.lengths_m @ mean.axes[0]
+        return Arm(shoulder, mean.axes[0], palm, discrepancy, discrepancy < s.found_discrepancy)
 
 
 class _Look:

@@ -29,7 +29,7 @@ class FitSettings:
             is expected: across its axis, in the axis itself, and about it.
     """
 
-    scale_m: float = 0.03
+    scale_m: float = 0.05
     iterations: int = 8
     worth: float = 30.0
     noise_m: float = 0.02
@@ -61,34 +61,39 @@ def fit_cylinder(
     turn_rad: float,
     seen_share: float,
     settings: FitSettings,
-    *,
-    turn_is_free: bool = False,
+    expected_turn_rad: float | None = None,
+    hold: float = 1.0,
 ) -> FittedCylinder:
     """Move, lean and turn a cylinder of fixed size onto points.
 
     Args:
         points: [N, 3] metres, in the frame in which the cylinder is expected along y.
         semi_axes_m: [2] along x and z.
-        turn_rad: where the search starts, and what the turn is held to.
+        turn_rad: where the search starts.
         seen_share: of the visible side that has points, 0 to 1; what is not seen does not pull.
         settings: of the fit.
-        turn_is_free: the turn is not held.
+        expected_turn_rad: what the turn is held to; None leaves it free.
+        hold: how many times more firmly all is held than the settings say.
     """
     s = settings
-    start = np.array([0.0, 0.0, 0.0, 0.0, turn_rad])
-    turn_hold = 1e-3 if turn_is_free else s.turn_sigma_rad**-2.0  # so that a circle can be solved
-    hold = np.array([s.centre_sigma_m**-2.0] * 2 + [s.lean_sigma_rad**-2.0] * 2 + [turn_hold])
+    is_free = expected_turn_rad is None
+    state = np.array([0.0, 0.0, 0.0, 0.0, turn_rad])
+    held = np.array([0.0, 0.0, 0.0, 0.0, turn_rad if is_free else expected_turn_rad])
+    sigmas = [s.centre_sigma_m] * 2 + [s.lean_sigma_rad] * 2 + [s.turn_sigma_rad]
+    holds = hold**2 * np.array(sigmas) ** -2.0
+    if is_free:
+        holds[4] = 1e-3  # so that a circle can be solved for
     weight = s.worth * min(seen_share, 1.0) / (max(len(points), 1) * s.noise_m**2)
-    state, cost = start, 0.0
+    cost = 0.0
     for iteration in range(s.iterations + 1):
         gaps, slopes = _gaps(points, semi_axes_m, state)
         robust = 1.0 / (1.0 + (gaps / s.scale_m) ** 2)
-        off = state - start
-        cost = float(weight * (robust * gaps**2).sum() + (hold * off**2).sum())
+        off = state - held
+        cost = float(weight * (robust * gaps**2).sum() + (holds * off**2).sum())
         if iteration < s.iterations:
             pull = weight * robust**2
-            A = (slopes * pull[:, None]).T @ slopes + np.diag(hold)
-            step = np.linalg.solve(A, slopes.T @ (pull * gaps) + hold * off)
+            A = (slopes * pull[:, None]).T @ slopes + np.diag(holds)
+            step = np.linalg.solve(A, slopes.T @ (pull * gaps) + holds * off)
             state = state - np.asarray(step, np.float64)
     return FittedCylinder(state[:2], state[2:4], float(state[4]), cost)
 

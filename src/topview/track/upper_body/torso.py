@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_UPPER_ARM, PARTS, RIGHT_UPPER_ARM, UPPER_TORSO
 from topview.filter.particles import importance_weights, n_best, systematic_resample
-from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors, unit
+from topview.geometry.rotations import (
+    rotations_from_angles,
+    rotations_from_vectors,
+    unit,
+    vectors_from_rotations,
+)
 from topview.score.utvr import UtvrTerms, score_hypotheses
 from topview.track.evidence import Evidence, columns
 from topview.track.stances import facing
@@ -42,12 +47,17 @@ class TorsoSettings:
             somebody is new or lost.
         clothing_m: added to the radii, so that the points on the surface lie inside.
         tolerance_m: the T of Sec. 5.2.1.
-        turn_weight: of a squared turn away from the last axis, in log f_bTVR.
+        turn_weight: of a squared turn away from the axis that is held to, in log f_bTVR.
         hidden_turn_weight: the same per share of the user's area that is hidden.
+        hidden_hold: how much more firmly the fit is held, per share of that area.
+        forgetting: what is held to follows the torso, in each frame, by the share of the area that
+            is not hidden, to this power.
         lost_score: a best view with a higher f_bTVR has lost the torso.
+        no_evidence: with no better view than this the torso stays as it is held to be.
         least_share: with fewer of the points that a torso shows, it keeps its pose.
         fit_margin: points within so many times the cylinder's radii take part in the fit.
-        start_turns_rad: yaws at which the fit starts for somebody new, 0 towards the camera.
+        turns_rad: turns from the last yaw at which the fit starts.
+        start_turns_rad: the same for somebody new, from facing the camera.
         fit: of the cylinder.
     """
 
@@ -63,10 +73,14 @@ class TorsoSettings:
     clothing_m: float = 0.015
     tolerance_m: float = 0.05
     turn_weight: float = 2.0
-    hidden_turn_weight: float = 20.0
+    hidden_turn_weight: float = 200.0
+    hidden_hold: float = 8.0
+    forgetting: float = 4.0
     lost_score: float = 4.0
+    no_evidence: float = 6.0
     least_share: float = 0.08
     fit_margin: float = 1.25
+    turns_rad: tuple[float, ...] = (0.0,)
     start_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
     fit: FitSettings = field(default_factory=FitSettings)
 
@@ -122,6 +136,7 @@ class TorsoFilter:
         self.torso: Torso | None = None
         self._Rs = np.empty((0, 3, 3))
         self._aside = np.zeros(2)
+        self._held = np.eye(3)
 
     def update(self, model: BodyModel, evidence: Evidence, rng: np.random.Generator) -> Torso:
         """The torso in the next frame."""
@@ -129,6 +144,7 @@ class TorsoFilter:
         if self.torso is None:
             upright = facing(0.0, evidence.up_camera)
             self.torso = Torso(_necks(upright[None], size, evidence)[0], upright, np.inf)
+            self._held = upright
             self.torso = self._found(self.torso, size, evidence, rng, is_new=True)
         else:
             found = self._found(self.torso, size, evidence, rng)
@@ -136,6 +152,9 @@ class TorsoFilter:
                 again = self._found(self.torso, size, evidence, rng, is_new=True)
                 found = again if again.score < found.score else found
             self.torso = found
+        share = (1.0 - evidence.hidden_share) ** self.settings.forgetting
+        turn = vectors_from_rotations(self._held.T @ self.torso.R_camera_torso)
+        self._held = self._held @ rotations_from_vectors(share * turn)
         return self.torso
 
     def turn_round(self) -> None:
@@ -144,7 +163,7 @@ class TorsoFilter:
         turn = np.diag([-1.0, 1.0, -1.0])
         torso = self.torso
         self.torso = Torso(torso.neck_camera, torso.R_camera_torso @ turn, torso.score)
-        self._Rs, self._aside = self._Rs @ turn, -self._aside
+        self._Rs, self._aside, self._held = self._Rs @ turn, -self._aside, self._held @ turn
 
     def _found(
         self,
@@ -170,9 +189,9 @@ class TorsoFilter:
             )
             best = n_best(scores, s.averaged)
             Rs, scores = Rs[best], scores[best]
-        if not np.isfinite(scores[0]):
-            return Torso(self._origins(last.R_camera_torso[None], size, evidence)[0],
-                         last.R_camera_torso, np.inf)  # fmt: skip
+        if scores[0] > s.no_evidence:
+            held = self._held[None]
+            return Torso(self._origins(held, size, evidence)[0], held[0], np.inf)
         self._Rs = Rs[: s.kept]
         R = _mean(Rs, scores, s.sharpness)
         return self._fitted(R, float(scores[0]), size, evidence, is_new)
@@ -225,7 +244,7 @@ class TorsoFilter:
         scores = np.where(self._has_evidence(terms), scores, np.inf)
         if last is None:
             return scores
-        cosine = np.clip(Rs[:, :, 1] @ last.R_camera_torso[:, 1], -1.0, 1.0)
+        cosine = np.clip(Rs[:, :, 1] @ self._held[:, 1], -1.0, 1.0)
         weight = s.turn_weight + s.hidden_turn_weight * evidence.hidden_share
         return scores * np.exp(weight * np.arccos(cosine) ** 2)
 
@@ -251,10 +270,12 @@ class TorsoFilter:
         if seen_share < s.least_share:
             return Torso(neck, R, np.inf)
         step = max(1, len(points) // MAX_FIT_POINTS)
-        turns = s.start_turns_rad if is_new else (0.0,)
+        held = R.T @ self._held[:, 0]
+        expected = None if is_new else float(np.arctan2(-held[2], held[0]))
+        hold = 1.0 if is_new else 1.0 + s.hidden_hold * evidence.hidden_share
         fits = [
-            fit_cylinder(points[::step], size.radii_m, t, seen_share, s.fit, turn_is_free=is_new)
-            for t in turns
+            fit_cylinder(points[::step], size.radii_m, t, seen_share, s.fit, expected, hold)
+            for t in (s.start_turns_rad if is_new else s.turns_rad)
         ]
         return self._placed(min(fits, key=lambda fit: fit.cost), R, neck, score, size, evidence)
 

@@ -25,6 +25,7 @@ from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.evidence import Evidence
 from topview.track.timing import StageClock
 from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
+from topview.track.upper_body.facing import Facing
 from topview.track.upper_body.pixels import UserPixels
 from topview.track.upper_body.torso import Torso, TorsoFilter, TorsoSettings
 
@@ -59,6 +60,7 @@ class UpperBodyTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
         self._torso = TorsoFilter(settings.torso, threads)
+        self._facing = Facing()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
@@ -75,7 +77,11 @@ class UpperBodyTracker:
             torso = self._torso.update(self.model, evidence, rng)
         with clock.stage("arms"):
             arms = self._update_arms(torso, evidence, frame)
-        return self._pose(torso, arms, evidence)
+        pose = self._pose(torso, arms, evidence)
+        if self._facing.is_reversed(torso, arms, evidence.up_camera):
+            self._torso.turn_round()
+            self._arms[0].swap(self._arms[1])
+        return pose
 
     def _update_arms(self, torso: Torso, evidence: Evidence, frame: int) -> list[Arm]:
         """Both arms, first the one that was found better in the last frame."""

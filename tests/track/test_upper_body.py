@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rendered_bodies import MODEL, evidence_of, standing_pose
+
+from topview.body.parts import JOINTS, LEFT_UPPER_ARM, LEFT_UPPER_LEG, PARTS, RIGHT_UPPER_ARM
+from topview.geometry.quadrics import closed_cylinder_depths
+from topview.geometry.rotations import transform, unit
+from topview.kernels.arms import BODYS, OPEN, OTHERS, compare_arms
+from topview.people.users import User
+from topview.records import Camera, JointState
+from topview.sim import SimulatedRecording, scene_by_name
+from topview.track import Tracker, TrackerSettings
+from topview.track.evidence import HandCandidate
+from topview.track.timing import StageClock
+from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
+from topview.track.upper_body.areas import UserAreas
+from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.upper_body.cylinder_fit import FitSettings, fit_cylinder
+
+LEGS = [j for j, joint in enumerate(JOINTS) if joint.part >= LEFT_UPPER_LEG]
+ABOVE = [j for j in range(len(JOINTS)) if j not in LEGS]
+CAMERA = Camera(fx=100, fy=100, cx=49.5, cy=49.5, width=100, height=100)
+
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.2)
+
+
+def tracked(evidence, frames: int = 4, seed: int = 0, threads: int = 1):
+    tracker = UpperBodyTracker(1, seed, UpperBodySettings(), threads)
+    poses = [tracker.update(MODEL.stature_m, evidence, k, StageClock()) for k in range(frames)]
+    return poses[-1].Ts_camera_part
+
+
+def half_shell(rng, lean, turn_rad, centre, semi_axes):
+    """[N, 3] points on the side of an elliptic cylinder that faces -z."""
+    angle = rng.uniform(np.pi, 2 * np.pi, 800)
+    ellipse = np.stack([semi_axes[0] * np.cos(angle), semi_axes[1] * np.sin(angle)], axis=1)
+    c, s = np.cos(turn_rad), np.sin(turn_rad)
+    across = ellipse @ np.array([[c, -s], [s, c]]) + centre
+    along = rng.uniform(0, 0.5, 800)
+    across = across + along[:, None] * lean
+    return np.stack([across[:, 0], along, across[:, 1]], axis=1)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.3, 0.3), st.integers(0, 9))
+def test_the_fit_finds_a_cylinder_of_which_half_is_seen(lean_x, lean_z, turn, seed):
+    semi_axes = np.array([0.18, 0.12])
+    points = half_shell(
+        np.random.default_rng(seed), (lean_x, lean_z), turn, (0.01, -0.015), semi_axes
+    )
+    loose = FitSettings(centre_sigma_m=1.0, lean_sigma_rad=1.0, turn_sigma_rad=1.0)
+    fit = fit_cylinder(points, semi_axes, 0.0, 1.0, loose, 0.0)
+    np.testing.assert_allclose(fit.centre, (0.01, -0.015), atol=0.004)
+    np.testing.assert_allclose(fit.lean, (lean_x, lean_z), atol=0.02)
+    assert fit.turn_rad == pytest.approx(turn, abs=0.03)
+
+
+def test_what_is_held_firmly_stays():
+    semi_axes = np.array([0.18, 0.12])
+    points = half_shell(np.random.default_rng(0), (0.1, 0.1), 0.3, (0.0, 0.0), semi_axes)
+    fit = fit_cylinder(points, semi_axes, 0.0, 1.0, FitSettings(), 0.0, hold=1e3)
+    np.testing.assert_allclose([*fit.centre, *fit.lean, fit.turn_rad], 0.0, atol=1e-3)
+
+
+@given(directions, directions)
+def test_a_mirrored_arm_has_the_same_angles(upper, lower):
+    axes = unit(np.array([[upper, lower]]))
+    np.testing.assert_allclose(
+        arm_angles(axes, 1.0), arm_angles(axes * (-1.0, 1.0, 1.0), -1.0), atol=1e-9
+    )
+
+
+def test_ranges_of_the_arm():
+    to_front, down, back_up, up = (0, 0, 1), (0, 1, 0), (-0.3, -0.3, -0.9), (0, -1, 0)
+    pairs = [(down, down), (to_front, to_front), (back_up, back_up), (down, up)]
+    arms = unit(np.array(pairs, np.float64))
+    beyond = beyond_ranges_rad(arm_angles(arms, 1.0))
+    np.testing.assert_allclose(beyond[:2], 0.0, atol=1e-9)
+    assert beyond[2] > 0.5  # behind the back
+    assert beyond[3] == pytest.approx(np.radians(180 - 145))  # folded up
+
+
+def test_the_kernel_compares_as_the_definition_does():
+    rng = np.random.default_rng(3)
+    v, u = np.indices((100, 100), np.float64)
+    rays = np.stack([(u - 49.5) / 100, (v - 49.5) / 100, np.ones_like(u)], -1)
+    depth = rng.uniform(1.6, 2.4, (100, 100)) * (rng.random((100, 100)) > 0.1)
+    whose = rng.integers(0, 3, (100, 100)).astype(np.uint8)
+    worth = rng.random((100, 100)).astype(np.float32)
+    lengths, radii = np.array([0.3, 0.28]), np.array([0.05, 0.04])
+    shoulders = np.array([[0.1, -0.3, 2.0], [-0.2, 0.0, 2.1]])
+    axes = unit(rng.standard_normal((2, 2, 3)))
+    f4 = np.float32
+    sums = np.empty((2, 3))
+    compare_arms(
+        shoulders.astype(f4), axes.astype(f4), lengths.astype(f4), radii.astype(f4),
+        depth.astype(f4), whose, worth, f4(100), f4(100), f4(49.5), f4(49.5), f4(0.1), f4(0.03),
+        f4(0.07), sums,
+    )  # fmt: skip
+    for shoulder, (upper, lower), counted in zip(shoulders, axes, sums, strict=True):
+        rendered = np.full(depth.shape, np.inf)
+        elbow = shoulder + upper * lengths[0]
+        for start, axis, length, r in (
+            (shoulder, upper, lengths[0], radii[0]),
+            (elbow, lower, lengths[1], radii[1]),
+        ):
+            x = unit(np.cross(axis, (0.3, 0.5, 0.7)))
+            R = np.stack([x, axis, np.cross(x, axis)], axis=1)
+            T = transform(R, start)
+            rendered = np.minimum(rendered, closed_cylinder_depths(rays, T, length, r, r))
+        hit = np.isfinite(rendered)
+        off = np.abs(depth - rendered)
+        is_before = depth < rendered
+        cost = np.minimum(off, 0.1)
+        cost = np.where((whose == BODYS) & is_before, np.minimum(off, 0.07), cost)
+        cost = np.where(whose == OTHERS, np.where(is_before, 0.03, 0.1), cost)
+        explained = worth[hit & (whose == OPEN) & (cost < 0.1)].sum()
+        expected = (cost[hit].sum(), hit.sum(), explained)
+        np.testing.assert_allclose(counted, expected, rtol=0.01, atol=0.15)
+
+
+def users_at(*places: tuple[float, float]) -> tuple[list[User], np.ndarray]:
+    """Users 20 pixels wide and 40 high, by column and distance; who owns each pixel."""
+    owner = np.zeros((100, 100), np.int32)
+    users = []
+    for k, (column, distance_m) in enumerate(places, start=1):
+        left = int(column)
+        mask = np.zeros_like(owner, bool)
+        mask[30:70, left : left + 20] = True
+        head = np.array([(left + 10 - 49.5) / 100, (30 - 49.5) / 100, 1.0]) * distance_m
+        pixels = np.flatnonzero(mask & (owner == 0)).astype(np.int32)
+        users.append(User(k, head, True, 1.7, True, pixels))
+        owner.ravel()[pixels] = k
+    return users, owner
+
+
+def test_areas_remember_what_is_hidden():
+    areas = UserAreas()
+    assert areas.hidden_shares(*users_at((10, 2.0), (60, 3.0)), CAMERA) == {1: 0.0, 2: 0.0}
+    half = areas.hidden_shares(*users_at((50, 2.0), (60, 3.0)), CAMERA)
+    assert half[1] == 0.0
+    assert half[2] == pytest.approx(0.5, abs=0.15)
+    assert areas.hidden_shares(*users_at((60, 2.0), (60, 3.0)), CAMERA)[2] > 0.8
+
+
+def test_it_finds_torso_and_arms_of_a_body_made_of_cylinders():
+    truth = standing_pose(yaw_rad=0.0)
+    Ts = tracked(evidence_of(truth))
+    expected = truth.transforms(MODEL)
+    axis_deg = np.degrees(np.arccos(Ts[1, :3, 1] @ expected[1, :3, 1]))
+    assert axis_deg < 6.0
+    for upper in (LEFT_UPPER_ARM, RIGHT_UPPER_ARM):
+        palms = [T[upper + 1, :3, 3] + T[upper + 1, :3, 1] * MODEL.lengths_m[upper + 1]
+                 for T in (Ts, expected)]  # fmt: skip
+        assert np.linalg.norm(palms[0] - palms[1]) < 0.08
+
+
+def test_parts_are_rigid_connected_and_without_legs():
+    Ts = tracked(evidence_of(standing_pose()))
+    assert np.isnan(Ts[LEFT_UPPER_LEG:]).all()
+    Rs = Ts[:LEFT_UPPER_LEG, :3, :3]
+    np.testing.assert_allclose(Rs @ np.swapaxes(Rs, 1, 2), [np.eye(3)] * len(Rs), atol=1e-9)
+    for part in range(1, LEFT_UPPER_LEG):
+        if PARTS[part].is_hinge:
+            upper = PARTS[part].parent
+            elbow = Ts[upper, :3, 3] + Ts[upper, :3, 1] * MODEL.lengths_m[upper]
+            np.testing.assert_allclose(elbow, Ts[part, :3, 3], atol=1e-9)
+
+
+def test_the_same_seed_gives_the_same_for_any_number_of_threads():
+    evidence = evidence_of(standing_pose())
+    one = tracked(evidence, frames=2)
+    np.testing.assert_array_equal(one, tracked(evidence, frames=2, threads=2))
+    assert not np.array_equal(one, tracked(evidence, frames=2, seed=1), equal_nan=True)
+
+
+def test_nothing_seen_keeps_the_torso():
+    tracker = UpperBodyTracker(1, 0, UpperBodySettings(), 1)
+    seen = evidence_of(standing_pose())
+    before = tracker.update(MODEL.stature_m, seen, 0, StageClock()).Ts_camera_part
+    nothing = replace(
+        seen,
+        mine=np.zeros_like(seen.mine),
+        all_points_camera=np.empty((0, 3)),
+        points_camera=np.empty((0, 3)),
+        is_coarse=np.empty(0, bool),
+        head_is_seen=False,
+    )
+    after = tracker.update(MODEL.stature_m, nothing, 1, StageClock()).Ts_camera_part
+    np.testing.assert_allclose(after[1], before[1], atol=1e-9)
+    assert np.isfinite(after[:LEFT_UPPER_LEG]).all()
+
+
+def test_absent_legs_go_through_tracker_and_finder():
+    recording = SimulatedRecording(scene_by_name("stand", frames=3))
+    tracker = Tracker(TrackerSettings(method="btvr", threads=1))
+    nowhere = HandCandidate(np.array([0.0, 0.0, 9.0]), 0.9)
+    people = [tracker.update(frame, hands=[nowhere]) for frame in recording]
+    (person,) = people[-1]
+    assert (person.joint_state[LEGS] == JointState.ABSENT).all()
+    assert (person.joint_confidence[LEGS] == 0.0).all()
+    assert np.isnan(person.joints_camera[LEGS]).all()
+    assert np.isfinite(person.joints_camera[ABOVE]).all()
+    assert (person.joint_state[ABOVE] != JointState.ABSENT).all()
