@@ -64,7 +64,8 @@ def table_6_3(context: Context, measured: Measured) -> Section:
             "to hips, and shoulder to shoulder. Frames are sorted by how much of the torso's "
             f"joints other people and objects hide ({bands}). Factors are left out of the choice "
             "among hypotheses; which of them have evidence at all is asked in the same way in all "
-            "rows. The last row is the default tracker, which does not choose the torso by the score.",
+            "rows. The last row is the default tracker, which does not choose the torso by the "
+            "score.",
         ),
         tables=(Table(("score", *header), tuple(rows)),),
         verdicts=(*_comparisons(ours), *_conclusions(ours)),

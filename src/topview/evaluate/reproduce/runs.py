@@ -14,7 +14,7 @@ from topview.evaluate.metrics import Evaluation, ReferenceSequence, SequenceErro
 from topview.evaluate.run import Job, Outcome, run_all
 from topview.records import Recording
 from topview.score.utvr import FACTORS, Factor
-from topview.sim import scene_by_name, write_scene
+from topview.sim import Scene, scene_by_name, write_scene
 from topview.sim.looks import Look
 from topview.track import Tracker, TrackerSettings, TrackingResult, track_recording
 from topview.track.body_tracker import BodySettings
@@ -89,11 +89,14 @@ class Counterpart:
     def reference(self) -> ReferenceSequence:
         return self.folder.reference()
 
-    def simulate(self) -> None:
-        """Write it to its folder."""
+    def make(self) -> Scene:
         looks = None if self.look is None else (self.look,)
         scene = scene_by_name(self.scene, seed=self.seed, frames=self.frames, looks=looks)
-        write_scene(replace(scene, start_s=self.start_s), self.root / self.name, threads=1)
+        return replace(scene, start_s=self.start_s)
+
+    def simulate(self) -> None:
+        """Write it to its folder."""
+        write_scene(self.make(), self.root / self.name, threads=1)
 
 
 class Run(NamedTuple):

@@ -14,7 +14,7 @@ from topview.body.model import BodyModel
 from topview.body.parts import UPPER_TORSO
 from topview.body.proportions import THESIS
 from topview.camera.projection import pixel_rays
-from topview.evaluate.reproduce.context import SEEDS, Context
+from topview.evaluate.reproduce.context import Context
 from topview.evaluate.reproduce.occlusion import is_in_band, true_torso_hidden
 from topview.evaluate.reproduce.plots import figure
 from topview.evaluate.reproduce.printed import OCCLUSIONS, Occlusion
@@ -30,7 +30,7 @@ from topview.evaluate.reproduce.section import (
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.kernels.threads import use_threads
 from topview.score.utvr import DepthView, placed_parts, score_hypotheses
-from topview.sim import GroundTruth, SimulatedRecording, scene_by_name, simulate_truth
+from topview.sim import GroundTruth, SimulatedRecording, simulate_truth
 
 Array = NDArray[np.float64]
 
@@ -79,9 +79,9 @@ def figure_5_4(context: Context) -> Section:
         text=(
             "The torso as one elliptic cylinder in simulated frames of two users, one of whom "
             "occludes the other. Hypotheses are turned away from the true torso about its upper "
-            f"end; f_bTVR (Eq. 5.1) every {ANGLES_DEG[1] - ANGLES_DEG[0]:g} degrees. How far its least "
-            "value lies from the truth, which is where the anatomical centres of shoulders and "
-            "hips are.",
+            f"end; f_bTVR (Eq. 5.1) every {ANGLES_DEG[1] - ANGLES_DEG[0]:g} degrees. How far its "
+            "least value lies from the truth, which is where the anatomical centres of shoulders "
+            "and hips are.",
         ),
         tables=(
             Table(
@@ -137,13 +137,11 @@ def _row(level: Occlusion, found: list[Surface]) -> Row:
 def _surfaces(context: Context) -> dict[Occlusion, list[Surface]]:
     """Of some frames of each share of occlusion, evenly over those that there are."""
     use_threads(1)
-    wanted = context.size(24, 4)
+    sequences = context.dummy_sequences()
+    wanted = context.size(48, 8) // len(sequences)
     found: dict[Occlusion, list[Surface]] = {level: [] for level in OCCLUSIONS}
-    for number_ in range(context.size(3, 1)):
-        seed = SEEDS + 100 * context.seed + 50 + number_
-        recording = SimulatedRecording(
-            scene_by_name("dummy_occluder", seed=seed, frames=context.size(420, 300))
-        )
+    for sequence in sequences:
+        recording = SimulatedRecording(sequence.make())
         truth = simulate_truth(recording.scene)
         hidden = true_torso_hidden(truth)[:, 0]
         for level in OCCLUSIONS:
