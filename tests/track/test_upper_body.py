@@ -110,7 +110,7 @@ def test_the_kernel_compares_as_the_definition_does():
             (shoulder, upper, lengths[0], radii[0]),
             (elbow, lower, lengths[1], radii[1]),
         ):
-            x = unit(np.cross(axis, (0.3, 0.5, 0.7)))
+            x = unit(np.asarray(np.cross(axis, (0.3, 0.5, 0.7)), np.float64))
             R = np.stack([x, axis, np.cross(x, axis)], axis=1)
             T = transform(R, start)
             rendered = np.minimum(rendered, closed_cylinder_depths(rays, T, length, r, r))
