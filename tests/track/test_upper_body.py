@@ -19,7 +19,7 @@ from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import HandCandidate
 from topview.track.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
-from topview.track.upper_body.areas import UserAreas
+from topview.track.areas import UserAreas
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.upper_body.cylinder_fit import FitSettings, fit_cylinder
 
@@ -111,7 +111,7 @@ def test_the_kernel_compares_as_the_definition_does():
             (elbow, lower, lengths[1], radii[1]),
         ):
             x = unit(np.asarray(np.cross(axis, (0.3, 0.5, 0.7)), np.float64))
-            R = np.stack([x, axis, np.cross(x, axis)], axis=1)
+            R = np.asarray(np.stack([x, axis, np.cross(x, axis)], axis=1), np.float64)
             T = transform(R, start)
             rendered = np.minimum(rendered, closed_cylinder_depths(rays, T, length, r, r))
         hit = np.isfinite(rendered)
