@@ -51,6 +51,8 @@ class BodySettings:
         turn_sigma_rad: how widely, about the torso's x, y and z axes.
         hidden_at_ease: share of the body that may be hidden without any of this.
         hidden_hold: how much firmer the pose is held to the one before, per share hidden beyond.
+        hidden_still: share hidden beyond, from which on no motion is carried on: what was estimated
+            of it from the rest that was seen runs away.
         velocity_share: of the last motion that the prediction carries on.
         free_space_weight, departure_weight: cost of the share of the body in free space, and of
             the mean squared turn away from the prior, per square radian.
@@ -75,6 +77,7 @@ class BodySettings:
     turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
     hidden_at_ease: float = 0.15
     hidden_hold: float = 30.0
+    hidden_still: float = 0.1
     velocity_share: float = 0.6
     free_space_weight: float = 1.0
     departure_weight: float = 0.3
@@ -154,9 +157,10 @@ class BodyTracker:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
         wider."""
         s = self.settings
-        moving = self._extrapolated(last)
+        hidden = max(self._hidden_share, self._beyond_ease(look.evidence.hidden_share))
+        moving = self._extrapolated(last) if hidden < s.hidden_still else last
         with look.clock.stage("body"):
-            hold = 1.0 + s.hidden_hold * self._hidden_share
+            hold = 1.0 + s.hidden_hold * hidden
             refined = self._refined([last, moving], last, look, hold=hold)
             pose = refined.poses[int(np.argmin(self._costs(refined)))]
         found = self._with_limbs(pose, moving, self._kept, look, hold)
@@ -227,8 +231,11 @@ class BodyTracker:
             prior = _with_torso_of(predicted, pose) if hold > 1.0 else None
             refined = self._refined([pose], prior, look, hold=hold)
         cost = float(self._costs(refined)[0])
-        hidden = max(0.0, float(refined.hidden[0]) - self.settings.hidden_at_ease)
+        hidden = self._beyond_ease(max(float(refined.hidden[0]), look.evidence.hidden_share))
         return _Found(refined.poses[0], kept, look.model, cost, hidden)
+
+    def _beyond_ease(self, hidden_share: float) -> float:
+        return max(0.0, hidden_share - self.settings.hidden_at_ease)
 
     def _refined(
         self,

@@ -44,7 +44,7 @@ class Evidence:
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
-        hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where not asked for.
+        hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where nobody asked.
         nobodys: [H, W] bool, pixels that belong to no user; None where not asked for.
         hands: where detectors that see colour take the hands to be, whosesoever they are.
     """

@@ -15,6 +15,7 @@ from topview.people.finder import PeopleFinder
 from topview.people.users import User
 from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
+from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.evidence import HandCandidate, gather, thin_view, working_stride
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
@@ -23,7 +24,6 @@ from topview.track.settings import TrackerSettings
 from topview.track.swarm import SwarmSettings, SwarmTracker
 from topview.track.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
-from topview.track.upper_body.areas import UserAreas
 from topview.track.upper_body.tracker import UpperBodyPose
 from topview.track.visibility import confidences, look
 
@@ -78,7 +78,7 @@ class Tracker:
         self._bodies = {user.id: self._body_of(user) for user in users}
         owner = _owners(users, frame)
         hidden_shares: dict[int, float] = {}
-        if self.settings.method == "btvr":
+        if self.settings.method in ("utvr", "btvr"):
             hidden_shares = self._areas.hidden_shares(users, owner, frame.camera)
         views: dict[int, DepthView] = {}
         poses = [
@@ -124,11 +124,10 @@ class Tracker:
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
             evidence = gather(user, views[stride], stride, frame.camera.width, self._finder.floor)
+            evidence = replace(evidence, hidden_share=hidden_share)
             if self.settings.method == "btvr":
                 nobodys = owner[::stride, ::stride] == 0
-                evidence = replace(
-                    evidence, hidden_share=hidden_share, nobodys=nobodys, hands=self._hands
-                )
+                evidence = replace(evidence, nobodys=nobodys, hands=self._hands)
         measured_m = user.height_m if user.height_is_measured else None
         return tracked.tracker.update(measured_m, evidence, frame.index, self.clock)
 
