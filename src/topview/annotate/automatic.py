@@ -13,11 +13,12 @@ from topview.annotate.blobs import Blobs, MarkerLook, find_blobs
 from topview.annotate.boards import Board, board_extrinsics
 from topview.annotate.cameras import (
     Extrinsics,
-    finer_offset_frames,
     refined_extrinsics,
+    remaining_offset_frames,
     rough_extrinsics,
     time_offset_frames,
 )
+from topview.annotate.joints import marker_points
 from topview.annotate.starting import Start, start_of_view
 from topview.annotate.tracks import Tracks, View, follow
 from topview.detect.cloud import Cloud
@@ -102,24 +103,51 @@ def find_markers(
         alone.append((start_frame, starts, track))
     (start_frame, starts, of_front), (_, _, of_rear) = alone
     offset = _offset(of_front, of_rear, floors, wishes, fps)
-    rear_frames = _rear_frames(front, rear, offset / fps)
+    T = np.eye(4)
+    if wishes.board is None:
+        T = rough_extrinsics(of_front, _shifted(of_rear, offset, len(spots[0])))
+    found = Found(
+        blobs=(spots[0], ()),
+        rear_frames=np.zeros(0, np.intp),
+        start_frame=start_frame,
+        starts=starts,
+        offset_frames=offset,
+        extrinsics=Extrinsics(T, np.inf, 0),
+        tracks=of_front,
+    )
+    found = _in_step(found, front, rear, spots[1], offset)
     if wishes.board is not None:
-        extrinsics = board_extrinsics(_pairs(front, rear, rear_frames), wishes.board)
-    else:
-        of_rear = _shifted(of_rear, offset, len(spots[0]))
-        T = rough_extrinsics(of_front, of_rear)
-        extrinsics = Extrinsics(T, np.inf, 0)
-    blobs = spots[0], [spots[1][r] if r >= 0 else Blobs.none() for r in rear_frames]
-    found = Found(blobs, rear_frames, start_frame, starts, offset, extrinsics, of_front)
-    report("following the markers", 0, ROUNDS)
+        pairs = _pairs(front, rear, found.rear_frames)
+        found = replace(found, extrinsics=board_extrinsics(pairs, wishes.board))
+    statures_m = [start.stature_m for start in starts]
     for k in range(ROUNDS):
+        report("following the markers", k, ROUNDS)
         found = followed(found, fps)
         if wishes.board is None:
-            statures = [start.stature_m for start in starts]
-            extrinsics = refined_extrinsics(found.views(), found.tracks, statures, floors)
+            extrinsics = refined_extrinsics(found.views(), found.tracks, statures_m, floors)
             found = replace(found, extrinsics=extrinsics)
-        report("following the markers", k + 1, ROUNDS)
+        if wishes.offset_s is None:
+            more = remaining_offset_frames(marker_points(found.views(), found.tracks.spots), fps)
+            found = _in_step(found, front, rear, spots[1], found.offset_frames + more)
     return followed(found, fps)
+
+
+def _in_step(
+    found: Found,
+    front: FolderRecording,
+    rear: FolderRecording,
+    rear_blobs: Sequence[Blobs],
+    offset_frames: int,
+) -> Found:
+    """The same with the rear view taken so many frames later."""
+    rear_frames = _rear_frames(front, rear, offset_frames / front.fps)
+    blobs = [rear_blobs[r] if r >= 0 else Blobs.none() for r in rear_frames]
+    return replace(
+        found,
+        blobs=(found.blobs[0], blobs),
+        rear_frames=rear_frames,
+        offset_frames=offset_frames,
+    )
 
 
 def followed(found: Found, fps: float, views: Sequence[View] | None = None) -> Found:
@@ -171,9 +199,7 @@ def _offset(
 ) -> int:
     if wishes.offset_s is not None:
         return round(wishes.offset_s * fps)
-    shift = time_offset_frames(of_front, of_rear, floors, fps)
-    T = rough_extrinsics(of_front, _shifted(of_rear, shift, len(of_front.joints_front)))
-    return finer_offset_frames(of_front, of_rear, T, shift, fps)
+    return time_offset_frames(of_front, of_rear, floors, fps)
 
 
 def _shifted(tracks: Tracks, shift: int, frames: int) -> Tracks:

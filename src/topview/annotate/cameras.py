@@ -58,18 +58,30 @@ def time_offset_frames(
     return best
 
 
-def finer_offset_frames(
-    front: Tracks, rear: Tracks, T_front_rear: NDArray[np.float64], shift: int, fps: float
-) -> int:
-    """The offset near `shift` at which the joints' velocities agree best, directions and all."""
-    a, b = _velocities(front, fps), _velocities(rear, fps) @ T_front_rear[:3, :3].T
-    a, b = a.reshape(len(a), -1), b.reshape(len(b), -1)
-    return max(
-        range(shift - NEAR_FRAMES, shift + NEAR_FRAMES + 1), key=lambda near: _likeness(a, b, near)
-    )
+def remaining_offset_frames(points: NDArray[np.float64], fps: float) -> int:
+    """By how many frames the rear view is still late, told by the velocities of the markers
+    themselves, directions and all.
+
+    Args:
+        points: [2, F, P, J, 2, 3] markers in front and rear view, in the front camera's frame, NaN
+            where unseen.
+        fps: frames per second.
+    """
+    reach = max(round(STEP_S * fps), 1)
+    ahead, behind = np.roll(points, -reach, 1), np.roll(points, reach, 1)
+    speeds = (ahead - behind) / (2 * reach) * fps
+    speeds[:, :reach] = speeds[:, -reach:] = np.nan
+    speeds[np.linalg.norm(np.nan_to_num(speeds), axis=-1) > MOST_SPEED_MPS] = np.nan
+    sides = [(a, b) for a in (FRONT, BACK) for b in (FRONT, BACK)]
+    front = np.stack([speeds[0][..., a, :] for a, _ in sides], 1).reshape(points.shape[1], -1)
+    rear = np.stack([speeds[1][..., b, :] for _, b in sides], 1).reshape(points.shape[1], -1)
+    near = range(-NEAR_FRAMES, NEAR_FRAMES + 1)
+    return max(near, key=lambda shift: (_likeness(front, rear, shift), -abs(shift)))
 
 
 NEAR_FRAMES: Final = 4
+STEP_S: Final = 0.05
+"""Half the time over which a marker's velocity is taken (ours)."""
 
 
 def _motion(tracks: Tracks, floor: FloorPlane | None, fps: float) -> NDArray[np.float64]:
@@ -124,6 +136,12 @@ GIRTH_SPREAD: Final = 0.30
 """Standard deviation of how much thicker people are than the mean (ours)."""
 DEPTH_SPREAD: Final = 0.08
 """The same for each joint, apart from the girth of the whole (ours)."""
+FLOOR: Final = 3.0
+"""What the floor counts more than all markers: it is a plane of many thousand readings (ours)."""
+SIDE_SPREAD: Final = 0.03
+"""The same of left against right (ours)."""
+KIND: Final = [NAMES.index(name.replace("_r", "_l")) for name in NAMES]
+"""[J] the joint itself, or the left one of a pair."""
 OTHER_SIDE: Final = 0.2
 """What two markers of one joint count against one that both cameras see (ours)."""
 FULL: Final = 0.85
@@ -133,7 +151,7 @@ PARTLY: Final = 0.1
 FACING: Final = np.array([not name.startswith(("shoulder", "elbow", "hand")) for name in NAMES])
 """[J] True for joints whose markers lie before and behind them as seen from the trunk."""
 RESIDUAL_M: Final = 0.02
-MOST_FRAMES: Final = 200
+MOST_FRAMES: Final = 100
 
 
 def rough_extrinsics(front: Tracks, rear: Tracks) -> NDArray[np.float64]:
@@ -215,21 +233,31 @@ def refined_extrinsics(
 
     def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
         T = pose(x)
-        girths, shapes = 1.0 + x[6 : 6 + P], 1.0 + x[6 + P :].reshape(P, J)
-        depths = (depths0 * girths[:, None] * shapes).ravel()
+        girths, shapes, lopsided = np.split(x[6:], [P, P + P * J])
+        shapes = (1.0 + shapes.reshape(P, J))[:, KIND] + lopsided.reshape(P, J)
+        depths = (depths0 * (1.0 + girths)[:, None] * shapes).ravel()
         off = p - moved(T, q) - (sign * depths[joint])[:, None] * outwards
+        off[sign != 0.0] = off[sign != 0.0] @ level
         off *= weight[:, None]
-        priors = np.concatenate([x[6 : 6 + P] / GIRTH_SPREAD, x[6 + P :] / DEPTH_SPREAD])
+        priors = x[6:] / spreads
         return np.concatenate(
-            [off.ravel(), RESIDUAL_M * alike * priors, len(p) ** 0.5 * _floors_apart(floors, T)]
+            [
+                off.ravel(),
+                RESIDUAL_M * alike * priors,
+                FLOOR * len(p) ** 0.5 * _floors_apart(floors, T),
+            ]
         )
 
     def pose(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return transform(T0[:3, :3] @ rotations_from_vectors(x[:3]), T0[:3, 3] + x[3:6])
 
+    # Markers of one joint need not be level with each other; the floor tells heights better.
+    up = np.zeros(3) if None in floors or floors[0] is None else floors[0].normal_camera
+    level = np.eye(3) - np.outer(up, up)
+    spreads = np.repeat([GIRTH_SPREAD, DEPTH_SPREAD, SIDE_SPREAD], [P, P * J, P * J])
     alike = (len(p) / (P * J)) ** 0.5
     solution = least_squares(
-        residuals, np.zeros(6 + P + P * J), loss="soft_l1", f_scale=RESIDUAL_M, max_nfev=30
+        residuals, np.zeros(6 + P + 2 * P * J), loss="soft_l1", f_scale=RESIDUAL_M, max_nfev=12
     )
     T, x = pose(solution.x), solution.x
     off = residuals(x)[: 3 * len(p)].reshape(-1, 3)

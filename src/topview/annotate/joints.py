@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from topview.annotate.landmarks import PLACES
+from topview.annotate.landmarks import INDEX, NAMES, PLACES
 from topview.annotate.tracks import NONE, Tracks, View, mean_of_views, turned
 from topview.geometry.rotations import unit
 
@@ -143,7 +143,35 @@ def _outwards(gap: NDArray[np.float64], tracks: Tracks) -> NDArray[np.float64]:
                 total[own] += weight_of / abs(int(f) - int(g)) * carried[own]
         known = np.linalg.norm(total, axis=-1) > 0.0
         result[f, p][known] = unit(total[known])
+        bent, share = fronts_of_bent_limbs(tracks.joints_front[f, p])
+        blend = unit((1.0 - share) * result[f, p] + share * bent)
+        result[f, p] = np.where(measured[f, p, :, None], result[f, p], blend)
     return result
+
+
+def fronts_of_bent_limbs(
+    joints: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """[J, 3] units to the front of limb parts and [J, 1] how far they can be trusted: forearms bend
+    to the front, shins to the back, so that a bent limb shows how it is twisted (ours)."""
+    fronts, shares = np.zeros((len(NAMES), 3)), np.zeros((len(NAMES), 1))
+    for names, sign in ((ARM, 1.0), (LEG, -1.0)):
+        for side in ("_l", "_r"):
+            top, hinge, end = (INDEX[name + side] for name in names)
+            upper, lower = unit(joints[hinge] - joints[top]), unit(joints[end] - joints[hinge])
+            cosine = float(upper @ lower)
+            bend = np.sqrt(max(1.0 - cosine**2, 0.0))
+            share = float(np.clip((bend - STRAIGHT) / (BENT - STRAIGHT), 0.0, 1.0))
+            fronts[top] = sign * unit(lower - cosine * upper)
+            fronts[[hinge, end]] = -sign * unit(upper - cosine * lower)
+            shares[[top, hinge, end]] = share
+    return fronts, shares
+
+
+ARM: Final = ("shoulder", "elbow", "hand")
+LEG: Final = ("hip", "knee", "ankle")
+STRAIGHT, BENT = 0.35, 0.75
+"""Sines of the angles at which a limb begins to show its twist, and shows it well (ours)."""
 
 
 def _close_gaps(

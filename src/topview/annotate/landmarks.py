@@ -2,8 +2,8 @@
 
 Heights are those of R. Drillis and R. Contini, Body Segment Parameters (1966), as printed in D.
 Winter, Biomechanics and Motor Control of Human Movement (2009), Fig. 4.1; depths follow C. Gordon
-et al., 1988 Anthropometric Survey of U.S. Army Personnel (1989): all as shares of the stature. They
-start the search for names and are then replaced by what is measured.
+et al., 1988 Anthropometric Survey of U.S. Army Personnel (1989), with 2 cm of clothes: all as
+shares of the stature. They start the search for names; what is measured replaces them.
 """
 
 from __future__ import annotations
@@ -48,22 +48,22 @@ class Landmark:
 
 
 LANDMARKS: Final[tuple[Landmark, ...]] = (
-    Landmark("pelvis", -1, -1, 0.530, 0.0, 0.135),
-    Landmark("torso", 0, -1, 0.630, 0.0, 0.130, 0.6),
-    Landmark("neck", 1, -1, 0.850, 0.0, 0.080),
-    Landmark("head", 2, -1, 0.935, 0.0, 0.115),
-    Landmark("shoulder_l", 2, 5, 0.818, 0.105, 0.080),
-    Landmark("elbow_l", 4, 6, 0.632, 0.105, 0.055),
+    Landmark("pelvis", -1, -1, 0.530, 0.0, 0.147),
+    Landmark("torso", 0, -1, 0.630, 0.0, 0.142, 0.6),
+    Landmark("neck", 1, -1, 0.850, 0.0, 0.085),
+    Landmark("head", 2, -1, 0.935, 0.0, 0.120),
+    Landmark("shoulder_l", 2, 5, 0.818, 0.105, 0.085),
+    Landmark("elbow_l", 4, 6, 0.632, 0.105, 0.060),
     Landmark("hand_l", 5, 5, 0.456, 0.105, 0.050),
-    Landmark("shoulder_r", 2, 8, 0.818, -0.105, 0.080),
-    Landmark("elbow_r", 7, 9, 0.632, -0.105, 0.055),
+    Landmark("shoulder_r", 2, 8, 0.818, -0.105, 0.085),
+    Landmark("elbow_r", 7, 9, 0.632, -0.105, 0.060),
     Landmark("hand_r", 8, 8, 0.456, -0.105, 0.050),
-    Landmark("hip_l", 0, -1, 0.530, 0.051, 0.125),
-    Landmark("knee_l", 10, 12, 0.285, 0.051, 0.070),
-    Landmark("ankle_l", 11, 11, 0.039, 0.051, 0.055),
-    Landmark("hip_r", 0, -1, 0.530, -0.051, 0.125),
-    Landmark("knee_r", 13, 15, 0.285, -0.051, 0.070),
-    Landmark("ankle_r", 14, 14, 0.039, -0.051, 0.055),
+    Landmark("hip_l", 0, -1, 0.530, 0.051, 0.140),
+    Landmark("knee_l", 10, 12, 0.285, 0.051, 0.085),
+    Landmark("ankle_l", 11, 11, 0.039, 0.051, 0.066),
+    Landmark("hip_r", 0, -1, 0.530, -0.051, 0.140),
+    Landmark("knee_r", 13, 15, 0.285, -0.051, 0.085),
+    Landmark("ankle_r", 14, 14, 0.039, -0.051, 0.066),
 )
 
 NAMES: Final[tuple[str, ...]] = tuple(landmark.name for landmark in LANDMARKS)
