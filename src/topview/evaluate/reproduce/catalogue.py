@@ -15,7 +15,7 @@ from topview.evaluate.reproduce.runs import Measured, Run
 from topview.evaluate.reproduce.score_surfaces import figure_5_4
 from topview.evaluate.reproduce.section import Section
 from topview.evaluate.reproduce.shells import figure_3_2
-from topview.evaluate.reproduce.upper_body import table_5_2
+from topview.evaluate.reproduce.upper_body import runs_5_2, table_5_2
 from topview.evaluate.reproduce.users import runs_of_users, users
 from topview.records import InputError
 
@@ -35,7 +35,7 @@ class Experiment:
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
     "figure-3.2": Experiment(lambda context, _: figure_3_2(context)),
-    "table-5.2": Experiment(lambda context, _: table_5_2(context)),
+    "table-5.2": Experiment(table_5_2, runs_5_2),
     "figure-5.4": Experiment(lambda context, _: figure_5_4(context)),
     "table-6.1": Experiment(table_6_1, runs_6_1),
     "table-6.2": Experiment(table_6_2, runs_6_2),

@@ -115,7 +115,8 @@ def compared(what: str, ours: Statistic, printed: Printed, unit: str) -> Verdict
         what,
         ours.mean <= printed.mean if known else None,
         f"mean error {number(ours.mean, 2)}{unit}, thesis {printed.mean:.2f}{unit}; within 10"
-        f"{unit} {percent(ours.within_10)}, thesis {percent(printed.within_10)}",
+        f"{unit} {percent(ours.within_10)}"
+        + (f", thesis {percent(printed.within_10)}" if printed.within_10 is not None else ""),
     )
 
 
