@@ -110,7 +110,7 @@ def test_long_gaps_stay_open() -> None:
 @given(st.lists(st.floats(-2, 2), min_size=6, max_size=6))
 def test_gaps_in_straight_motion_are_closed_straight(numbers: list[float]) -> None:
     start, speed = np.split(np.array(numbers), 2)
-    places = start + np.arange(20)[:, None] * speed
+    places = start + np.arange(20.0)[:, None] * speed
     np.testing.assert_allclose(hermite(places, 6, 13), places[7:13], atol=1e-9)
 
 

@@ -60,7 +60,7 @@ class Board:
 
     def corners(self, color: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """[N, 2] pixels and [N, 3] places on the board of the corners seen, N = 0 for none."""
-        grey = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+        grey = np.asarray(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY), np.uint8)
         if self.marker_m:
             return self._charuco_corners(grey)
         flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
@@ -68,7 +68,8 @@ class Board:
         if not found:
             return np.zeros((0, 2)), np.zeros((0, 3))
         across, down = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
-        places = self.square_m * np.stack([across.ravel(), down.ravel(), np.zeros(across.size)], 1)
+        grid = np.stack([across.ravel(), down.ravel(), np.zeros(across.size)], 1)
+        places = np.asarray(self.square_m * grid, np.float64)
         return np.asarray(pixels, np.float64).reshape(-1, 2), places
 
     def _charuco_corners(
@@ -83,7 +84,9 @@ class Board:
         pixels, ids, _, _ = cv2.aruco.CharucoDetector(board).detectBoard(grey)
         if ids is None or len(ids) < 6:
             return np.zeros((0, 2)), np.zeros((0, 3))
-        places = np.asarray(board.getChessboardCorners(), np.float64)[np.ravel(ids)]
+        places = np.asarray(board.getChessboardCorners(), np.float64)[
+            np.asarray(ids, np.intp).ravel()
+        ]
         return np.asarray(pixels, np.float64).reshape(-1, 2), places
 
 
@@ -99,10 +102,10 @@ def board_extrinsics(pairs: Iterable[tuple[Frame, Frame]], board: Board) -> Extr
     found: list[NDArray[np.float64]] = []
     corners = 0
     for front, rear in pairs:
-        poses = [_pose(frame, board) for frame in (front, rear)]
-        if poses[0] is None or poses[1] is None:
+        of_front, of_rear = _pose(front, board), _pose(rear, board)
+        if of_front is None or of_rear is None:
             continue
-        (T_front_board, n), (T_rear_board, _) = poses
+        (T_front_board, n), (T_rear_board, _) = of_front, of_rear
         turns = [np.eye(4)] if board.marker_m else [np.eye(4), _upside_down(board)]
         options = [T_front_board @ turn @ np.linalg.inv(T_rear_board) for turn in turns]
         found.append(max(options, key=lambda T: T[1, 1]))
@@ -136,7 +139,7 @@ def _pose(frame: Frame, board: Board) -> tuple[NDArray[np.float64], int] | None:
     if not good:
         return None
     R, _ = cv2.Rodrigues(turn)
-    return transform(np.asarray(R, np.float64), np.ravel(origin)), len(pixels)
+    return transform(np.asarray(R, np.float64), np.asarray(origin, np.float64).ravel()), len(pixels)
 
 
 def _matrix(camera: Camera) -> NDArray[np.float64]:

@@ -331,7 +331,9 @@ class Session:
                 continue
             if spot == NONE:
                 pixel, place = self._placed(change)
-                point = moved(np.linalg.inv(views[view].T_front_view), place)
+                point = moved(
+                    np.asarray(np.linalg.inv(views[view].T_front_view), np.float64), place
+                )
                 spots[view][f] = _with(blobs, pixel, point, self.project.looks[0].radius_m)
                 spot = len(blobs)
             own = fixed[view][f]

@@ -33,7 +33,7 @@ def truth_arrays(
     of the joints `angle_joints` [A, 3]; `T_front_rear` [4, 4]; `offset_s`, by which the rear
     recording is late; `source`.
     """
-    present = np.isfinite(joints.places_front).all((-1, -2))
+    present = np.asarray(np.isfinite(joints.places_front).all((-1, -2)))
     return {
         "names": np.array(NAMES),
         "joints": joints.places_front.astype(np.float32),
@@ -73,5 +73,5 @@ def write_truth(path: Path, arrays: dict[str, NDArray[Any]]) -> None:
     """Write whole or not at all."""
     check_own(path)
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
+    np.savez_compressed(buffer, **arrays)  # pyright: ignore[reportArgumentType]
     write_atomically(path, buffer.getvalue())
