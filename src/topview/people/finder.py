@@ -21,9 +21,10 @@ from topview.people.present import Present, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
+from topview.people.stillness import Stillness
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
 from topview.people.users import User
-from topview.people.validation import looks_like_person
+from topview.people.validation import is_doubtful, looks_like_person
 from topview.records import Frame, JointState, Person
 
 __all__ = ["PeopleFinder", "PeopleSettings"]
@@ -46,6 +47,8 @@ FADING_M_PER_S = 1.5
 # looks of then are no more followed.
 BRIEFLY_S = 0.15
 FOLLOWED_S = 0.5
+# Ours: what may be furniture and has not moved for so long is.
+DOUBTED_S = 5.0
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
 
@@ -84,6 +87,7 @@ class PeopleFinder:
         heads = self._detect(scene)
         heads, bodies = self._find_again(scene, heads, time_s)
         heads = self._correct(scene, heads, bodies, time_s)
+        self._doubt(scene, bodies, time_s)
         self._welcome(scene, heads, bodies, time_s)
         self._is_first_frame = False
         is_somebodys = np.zeros(cloud.depth_m.shape, np.bool_)
@@ -253,14 +257,34 @@ class PeopleFinder:
             user = self._seen_before(
                 head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
             )
+            user.doubted_frames += is_doubtful(scene, head, own, settings.limits)
             if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
-                user.id = self._next_id
-                self._next_id += 1
                 self._known.append(user)
                 bodies.append(self._take_out(scene, head, body, own))
+                if 2 * user.doubted_frames > user.frames_seen:
+                    user.stillness = Stillness(scene.cloud.depth_m, np.isfinite(own), center)
+                else:
+                    self._name(user)
             else:
                 waiting.append(user)
         self._waiting = waiting
+
+    def _name(self, user: KnownUser) -> None:
+        user.id = self._next_id
+        user.stillness = None
+        self._next_id += 1
+
+    def _doubt(self, scene: Scene, bodies: list[Distance], time_s: float) -> None:
+        """Those who may be furniture are people once they move; else they come to be the room's."""
+        for user, body in zip(list(self._known), list(bodies), strict=True):
+            if user.stillness is None:
+                continue
+            if user.stillness.is_broken(scene.cloud.depth_m, user.head_camera):
+                self._name(user)
+            elif time_s - user.first_s > DOUBTED_S:
+                index = self._known.index(user)
+                self._background.learn(scene.cloud.depth_m, np.isfinite(body))
+                del self._known[index], bodies[index]
 
     def _take_out(
         self, scene: Scene, head: HeadCandidate, body: Distance, own: Distance
@@ -347,6 +371,8 @@ class PeopleFinder:
         self._last_depth_m, self._last_s = scene.cloud.depth_m, time_s
         users: list[User] = []
         for user, is_users in zip(self._known, masks, strict=True):
+            if user.stillness is not None:
+                continue
             is_seen = user.seen_s == time_s
             if is_seen:
                 user.height.add(measured_height(scene, user.head_camera, is_users))

@@ -9,6 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
 from topview.people.height import HeightEstimate
+from topview.people.stillness import Stillness
 
 Vector = NDArray[np.float64]
 
@@ -33,17 +34,20 @@ class KnownUser:
     """What is remembered of a user: the head, how it moves, the stature, the last points.
 
     Attributes:
-        id: identity.
+        id: identity, 0 as long as it may be furniture.
         head_camera: [3] the head's centre when last updated, metres.
         velocity: [3] metres per second.
         time_s: of `head_camera`.
-        seen_s: when the head was last seen.
+        first_s: when the head was first seen.
+        seen_s: when it was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
         confidence_now: that what is followed is the head, 0 while it is not seen.
         view: what the head looked like when it was last seen.
         body_m: [h, w] distance of the user's points from the head in the last frame, or None.
         rival_frames: for how long something else has looked more like it.
+        doubted_frames: in how many it looked as furniture may, before it was followed.
+        stillness: of one who may be furniture until something of it has moved, else None.
     """
 
     def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
@@ -53,10 +57,12 @@ class KnownUser:
         self.view = view
         self.velocity = np.zeros(3)
         self.time_s = time_s
-        self.seen_s = time_s
+        self.first_s = self.seen_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
         self.rival_frames = 0
+        self.doubted_frames = 0
+        self.stillness: Stillness | None = None
         self.body_m: NDArray[np.float32] | None = None
 
     def predicted(self, time_s: float) -> Vector:

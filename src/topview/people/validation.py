@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.cloud import depth_noise_m
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
 from topview.people.scene import Scene
 from topview.people.surfaces import JUMP_PER_SQUARE_M
@@ -33,6 +35,9 @@ class PersonLimits:
             clothes, a lamp or a plant is thinner.
         border_m: how much of the picture there must be at both sides of the head.
         aside_m: 90 % of the body is this near to the head, seen from above.
+        low_m: top of what furniture is often as high as; of grown people only some who sit.
+        flat_m: relief of head and chest, besides what the noise leaves; a person's is 2 cm at
+            least and 3 cm mostly, a board's none.
     """
 
     top_over_floor_m: tuple[float, float] = (0.6, 2.2)
@@ -44,6 +49,8 @@ class PersonLimits:
     area_m2: float = 1.2
     below_top_m: float = 0.4
     aside_m: float = 0.8
+    low_m: float = 1.25
+    flat_m: float = 0.008
 
 
 # How far over the surface from the head's centre the bust and the chest reach; ours.
@@ -51,6 +58,18 @@ BUST_M = 0.3
 TORSO_M = 0.55
 # Smaller jumps than between limbs count as roughness; ours.
 EDGE_M = 0.03
+# How far below the top a head and a chest are at their broadest; ours.
+HEAD_BELOW_TOP_M = (0.05, 0.20)
+CHEST_BELOW_TOP_M = (0.25, 0.50)
+# A column's or a board's chest is 1 times as broad as its head, a person's 2.5 times from the front
+# and 1.3 times from the side: the farther away, the less exactly it is measured. Ours, per metre
+# of a reading's noise.
+SLIM_PER_M = 20.0
+# Share of a reading's noise that is left of it in the mean of 3 x 3 pixels, as neighbours err
+# alike; ours, from recordings and the simulator.
+NOISE_LEFT = 0.4
+# Fewer pixels say nothing about relief; ours.
+LEAST_PIXELS = 8
 # Ours: under a head beyond doubt a body may be rougher and larger by this factor: what stands
 # close to it, a wall say, may hang together with it.
 SURE = 0.95
@@ -93,6 +112,63 @@ def looks_like_person(
         and top_m - np.min(heights) > limits.below_top_m
         and (aside_m < limits.aside_m).mean() > 0.9
     )
+
+
+def is_doubtful(
+    scene: Scene,
+    head: HeadCandidate,
+    distance_m: NDArray[np.float32],
+    limits: PersonLimits,
+) -> bool:
+    """Whether what measures like a person may as well be a plant, a shelf or a door: at least two
+    of low, slim and flat. A person is seldom two of them; most furniture is."""
+    if head.torso_is_unread:
+        return False
+    top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
+    noise_m = float(depth_noise_m(head.center_camera[2]))
+    is_low = scene.floor is not None and top_m < limits.low_m
+    below_top_m = np.where(np.isfinite(distance_m), top_m - scene.heights_m, np.float32(-1.0))
+    chest_m, head_m = (
+        _breadth(scene, below_top_m, band) for band in (CHEST_BELOW_TOP_M, HEAD_BELOW_TOP_M)
+    )
+    is_slim = chest_m < (1.0 + SLIM_PER_M * noise_m) * head_m
+    is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
+    return int(is_low) + int(is_slim) + int(is_flat) >= 2
+
+
+def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
+    """Mean breadth of what is seen in a band of heights; metres."""
+    is_band = (band_m[0] < below_top_m) & (below_top_m < band_m[1])
+    area_m2 = (scene.cloud.depth_m[is_band] / scene.cloud.camera.fx) ** 2
+    return float(area_m2.sum()) / (band_m[1] - band_m[0])
+
+
+def _relief_m(scene: Scene, is_body: NDArray[np.bool_]) -> float:
+    """Standard deviation from the plane that fits best, in the mean of 3 x 3 pixels; metres.
+
+    The depth's inverse is linear over a plane's image. The outline is left out.
+    """
+    rows, columns = (np.flatnonzero(is_body.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return 0.0
+    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    is_own = cv2.copyMakeBorder(
+        is_body[window].astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0
+    )
+    is_inner = cv2.erode(is_own, np.ones((3, 3), np.uint8))[1:-1, 1:-1] > 0
+    if np.count_nonzero(is_inner) < LEAST_PIXELS:
+        return 0.0
+    depth_m = scene.cloud.depth_m[window]
+    v, u = np.nonzero(is_inner)
+    seen = depth_m[is_inner].astype(np.float64)
+    design = np.stack([u, v, np.ones(len(u))], axis=1)
+    plane, *_ = np.linalg.lstsq(design, 1.0 / seen)
+    off_m = np.zeros(is_inner.shape)
+    off_m[is_inner] = (1.0 / seen - design @ plane) * seen**2
+    around = cv2.blur(off_m, (3, 3)) / np.maximum(
+        cv2.blur(is_inner.astype(np.float64), (3, 3)), 0.1
+    )
+    return float(around[is_inner].std())
 
 
 def _edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
