@@ -98,6 +98,9 @@ def test_what_was_said_holds_when_markers_are_followed_again(session: Session) -
     session.change({"kind": "place", "person": 0, "joint": "hip_l", "frame": 5,
                     "pixel": pixel.tolist()})  # fmt: skip
     session.change({**DELETE, "frame": 7})
+    ankle = found.blobs[0][9].pixels[found.tracks.spots[0, 9, 0, NAMES.index("ankle_l"), 0]]
+    session.change({"kind": "place", "person": 0, "joint": "ankle_l", "frame": 9,
+                    "pixel": (ankle - (0, 15)).tolist()})  # fmt: skip
     session.again()
     while session.job.running:
         pass
@@ -107,6 +110,8 @@ def test_what_was_said_holds_when_markers_are_followed_again(session: Session) -
     assert spots[0, 5, 0, hip, 0] == found.tracks.spots[0, 5, 0, knee, 0]
     assert spots[0, 5, 0, knee, 0] != spots[0, 5, 0, hip, 0]
     assert spots[0, 7, 0, NAMES.index("head"), 0] == -1
+    placed = session.found.blobs[0][9].pixels[spots[0, 9, 0, NAMES.index("ankle_l"), 0]]
+    assert placed == pytest.approx(ankle - (0, 15))
 
 
 @pytest.mark.parametrize(

@@ -242,7 +242,8 @@ class Session:
     def _again(self, report: Report) -> None:
         found, _ = self._result()
         report("following the markers again", 0, 1)
-        self._keep(followed(found, self.recordings[0].fps, self._said(found)))
+        found, views = self._said(found)
+        self._keep(followed(found, self.recordings[0].fps, views))
 
     def _keep(self, found: Found) -> None:
         with self._lock:
@@ -311,9 +312,9 @@ class Session:
         point = ray(image.camera, u, v) * (z + BULGE * radius_m)
         return np.array(change.pixel), moved(T_front_view, point)
 
-    def _said(self, found: Found) -> Sequence[View]:
-        """The views with the user's changes: placed markers as spots of their own, deleted ones
-        barred."""
+    def _said(self, found: Found) -> tuple[Found, Sequence[View]]:
+        """What was found with placed markers as spots of their own, and views in which they are
+        fixed and deleted ones barred."""
         views = found.views()
         spots = [[*blobs] for blobs in found.blobs]
         fixed = [np.full(found.tracks.spots.shape[1:], FREE, np.intp) for _ in views]
@@ -340,11 +341,11 @@ class Session:
             own[own == spot] = NONE
             own[change.marker] = spot
             barred[view][f] = barred[view].get(f, frozenset()) - {spot}
-        self.found = replace(found, blobs=(spots[0], spots[1]))
-        return [
+        said = [
             replace(view, blobs=spots[v], fixed=fixed[v], barred=barred[v])
             for v, view in enumerate(views)
         ]
+        return replace(found, blobs=(spots[0], spots[1])), said
 
 
 def _open(path: Path) -> FolderRecording:
