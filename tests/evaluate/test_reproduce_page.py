@@ -18,6 +18,7 @@ from topview.evaluate.reproduce.section import (
     Table,
     Verdict,
     compared,
+    conclusion,
     statistic_cells,
 )
 from topview.records import InputError
@@ -36,9 +37,9 @@ SECTION = Section(
     ),
     pictures=(Picture(FOLDER / "pictures" / "x.png", "a picture"),),
     verdicts=(
-        Verdict("a claim", True, "because", is_conclusion=True),
-        Verdict("a comparison", False, "1 > 0"),
-        Verdict("an open one", None, "nobody knows"),
+        conclusion("a claim", True, "because"),
+        Verdict("behind", "a comparison", "1 > 0"),
+        conclusion("an open one", True, "nobody knows", [float("nan")]),
     ),
 )
 REPORT = Report("A report", ("Before.",), (SECTION,), ("something failed",))
@@ -74,17 +75,29 @@ def test_html_refers_to_nothing_outside_of_the_folder():
 
 
 @pytest.mark.parametrize(
-    ("mean", "word"), [(4.0, "ahead"), (4.43, "ahead"), (5.0, "behind"), (float("nan"), "open")]
+    ("mean", "within", "word"),
+    [
+        (4.0, 0.92, "ahead"),
+        (4.43, 0.905, "ahead"),
+        (4.0, 0.8, "mixed"),
+        (5.0, 0.95, "mixed"),
+        (5.0, 0.8, "behind"),
+        (float("nan"), float("nan"), "open"),
+    ],
 )
-def test_a_comparison_says_who_is_ahead(mean, word):
-    assert (
-        compared("x", Statistic(9, mean, 1.0, 0.9), Printed(4.43, 2.97, 0.905), " cm").word == word
-    )
+def test_a_comparison_says_who_is_ahead(mean, within, word):
+    ours = Statistic(9, mean, 1.0, within)
+    assert compared("x", ours, Printed(4.43, 2.97, 0.905), " cm").word == word
+
+
+def test_the_mean_alone_is_compared_where_no_share_was_printed():
+    assert compared("x", Statistic(9, 5.0, 1.0, 0.1), Printed(7.4, 3.7), "°").word == "ahead"
 
 
 def test_a_conclusion_is_confirmed_or_not():
-    words = [Verdict("x", holds, "", is_conclusion=True).word for holds in (True, False, None)]
-    assert words == ["confirmed", "not confirmed", "open"]
+    assert conclusion("x", True, "", [1.0]).word == "confirmed"
+    assert conclusion("x", False, "", [1.0]).word == "not confirmed"
+    assert conclusion("x", False, "", [1.0, float("nan")]).word == "open"
 
 
 def test_numbers_that_are_not_there_are_dashes():

@@ -31,7 +31,7 @@ RIVALS: Final[dict[str, Variant]] = {
     "bPSO, as topview has it": Variant("bpso"),
     "pPSO, as topview has it": Variant("ppso"),
 }
-"""Swarms with the particles and generations of `topview.track.swarm`; left out of the quick form."""
+"""Swarms as `topview.track.swarm` has them; left out of the quick form."""
 OPEN: Final = ("HYBRID on our recordings",)
 SUBJECT: Final = 9
 """Of Table 6.2, counted from 1."""

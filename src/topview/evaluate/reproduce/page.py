@@ -93,14 +93,16 @@ tr.ours td:first-child { font-weight: 600; }
 tr.open td:first-child { font-style: italic; }
 figure { margin: 1.2rem 0; } figure img { max-width: 100%; }
 figcaption { color: #6b7280; font-size: .9rem; }
-ul.verdicts { list-style: none; padding: 0; } ul.verdicts li { margin: .3rem 0; }
-.word { display: inline-block; min-width: 7.5rem; font-weight: 600; }
+ul.verdicts { list-style: none; padding: 0; }
+ul.verdicts li { display: grid; grid-template-columns: 7.5rem 1fr; margin: .3rem 0; }
+.word { font-weight: 600; }
 .ahead, .confirmed { color: #16794c; } .behind, .not-confirmed { color: #b3261e; }
-.open { color: #6b7280; }
+.mixed { color: #8a6d00; } .open { color: #6b7280; }
 @media (prefers-color-scheme: dark) {
   body { background: #14171d; color: #e4e7ec; } th { border-color: #e4e7ec; }
   a { color: #6db3f2; } figure img { background: #fff; }
-  .ahead, .confirmed { color: #58c795; } .behind, .not-confirmed { color: #ff8a80; }
+  .ahead, .confirmed { color: #58c795; }
+  .behind, .not-confirmed { color: #ff8a80; } .mixed { color: #e0c15a; }
 }
 """
 
@@ -145,8 +147,8 @@ def _html_paragraphs(text: Iterable[str]) -> list[str]:
 def _html_verdict(verdict: Verdict) -> str:
     kind = verdict.word.replace(" ", "-")
     return (
-        f'<li><span class="word {kind}">{verdict.word}</span> {html.escape(verdict.claim)}: '
-        f"{html.escape(verdict.evidence)}</li>"
+        f'<li><span class="word {kind}">{verdict.word}</span>'
+        f"<span>{html.escape(verdict.claim)}: {html.escape(verdict.evidence)}</span></li>"
     )
 
 

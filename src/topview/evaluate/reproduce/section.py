@@ -39,29 +39,26 @@ class Picture:
     caption: str
 
 
+Word = Literal["ahead", "behind", "mixed", "confirmed", "not confirmed", "open"]
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """What is compared with the thesis, or a conclusion of it that is checked.
 
     Attributes:
+        word: of a comparison "ahead", "behind" or "mixed" (in the mean, but not in the share within
+            10, or the other way round); of a conclusion "confirmed" or "not confirmed"; of either
+            "open" where a number is missing.
         claim: what is asked.
-        holds: ahead of the thesis, or the conclusion is confirmed; None: cannot be said.
         evidence: the numbers.
         is_conclusion: a conclusion of the thesis, else a comparison with its numbers.
     """
 
+    word: Word
     claim: str
-    holds: bool | None
     evidence: str
     is_conclusion: bool = False
-
-    @property
-    def word(self) -> str:
-        if self.holds is None:
-            return "open"
-        if self.is_conclusion:
-            return "confirmed" if self.holds else "not confirmed"
-        return "ahead" if self.holds else "behind"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,22 +99,24 @@ def statistic_cells(statistic: Statistic | Printed) -> tuple[str, str, str]:
     )
 
 
-def conclusion(claim: str, holds: bool, evidence: str, numbers: Iterable[float]) -> Verdict:
+def conclusion(claim: str, holds: bool, evidence: str, numbers: Iterable[float] = ()) -> Verdict:
     """A conclusion of the thesis, open where one of the numbers behind it is missing."""
+    word: Word = "confirmed" if holds else "not confirmed"
     known = all(isfinite(number) for number in numbers)
-    return Verdict(claim, bool(holds) if known else None, evidence, is_conclusion=True)
+    return Verdict(word if known else "open", claim, evidence, is_conclusion=True)
 
 
 def compared(what: str, ours: Statistic, printed: Printed, unit: str) -> Verdict:
-    """Our mean beside the thesis's; the unit follows the numbers as it is."""
-    known = isfinite(ours.mean)
-    return Verdict(
-        what,
-        ours.mean <= printed.mean if known else None,
-        f"mean error {number(ours.mean, 2)}{unit}, thesis {printed.mean:.2f}{unit}; within 10"
-        f"{unit} {percent(ours.within_10)}"
-        + (f", thesis {percent(printed.within_10)}" if printed.within_10 is not None else ""),
-    )
+    """Our numbers beside the thesis's; the unit follows the numbers as it is."""
+    evidence = f"mean error {number(ours.mean, 2)}{unit}, thesis {printed.mean:.2f}{unit}"
+    is_ahead = {ours.mean <= printed.mean}
+    if printed.within_10 is not None:
+        is_ahead.add(ours.within_10 >= printed.within_10)
+        evidence += (
+            f"; within 10{unit} {percent(ours.within_10)}, thesis {percent(printed.within_10)}"
+        )
+    word: Word = "mixed" if len(is_ahead) > 1 else "ahead" if is_ahead.pop() else "behind"
+    return Verdict(word if isfinite(ours.mean) else "open", what, evidence)
 
 
 def as_json(statistic: Statistic | Printed) -> dict[str, float | int | None]:

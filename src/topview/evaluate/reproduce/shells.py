@@ -16,7 +16,7 @@ from topview.evaluate.reproduce.section import (
     Row,
     Section,
     Table,
-    Verdict,
+    conclusion,
     number,
     percent,
 )
@@ -143,12 +143,11 @@ def figure_3_2(context: Context) -> Section:
         ),
         pictures=(Picture(path, "f_reproj over the angle; the dot is the least value."),),
         verdicts=(
-            Verdict(
+            conclusion(
                 "f_reproj has one minimum, at the top view (Sec. 3.1)",
                 is_single,
                 f"{len(rows)} shells, full and half, circular and elliptic, occluded or not, with "
                 "noise or without",
-                is_conclusion=True,
             ),
         ),
         numbers={
