@@ -257,12 +257,14 @@ class PeopleFinder:
             user = self._seen_before(
                 head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
             )
-            user.doubted_frames += is_doubtful(scene, head, own, settings.limits)
+            user.doubted_frames += is_doubtful(
+                scene, head, own, settings.limits, 2 if self._is_first_frame else 1
+            )
             if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
                 self._known.append(user)
                 bodies.append(self._take_out(scene, head, body, own))
                 if 2 * user.doubted_frames > user.frames_seen:
-                    user.stillness = Stillness(scene.cloud.depth_m, np.isfinite(own), center)
+                    user.stillness = Stillness(scene.cloud.depth_m, np.isfinite(own))
                 else:
                     self._name(user)
             else:
@@ -279,7 +281,7 @@ class PeopleFinder:
         for user, body in zip(list(self._known), list(bodies), strict=True):
             if user.stillness is None:
                 continue
-            if user.stillness.is_broken(scene.cloud.depth_m, user.head_camera):
+            if user.stillness.is_broken_in(scene.cloud.depth_m):
                 self._name(user)
             elif time_s - user.first_s > DOUBTED_S:
                 index = self._known.index(user)

@@ -15,45 +15,43 @@ FIRST_FRAMES = 5
 RATE = 0.2
 # Readings that differ more are another surface's, which has come before or left free a pixel.
 SAME_M = 0.15
-# Of furniture at 4.4 m to 5 m the mean depth wanders by up to 4 mm, a tenth of the noise.
-# One who sits at 3 m moves by as much within a third of a second.
-MOVED_M = 0.002
-MOVED_NOISE = 0.15
-# A head's measured centre jumps by less, where nothing moves.
-HEAD_MOVED_M = 0.2
-# Less of a body says nothing.
+# Of furniture at 4.4 m to 5 m the mean depth wanders by up to 4 mm, a tenth of the noise, and that
+# of each pixel by 14 mm, 0.4 of the noise; of one who sits at 3 m by 5 mm within a third of a
+# second, and of one who walks there by 30 mm.
+SHIFTED_M, SHIFTED_NOISE = 0.002, 0.15
+CHANGED_M, CHANGED_NOISE = 0.02, 0.5
+# Less of a body says nothing of that.
 LEAST_SHARE = 0.5
+# What stands still leaves no pixels free for what is behind it, save along its outline.
+LEFT_SHARE = 0.3
 
 
 class Stillness:
     """Watches what a body's pixels show, from the frame on in which it is made."""
 
-    def __init__(
-        self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_], head_camera: NDArray
-    ) -> None:
+    def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
         self._is_body = is_body
-        self._head_camera = head_camera
         self._start_m = depth_m[is_body]
+        self._noise_m = float(depth_noise_m(np.median(self._start_m)))
         self._sum_m = self._start_m.copy()
         self._count = np.ones(len(self._start_m), np.int32)
         self._recent_m = self._start_m.copy()
         self._frames = 1
 
-    def is_broken(self, depth_m: NDArray[np.float32], head_camera: NDArray[np.float64]) -> bool:
+    def is_broken_in(self, depth_m: NDArray[np.float32]) -> bool:
         """Whether the next frame, [h, w], shows that it is no thing that stands still."""
         seen_m = depth_m[self._is_body]
         is_same = (seen_m > 0.0) & (np.abs(seen_m - self._start_m) < SAME_M)
         self._frames += 1
         if self._frames <= FIRST_FRAMES:
-            self._sum_m += np.where(is_same, seen_m, np.float32(0.0))
+            self._sum_m[is_same] += seen_m[is_same]
             self._count += is_same
-        self._recent_m += np.float32(RATE) * np.where(
-            is_same, seen_m - self._recent_m, np.float32(0.0)
-        )
-        if np.linalg.norm(head_camera - self._head_camera) > HEAD_MOVED_M:
+        self._recent_m[is_same] += np.float32(RATE) * (seen_m - self._recent_m)[is_same]
+        if (seen_m > self._start_m + SAME_M).mean() > LEFT_SHARE:
             return True
         if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
             return False
-        moved_m = (self._recent_m - self._sum_m / self._count)[is_same].mean()
-        noise_m = float(depth_noise_m(head_camera[2]))
-        return bool(abs(moved_m) > MOVED_M + MOVED_NOISE * noise_m)
+        change_m = (self._recent_m - self._sum_m / self._count)[is_same]
+        is_shifted = abs(change_m.mean()) > SHIFTED_M + SHIFTED_NOISE * self._noise_m
+        is_changed = np.abs(change_m).mean() > CHANGED_M + CHANGED_NOISE * self._noise_m
+        return bool(is_shifted or is_changed)

@@ -73,6 +73,7 @@ LEAST_PIXELS = 8
 # Ours: under a head beyond doubt a body may be rougher and larger by this factor: what stands
 # close to it, a wall say, may hang together with it.
 SURE = 0.95
+UNSURE = 0.8
 LENIENCE = 1.4
 
 
@@ -119,9 +120,11 @@ def is_doubtful(
     head: HeadCandidate,
     distance_m: NDArray[np.float32],
     limits: PersonLimits,
+    least: int,
 ) -> bool:
-    """Whether what measures like a person may as well be a plant, a shelf or a door: at least two
-    of low, slim and flat. A person is seldom two of them; most furniture is."""
+    """Whether what measures like a person may as well be a plant, a shelf or a door: it is at
+    `least` so many of low, slim, flat, and not quite like a head. A person is seldom two of them;
+    most furniture is."""
     if head.torso_is_unread:
         return False
     top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
@@ -133,7 +136,8 @@ def is_doubtful(
     )
     is_slim = chest_m < (1.0 + SLIM_PER_M * noise_m) * head_m
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
-    return int(is_low) + int(is_slim) + int(is_flat) >= 2
+    is_unsure = head.confidence < UNSURE
+    return sum((is_low, is_slim, is_flat, is_unsure)) >= least
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
