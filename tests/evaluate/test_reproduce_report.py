@@ -6,6 +6,7 @@ import re
 
 import msgspec
 import pytest
+from tiny_berkeley_mhad import write_calibration, write_sequence
 
 from topview.evaluate.metrics import Evaluation
 from topview.evaluate.reproduce import make
@@ -61,3 +62,21 @@ def test_the_quick_form_reproduces_everything(tmp_path):
         assert 0 < method["raw"]["mean"] < 40
     torso = numbers["table-6.3"]["numbers"]["all (f_uTVR)"]
     assert all(torso[level]["count"] > 20 for level in ("0 %", "30 %", "60 %"))
+
+
+def test_tables_6_1_and_6_2_are_made_of_berkeley_mhad_where_it_is_given(tmp_path):
+    root = tmp_path / "mhad"
+    for name in ("s01_a04_r01", "s09_a04_r01", "s09_a06_r01", "s02_a05_r01"):
+        write_sequence(root, name, [0, 1, 2])
+    write_calibration(root)
+    names = ["table-6.1", "table-6.2"]
+    made = make_report(names, Context(tmp_path / "out", quick=True, mhad=root), workers=1)
+    bodies, actions = (section.tables[1] for section in made.report.sections)
+    assert [row.cells[0] for row in bodies.rows] == ["s01_a04_r01", "s09_a04_r01"]
+    assert [row.cells[0] for row in actions.rows] == ["s09_a04_r01", "s09_a06_r01"]
+    assert {verdict.word for verdict in made.report.verdicts} == {"open"}  # nobody to be found
+
+
+def test_a_folder_without_berkeley_mhad_is_refused_before_anything_is_done(tmp_path):
+    with pytest.raises(InputError, match="Berkeley MHAD"):
+        make_report(["table-6.1"], Context(tmp_path / "out", mhad=tmp_path / "nothing"))
