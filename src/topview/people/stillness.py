@@ -20,8 +20,8 @@ SAME_M = 0.15
 # second, and of one who walks there by 30 mm.
 SHIFTED_M, SHIFTED_NOISE = 0.002, 0.15
 CHANGED_M, CHANGED_NOISE = 0.02, 0.5
-# Less of a body says nothing of that.
-LEAST_SHARE = 0.5
+# Less of a body says nothing of that, as readings beside what hides the rest are off.
+LEAST_SHARE = 0.7
 # What stands still leaves no pixels free for what is behind it, save along its outline.
 LEFT_SHARE = 0.3
 

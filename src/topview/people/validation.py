@@ -35,7 +35,8 @@ class PersonLimits:
             clothes, a lamp or a plant is thinner.
         border_m: how much of the picture there must be at both sides of the head.
         aside_m: 90 % of the body is this near to the head, seen from above.
-        low_m: top of what furniture is often as high as; of grown people only some who sit.
+        low_m: furniture is mostly lower; of grown people only some who sit are, and nobody is
+            lower than the first but who sits on the floor.
         flat_m: relief of head and chest, besides what the noise leaves; a person's is 2 cm at
             least and 3 cm mostly, a board's none.
     """
@@ -49,8 +50,8 @@ class PersonLimits:
     area_m2: float = 1.2
     below_top_m: float = 0.4
     aside_m: float = 0.8
-    low_m: float = 1.25
-    flat_m: float = 0.008
+    low_m: tuple[float, float] = (0.75, 1.25)
+    flat_m: float = 0.002
 
 
 # How far over the surface from the head's centre the bust and the chest reach; ours.
@@ -67,7 +68,7 @@ CHEST_BELOW_TOP_M = (0.25, 0.50)
 SLIM_PER_M = 20.0
 # Share of a reading's noise that is left of it in the mean of 3 x 3 pixels, as neighbours err
 # alike; ours, from recordings and the simulator.
-NOISE_LEFT = 0.4
+NOISE_LEFT = 0.55
 # Fewer pixels say nothing about relief; ours.
 LEAST_PIXELS = 8
 # Ours: under a head beyond doubt a body may be rougher and larger by this factor: what stands
@@ -123,13 +124,13 @@ def is_doubtful(
     least: int,
 ) -> bool:
     """Whether what measures like a person may as well be a plant, a shelf or a door: it is at
-    `least` so many of low, slim, flat, and not quite like a head. A person is seldom two of them;
-    most furniture is."""
+    `least` so many of low, very low, slim, flat and not quite like a head. A person is seldom two
+    of them; most furniture is."""
     if head.torso_is_unread:
         return False
     top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
     noise_m = float(depth_noise_m(head.center_camera[2]))
-    is_low = scene.floor is not None and top_m < limits.low_m
+    is_very_low, is_low = (scene.floor is not None and top_m < low_m for low_m in limits.low_m)
     below_top_m = np.where(np.isfinite(distance_m), top_m - scene.heights_m, np.float32(-1.0))
     chest_m, head_m = (
         _breadth(scene, below_top_m, band) for band in (CHEST_BELOW_TOP_M, HEAD_BELOW_TOP_M)
@@ -137,7 +138,7 @@ def is_doubtful(
     is_slim = chest_m < (1.0 + SLIM_PER_M * noise_m) * head_m
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
     is_unsure = head.confidence < UNSURE
-    return sum((is_low, is_slim, is_flat, is_unsure)) >= least
+    return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
