@@ -32,7 +32,7 @@ class Stillness:
     def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
         self._is_body = is_body
         self._start_m = depth_m[is_body]
-        self._noise_m = float(depth_noise_m(np.median(self._start_m)))
+        self._noise_m = float(np.median(depth_noise_m(self._start_m)))
         self._sum_m = self._start_m.copy()
         self._count = np.ones(len(self._start_m), np.int32)
         self._recent_m = self._start_m.copy()
