@@ -1,16 +1,11 @@
-"""Skeletons from files in the place of a tracker: any system's, one `.npz` for each recording.
+"""Skeletons from files in the place of a tracker: any system's, one file for each recording.
 
-The keys are those of `skeletons.npz`. Needed are `joint_names` [J] and `joints_camera` [F, P, J, 3]
-(or [F, J, 3] of one person): metres, camera frame x right, y down, z forward. A joint that is NaN,
-or lies in the camera itself, is missing. Where known: `frame_index` [F] (else there must be as many
-frames as in the reference), `timestamps_s`, `person_ids`, `heights_m`, `joint_confidence`,
-`joint_state`, and `part_names` with `Ts_camera_part`. Statures and part frames are told from the
-joints where the file does not.
+`docs/bridge.md` tells what the files hold. Statures and part frames are told from the joints where
+a file does not.
 """
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +19,7 @@ from topview.evaluate.datasets import EvaluatedRecording
 from topview.evaluate.metrics import ReferenceSequence, measure_sequence
 from topview.evaluate.part_frames import rotations_from_joints, statures_from_joints
 from topview.evaluate.run import Outcome
+from topview.evaluate.skeleton_files import read_arrays
 from topview.evaluate.vocabulary import find_joints
 from topview.geometry.rotations import transform
 from topview.records import JOINT_STATE_NAMES, InputError, JointState, SkeletonSequence
@@ -39,7 +35,8 @@ class Predictions:
     """Where predicted skeletons lie, and what their joints are called.
 
     Attributes:
-        path: a file, for one recording, or a folder with NAME.npz or NAME/skeletons.npz.
+        path: a file, for one recording, or a folder with NAME.npz or NAME/skeletons.npz of each;
+            or the same as .csv.
         more: their joint names to ours, besides the known ones.
     """
 
@@ -54,13 +51,17 @@ class Predictions:
         """The file of a recording. Raises InputError where there is none."""
         if self.path.is_file():
             return self.path
-        places = self.path / f"{name}.npz", self.path / name / "skeletons.npz"
+        places = [
+            place
+            for suffix in ("npz", "csv")
+            for place in (self.path / f"{name}.{suffix}", self.path / name / f"skeletons.{suffix}")
+        ]
         for place in places:
             if place.is_file():
                 return place
         raise InputError(
             f"{self.path} has no predictions for it; there must be {places[0].name} or "
-            f"{name}/{places[1].name}"
+            f"{name}/{places[1].name}, or .csv files of these names"
         )
 
 
@@ -109,26 +110,12 @@ def read_predictions(
         InputError: the file is unreadable, or what it holds cannot be compared; one line.
     """
     try:
-        return _predictions(_arrays(path), reference, more, str(path))
+        return _predictions(read_arrays(path), reference, more, str(path))
     except InputError as error:
         message = str(error)
         raise InputError(
             message if message.startswith(str(path)) else f"{path}: {message}"
         ) from None
-
-
-def _arrays(path: Path) -> dict[str, NDArray[Any]]:
-    right = "it must be an .npz archive with joint_names and joints_camera"
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = dict(archive)
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zipfile.error) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"cannot be read ({reason}); {right}") from None
-    missing = [key for key in ("joint_names", "joints_camera") if key not in arrays]
-    if missing:
-        raise InputError(f"has no {', '.join(missing)} (it has {', '.join(arrays)}); {right}")
-    return arrays
 
 
 def _predictions(
