@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from topview.records import InputError
 
-Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr"]
+Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr", "ellipsoids"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,8 @@ class TrackerSettings:
         method: "utvr" is the full tracker; "thesis" is the thesis's own recipe (Sec. 5.3), greedy
             from the head down, without what this project adds to it; "bpso" and "ppso" are
             particle swarms over the whole body, baseline and perturbed, to compare with; "btvr"
-            tracks the upper body alone (Sec. 5.1), and leaves the legs absent.
+            tracks the upper body alone (Sec. 5.1), and leaves the legs absent; so does
+            "ellipsoids", which fits them to the silhouette's points (Sec. 2.2).
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
     """

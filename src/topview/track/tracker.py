@@ -17,6 +17,7 @@ from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
+from topview.track.ellipsoids import EllipsoidSettings, EllipsoidTracker
 from topview.track.evidence import HandCandidate, gather, thin_view, working_stride
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
@@ -32,7 +33,7 @@ from topview.track.visibility import confidences, look
 class _Tracked:
     """One person's tracker and what is remembered of the joints."""
 
-    tracker: BodyTracker | PartByPartTracker | SwarmTracker | UpperBodyTracker
+    tracker: BodyTracker | PartByPartTracker | SwarmTracker | UpperBodyTracker | EllipsoidTracker
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -107,6 +108,8 @@ class Tracker:
             )
         if s.method == "btvr":
             return _Tracked(UpperBodyTracker(user.id, s.seed, self._upper_body, self._threads))
+        if s.method == "ellipsoids":
+            return _Tracked(EllipsoidTracker(EllipsoidSettings()))
         return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
     def _track(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -77,7 +78,7 @@ class UpperBodyTracker:
             torso = self._torso.update(self.model, evidence, rng)
         with clock.stage("arms"):
             arms = self._update_arms(torso, evidence, frame)
-        pose = self._pose(torso, arms, evidence)
+        pose = assemble(self.model, torso, arms, evidence)
         if self._facing.is_reversed(torso, arms, evidence.up_camera):
             self._torso.turn_round()
             self._arms[0].swap(self._arms[1])
@@ -103,34 +104,37 @@ class UpperBodyTracker:
         joints_camera = torso.neck_camera + joints @ torso.R_camera_torso.T
         pixels.take(arm_filter.upper, joints_camera, self.model.radii_m[parts, 0])
 
-    def _pose(self, torso: Torso, arms: list[Arm], evidence: Evidence) -> UpperBodyPose:
-        model = self.model
-        Ts = np.full((len(PARTS), 4, 4), np.nan)
-        R = torso.R_camera_torso
-        waist = torso.neck_camera + R[:, 1] * model.lengths_m[UPPER_TORSO]
-        Ts[UPPER_TORSO] = transform(R, torso.neck_camera)
-        Ts[LOWER_TORSO] = transform(R, waist)
-        Ts[HEAD] = self._head(torso, evidence)
-        for arm_filter, arm in zip(self._arms, arms, strict=True):
-            upper = arm_filter.upper
-            shoulder = torso.neck_camera + R @ arm.shoulder_torso
-            axes = arm.axes_torso @ R.T
-            elbow = shoulder + axes[0] * model.lengths_m[upper]
-            Rs = _hinged(axes, R, upper, shoulder, model)
-            Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
-        return UpperBodyPose(Ts)
 
-    def _head(self, torso: Torso, evidence: Evidence) -> Array:
-        """The head points from its measured centre to the neck joint; one that is not seen goes on
-        from the torso."""
-        length, R = self.model.lengths_m[HEAD], torso.R_camera_torso
-        y = unit(torso.neck_camera - evidence.head_camera) if evidence.head_is_seen else R[:, 1]
-        x = unit(R[:, 0] - y * (R[:, 0] @ y))
-        R_head = np.stack([x, y, np.cross(x, y)], axis=1)
-        centre = evidence.head_camera
-        if not evidence.head_is_seen:
-            centre = torso.neck_camera - (1.0 - HEAD_CENTRE) * length * y
-        return transform(R_head, centre - HEAD_CENTRE * length * y)
+def assemble(
+    model: BodyModel, torso: Torso, arms: Sequence[Arm], evidence: Evidence
+) -> UpperBodyPose:
+    """The parts' poses from a torso and its arms, the left one first."""
+    Ts = np.full((len(PARTS), 4, 4), np.nan)
+    R = torso.R_camera_torso
+    waist = torso.neck_camera + R[:, 1] * model.lengths_m[UPPER_TORSO]
+    Ts[UPPER_TORSO] = transform(R, torso.neck_camera)
+    Ts[LOWER_TORSO] = transform(R, waist)
+    Ts[HEAD] = _head(model, torso, evidence)
+    for upper, arm in zip((LEFT_UPPER_ARM, RIGHT_UPPER_ARM), arms, strict=True):
+        shoulder = torso.neck_camera + R @ arm.shoulder_torso
+        axes = arm.axes_torso @ R.T
+        elbow = shoulder + axes[0] * model.lengths_m[upper]
+        Rs = _hinged(axes, R, upper, shoulder, model)
+        Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
+    return UpperBodyPose(Ts)
+
+
+def _head(model: BodyModel, torso: Torso, evidence: Evidence) -> Array:
+    """The head points from its measured centre to the neck joint; one that is not seen goes on
+    from the torso."""
+    length, R = model.lengths_m[HEAD], torso.R_camera_torso
+    y = unit(torso.neck_camera - evidence.head_camera) if evidence.head_is_seen else R[:, 1]
+    x = unit(R[:, 0] - y * (R[:, 0] @ y))
+    R_head = np.stack([x, y, np.cross(x, y)], axis=1)
+    centre = evidence.head_camera
+    if not evidence.head_is_seen:
+        centre = torso.neck_camera - (1.0 - HEAD_CENTRE) * length * y
+    return transform(R_head, centre - HEAD_CENTRE * length * y)
 
 
 def _hinged(axes: Array, R_torso: Array, upper: int, shoulder: Array, model: BodyModel) -> Array:

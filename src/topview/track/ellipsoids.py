@@ -1,0 +1,277 @@
+"""The thesis's first attempt at the upper body (Sec. 2.2, Fig. 2.3), as a baseline.
+
+Shoulders are found where the silhouette's contour is most curved; they part the points of torso and
+arms, onto which ellipsoids of the model's size are fitted, by their pseudo-distance. Shoulders are
+spheres. Of all this the thesis gives but the outline: it does not say how a shoulder is told from
+other bends of the contour, how the points are parted, what the pseudo-distance is, what happens
+where a shoulder or an arm is not seen, or where sizes and the head come from. All numbers and these
+decisions are ours: sizes are the model's, the head is the detected one, and what cannot be seen
+stays as it was in the torso's frame. The person is taken to face the camera at first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
+
+from topview.body.model import BodyModel
+from topview.body.parts import LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORSO
+from topview.body.proportions import ANATOMICAL
+from topview.geometry.rotations import rotations_from_vectors, unit
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.track.evidence import Evidence
+from topview.track.limbs import elbows_on_circle, spread_points
+from topview.track.stances import facing
+from topview.track.timing import StageClock
+from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.upper_body.arms import Arm
+from topview.track.upper_body.pixels import UserPixels
+from topview.track.upper_body.torso import Size, Torso
+from topview.track.upper_body.tracker import UpperBodyPose, assemble
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class EllipsoidSettings:
+    """Ours; metres, radians.
+
+    Attributes:
+        smoothing_m: of the contour, before its curvature is taken.
+        least_curvature: of a shoulder, in 1/m.
+        shoulder_sigma_m: how far a shoulder may be from where the last torso has it.
+        noise_m: of a pseudo-distance; farther ones count less and less.
+        centre_sigma_m, turn_sigma_rad: how far the torso may be from where the shoulders have it.
+        motion_sigma_rad: how far a part of an arm may turn from where it is looked for.
+        most_points: that an ellipsoid is fitted to.
+        least_points: that show an arm or a torso.
+        extremities, turns: points that may be palms, and elbows on each one's circle.
+        cap_m: the largest distance that counts where arms are compared.
+        turn_cost_m, range_cost_m: per radian away from the last arm, and beyond Table 5.1.
+        found_m: an arm that is this near to its points, on average, has been found.
+    """
+
+    smoothing_m: float = 0.03
+    least_curvature: float = 3.0
+    shoulder_sigma_m: float = 0.06
+    noise_m: float = 0.02
+    centre_sigma_m: float = 0.03
+    turn_sigma_rad: float = 0.15
+    motion_sigma_rad: float = 0.5
+    most_points: int = 300
+    least_points: int = 20
+    extremities: int = 5
+    turns: int = 8
+    cap_m: float = 0.1
+    turn_cost_m: float = 0.003
+    range_cost_m: float = 0.05
+    found_m: float = 0.03
+
+
+def pseudo_distances(points: Array, semi_axes_m: Array) -> Array:
+    """[...] metres from the surface along the line to the ellipsoid's centre, negative inside.
+
+    Args:
+        points: [..., 3] in the ellipsoid's own frame.
+        semi_axes_m: [3].
+    """
+    size = np.maximum(np.linalg.norm(points / semi_axes_m, axis=-1), 1e-6)
+    return np.linalg.norm(points, axis=-1) * (1.0 - 1.0 / size)
+
+
+def contour_curvature(mask: NDArray[np.bool_], smoothing_px: float) -> tuple[Array, Array, Array]:
+    """The largest outline of a mask: [N, 2] columns and rows, [N, 2] unit vectors inwards, and [N]
+    curvatures in 1/pixels, positive where it is convex."""
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not found:
+        return np.empty((0, 2)), np.empty((0, 2)), np.empty(0)
+    outline = max(found, key=cv2.contourArea)[:, 0].astype(np.float64)
+    if cv2.contourArea(outline.astype(np.float32), oriented=True) < 0.0:
+        outline = outline[::-1]
+    place, step, bend = (
+        gaussian_filter1d(outline, smoothing_px, axis=0, order=order, mode="wrap")
+        for order in range(3)
+    )
+    length = np.maximum(np.linalg.norm(step, axis=1), 1e-6)
+    curvature = (step[:, 0] * bend[:, 1] - step[:, 1] * bend[:, 0]) / length**3
+    return place, np.stack([-step[:, 1], step[:, 0]], axis=1) / length[:, None], curvature
+
+
+class EllipsoidTracker:
+    """One person's upper body, each frame's ellipsoids fitted from where the last frame's were."""
+
+    def __init__(self, settings: EllipsoidSettings) -> None:
+        self.settings = settings
+        self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
+        self._torso: Torso | None = None
+        self._arms: list[Arm] = []
+
+    def update(
+        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
+    ) -> UpperBodyPose:
+        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
+        if stature_m is not None:
+            self.model = BodyModel.of(stature_m, ANATOMICAL)
+        with clock.stage("torso"):
+            expected = self._expected(evidence)
+            shoulders = self._shoulders(expected, evidence)
+            self._torso = torso = self._fitted(expected, shoulders, evidence)
+        with clock.stage("arms"):
+            self._arms = self._fitted_arms(torso, shoulders, evidence)
+        return assemble(self.model, torso, self._arms, evidence)
+
+    def _expected(self, evidence: Evidence) -> Torso:
+        """The torso turned as it was, below where the head is now."""
+        if self._torso is None:
+            R = facing(0.0, evidence.up_camera)
+        else:
+            R = self._torso.R_camera_torso
+            if not evidence.head_is_seen:
+                return self._torso
+        neck = evidence.head_camera + Size.of(self.model).to_neck_m * R[:, 1]
+        return Torso(neck, R, np.inf)
+
+    def _shoulders(self, expected: Torso, evidence: Evidence) -> Array:
+        """[2, 3] centres of the left and the right shoulder's sphere, in metres."""
+        s, view = self.settings, evidence.view
+        uppers = [LEFT_UPPER_ARM, RIGHT_UPPER_ARM]
+        R, neck = expected.R_camera_torso, expected.neck_camera
+        centres = neck + self.model.joints_parent[uppers] @ R.T
+        pixel_m = max(neck[2], 0.3) / view.fx
+        place, inward, curvature = contour_curvature(evidence.mine, s.smoothing_m / pixel_m)
+        radius_m = float(self.model.radii_m[LEFT_UPPER_ARM, 0])
+        joints = (place + inward * radius_m / pixel_m - (view.cx, view.cy)) * pixel_m
+        for k, centre in enumerate(centres):
+            if not len(place):
+                break
+            off = np.linalg.norm(joints - centre[:2] * neck[2] / centre[2], axis=1)
+            worth = curvature / pixel_m * np.exp(-0.5 * (off / s.shoulder_sigma_m) ** 2)
+            best = int(worth.argmax())
+            if worth[best] > s.least_curvature:
+                centre[:2] = joints[best] * centre[2] / neck[2]
+            centres[k] = self._sphere(centre, radius_m, evidence)
+        return centres
+
+    def _sphere(self, seed: Array, radius_m: float, evidence: Evidence) -> Array:
+        """[3] the centre of a sphere, fitted to the points around a shoulder."""
+        s, points = self.settings, evidence.all_points_camera
+        around = self._some(points[((points - seed) ** 2).sum(1) < (2.0 * radius_m) ** 2])
+        if len(around) < s.least_points:
+            return seed
+        radii = np.full(3, radius_m)
+
+        def residuals(centre: Array) -> Array:
+            gaps = pseudo_distances(around - centre, radii) / s.noise_m / np.sqrt(len(around))
+            return np.append(gaps, (centre - seed) / s.shoulder_sigma_m)
+
+        return least_squares(residuals, seed, loss="soft_l1", max_nfev=10).x
+
+    def _fitted(self, expected: Torso, shoulders: Array, evidence: Evidence) -> Torso:
+        """The torso's ellipsoid, fitted to the points between and below the shoulders."""
+        s, size = self.settings, Size.of(self.model)
+        y = expected.R_camera_torso[:, 1]
+        across = shoulders[1] - shoulders[0]
+        x = unit(across - y * (across @ y))
+        R0 = np.stack([x, y, np.cross(x, y)], axis=1)
+        rx, rz = self.model.radii_m[UPPER_TORSO]
+        half_m = 0.5 * size.length_m
+        semi_axes = np.array([rx, half_m, rz])
+        to_centre = half_m - size.shoulder_drop_m
+        centre0 = shoulders.mean(0) + to_centre * y
+        local = (evidence.all_points_camera - centre0) @ R0
+        points = self._some(local[(np.abs(local) < (rx, half_m, 2.0 * rz)).all(1)])
+        if len(points) < s.least_points:
+            return expected
+
+        def residuals(state: Array) -> Array:
+            turn = rotations_from_vectors(state[3:])
+            gaps = pseudo_distances((points - state[:3]) @ turn, semi_axes)
+            gaps = np.clip(gaps, -4 * s.noise_m, 4 * s.noise_m) / s.noise_m
+            held = np.concatenate([state[:3] / s.centre_sigma_m, state[3:] / s.turn_sigma_rad])
+            return np.append(gaps * np.sqrt(30.0 / len(points)), held)
+
+        state = least_squares(residuals, np.zeros(6), max_nfev=15).x
+        R = R0 @ rotations_from_vectors(state[3:])
+        centre = centre0 + R0 @ state[:3]
+        return Torso(centre - half_m * R[:, 1], R, 0.0)
+
+    def _fitted_arms(self, torso: Torso, shoulders: Array, evidence: Evidence) -> list[Arm]:
+        """The left and the right arm: each has the points that lie nearer to it than to the other
+        one, as both were."""
+        s, R = self.settings, torso.R_camera_torso
+        pixels = UserPixels(torso, self.model, evidence)
+        points = pixels.points[pixels.worth > 0.5]
+        hanging = unit(np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.2]]))
+        arms = []
+        last = [arm.axes_torso for arm in self._arms] or [hanging] * 2
+        hung = [
+            _HungArm(upper, self.model, shoulder, axes @ R.T)
+            for upper, shoulder, axes in zip(
+                (LEFT_UPPER_ARM, RIGHT_UPPER_ARM), shoulders, last, strict=True
+            )
+        ]
+        away = np.stack([arm.distances(points, arm.last[None])[0] for arm in hung])
+        for k, arm in enumerate(hung):
+            reach = np.linalg.norm(points - arm.shoulder, axis=1) < arm.reach_m
+            own = self._some(points[reach & (away[k] <= away[1 - k])])
+            axes, cost_m = self._axes(arm, own, R, side=2.0 * k - 1.0)
+            offset = (arm.shoulder - torso.neck_camera) @ R
+            palm = offset + (axes * arm.lengths_m[:, None]).sum(0) @ R
+            arms.append(Arm(offset, axes @ R, palm, cost_m / s.cap_m, cost_m < s.found_m))
+        return arms
+
+    def _axes(self, arm: _HungArm, points: Array, R: Array, side: float) -> tuple[Array, float]:
+        """[2, 3] directions of an arm's parts in the camera frame, and their mean distance."""
+        s = self.settings
+        if len(points) < s.least_points:
+            return arm.last, s.cap_m
+        palms = spread_points(points, arm.shoulder, s.extremities)
+        upper_m, fore_m = map(float, arm.lengths_m)
+        drawn = elbows_on_circle(arm.shoulder, palms, upper_m, fore_m, s.turns)
+        starts = np.concatenate([arm.last[None], drawn])
+        costs = np.minimum(np.abs(arm.distances(points, starts)), s.cap_m).mean(1)
+        turned = np.arccos(np.clip((starts * arm.last).sum(-1), -1.0, 1.0)).sum(1)
+        beyond = beyond_ranges_rad(arm_angles(starts @ R, side))
+        best = starts[(costs + s.turn_cost_m * turned + s.range_cost_m * beyond).argmin()]
+
+        def residuals(state: Array) -> Array:
+            gaps = arm.distances(points, unit(best + state.reshape(2, 3))[None])[0]
+            gaps = np.clip(gaps, -4 * s.noise_m, 4 * s.noise_m) / s.noise_m
+            return np.append(gaps * np.sqrt(30.0 / len(points)), state / s.motion_sigma_rad)
+
+        state = least_squares(residuals, np.zeros(6), max_nfev=10).x
+        axes = unit(best + state.reshape(2, 3))
+        return axes, float(np.minimum(np.abs(arm.distances(points, axes[None])), s.cap_m).mean())
+
+    def _some(self, points: Array) -> Array:
+        """An even choice of points."""
+        return points[:: max(1, -(-len(points) // self.settings.most_points))]
+
+
+class _HungArm:
+    """An arm of two ellipsoids, hung from a shoulder; `last` [2, 3] is where its parts pointed."""
+
+    def __init__(self, upper: int, model: BodyModel, shoulder: Array, last: Array) -> None:
+        self.shoulder, self.last = shoulder, last
+        self.lengths_m = model.lengths_m[[upper, upper + 1]]
+        self.radii_m = model.radii_m[[upper, upper + 1], 0]
+        self.reach_m = 1.1 * float(self.lengths_m.sum())
+
+    def distances(self, points: Array, axes: Array) -> Array:
+        """[M, N] pseudo-distances of the [N, 3] points from the nearer one of both ellipsoids, for
+        arms of [M, 2, 3] directions."""
+        start, gaps = self.shoulder + np.zeros((len(axes), 3)), []
+        for k, (length_m, radius_m) in enumerate(zip(self.lengths_m, self.radii_m, strict=True)):
+            axis = axes[:, k]
+            off = points - (start + 0.5 * length_m * axis)[:, None]
+            along = np.einsum("mnc,mc->mn", off, axis)
+            across = np.sqrt(np.maximum((off**2).sum(-1) - along**2, 0.0))
+            own = np.stack([across, along, np.zeros_like(along)], axis=-1)
+            gaps.append(pseudo_distances(own, np.array([radius_m, 0.5 * length_m, radius_m])))
+            start = start + length_m * axis
+        return np.where(np.abs(gaps[0]) < np.abs(gaps[1]), *gaps)
