@@ -38,7 +38,7 @@ def simulate(
         out: folder for depth/, rgb/, mask/, part/, camera.json and groundtruth.npz.
         people: how many; more than the scene asks for stand in the background.
         seed: of bodies, clothes, style of motion and sensor noise.
-        frames: how many, at 30 a second; 120 if not given.
+        frames: how many, at 30 a second; as many as the scene is made for if not given.
         size: of the images, in pixels; 320x240 if not given, 640x480 with markers.
     """
     is_marked = scene.partition(":")[0] == SCENE_PREFIX
