@@ -5,7 +5,7 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from io import StringIO
@@ -132,6 +132,15 @@ def test_ctrl_c_keeps_what_is_done(recordings: list[FolderRecording]) -> None:
     assert [s.name for s in result.evaluation.sequences] == ["a"]
 
 
+@pytest.fixture
+def heeds_ctrl_c() -> Iterator[None]:
+    """What a shell starts in the background ignores SIGINT, and so would the tests."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeds_ctrl_c")
 def test_ctrl_c_ends_the_processes(recordings: list[FolderRecording]) -> None:
     assert run(recordings, 2, track=interrupt_parent).interrupted
     for _ in range(600):
