@@ -137,7 +137,7 @@ def bone_distance(
 ) -> NDArray[np.float64]:
     """[N] metres from [N, 3] points to the nearest of a body's bones (`topview.body.JOINTS`);
     none end at joints that are absent, NaN."""
-    is_given = np.isfinite(joints_camera).all(1)
+    is_given = np.asarray(np.isfinite(joints_camera).all(1))
     bones = [
         (joint.bone_to, end)
         for end, joint in enumerate(JOINTS)
