@@ -34,7 +34,7 @@ def reproduce(
         out: folder of the report.
         quick: shorter and fewer recordings, a few minutes instead of half an hour.
         mhad: folder of Berkeley MHAD, for Tables 6.1 and 6.2.
-        seed: of all scenes and of the tracker.
+        seed: of all scenes; the tracker's stays.
         workers: processes, 0 for one per core; the numbers do not depend on it.
     """
     check_seed(seed)

@@ -20,7 +20,7 @@ class Context:
     Attributes:
         out: the report's folder.
         quick: smaller, for a first look.
-        seed: shifts the seeds of all scenes and of the tracker.
+        seed: shifts the seeds of all scenes; the tracker's stays.
         mhad: folder of Berkeley MHAD, or None for its simulated counterparts.
     """
 

@@ -90,11 +90,10 @@ def write(report: Report, context: Context) -> None:
 
 
 def _is_complete(runs: Sequence[Run], measured: Measured) -> bool:
-    return not runs or (any(
-        outcome.errors is not None
-        for run in runs
-        if (outcome := measured.outcomes.get(run)) is not None
-    ) and all(run in measured.outcomes for run in runs))  # fmt: skip
+    """Whether all runs were done, and at least one of them, if there are any, was measured."""
+    outcomes = [measured.outcomes[run] for run in runs if run in measured.outcomes]
+    is_measured = any(outcome.errors is not None for outcome in outcomes)
+    return len(outcomes) == len(runs) and (is_measured or not runs)
 
 
 def _sections(

@@ -31,17 +31,15 @@ class Variant:
         method: "thesis" is Sec. 5.3 as printed, "utvr" this project's default.
         factors: of f_uTVR that choose the hypotheses; the thesis's method alone can leave some out.
         n_best: hypotheses that are propagated, the method's own number if None.
-        seed: of the tracker.
     """
 
     method: Method
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
-    seed: int = 0
 
     @property
     def settings(self) -> TrackerSettings:
-        return TrackerSettings(method=self.method, seed=self.seed, threads=1)
+        return TrackerSettings(method=self.method, threads=1)
 
     def __call__(self, recording: Recording, settings: TrackerSettings) -> TrackingResult:
         limbs = LimbSettings() if self.n_best is None else LimbSettings(kept=self.n_best)
