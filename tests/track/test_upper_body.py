@@ -12,12 +12,11 @@ from topview.body.parts import JOINTS, LEFT_UPPER_ARM, LEFT_UPPER_LEG, PARTS, RI
 from topview.geometry.quadrics import closed_cylinder_depths
 from topview.geometry.rotations import transform, unit
 from topview.kernels.arms import BODYS, OPEN, OTHERS, compare_arms
-from topview.people.users import User
+from topview.people.users import HandCandidate, User
 from topview.records import Camera, JointState
 from topview.sim import SimulatedRecording, scene_by_name
 from topview.track import Tracker, TrackerSettings
 from topview.track.areas import UserAreas
-from topview.track.evidence import HandCandidate
 from topview.track.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad

@@ -11,6 +11,21 @@ from topview.records import read_only
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class HandCandidate:
+    """A hand as a detector of skin sees it, whosesoever it is.
+
+    Attributes:
+        palm_camera: [3] metres, on the skin.
+        confidence: 0..1, that it is a hand.
+        left_share: 0..1, that it is somebody's own left one, if it is a hand.
+    """
+
+    palm_camera: NDArray[np.float64]
+    confidence: float
+    left_share: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class User:
     """A person found in one frame.
 
@@ -23,6 +38,8 @@ class User:
         pixels: [N] int32 flat indices (row * width + column) into the depth image: the pixels that
             belong, or may belong, to this person; users who touch may share some. Empty while the
             person is fully hidden.
+        face_share: how much of late the face has been seen to look at the camera, 0..1; None where
+            nothing could tell (no colour, too far away, the head hidden).
     """
 
     id: int
@@ -31,6 +48,7 @@ class User:
     height_m: float
     height_is_measured: bool
     pixels: NDArray[np.int32]
+    face_share: float | None = None
 
     def __post_init__(self) -> None:
         read_only(self.head_camera)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.people.floor import FloorPlane
-from topview.people.users import User
+from topview.people.users import HandCandidate, User
 from topview.records import Camera
 from topview.score.utvr import DepthView
 
@@ -19,14 +19,6 @@ MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
 
 
 Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HandCandidate:
-    """A palm as a detector sees it: [3] metres on the skin, and its confidence in 0..1."""
-
-    palm_camera: NDArray[np.float64]
-    confidence: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +39,7 @@ class Evidence:
         hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where nobody asked.
         nobodys: [H, W] bool, pixels that belong to no user; None where not asked for.
         hands: where detectors that see colour take the hands to be, whosesoever they are.
+        face_share: how much of late the face has been seen to look at the camera, None if unknown.
     """
 
     view: DepthView
@@ -63,6 +56,7 @@ class Evidence:
     hidden_share: float = 0.0
     nobodys: NDArray[np.bool_] | None = None
     hands: tuple[HandCandidate, ...] = ()
+    face_share: float | None = None
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -112,6 +106,7 @@ def gather(
         user.head_camera,
         user.head_is_seen,
         np.zeros(4) if floor is None else np.append(floor.normal_camera, floor.distance_m),
+        face_share=user.face_share,
     )
 
 

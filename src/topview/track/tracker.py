@@ -12,13 +12,13 @@ from topview.body.kinematics import joints_from_parts
 from topview.body.parts import JOINTS
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
-from topview.people.users import User
+from topview.people.users import HandCandidate, User
 from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.ellipsoids import EllipsoidSettings, EllipsoidTracker
-from topview.track.evidence import HandCandidate, gather, thin_view, working_stride
+from topview.track.evidence import gather, thin_view, working_stride
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
