@@ -18,7 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
-from topview.detect.heads import CENTER_BEHIND_SURFACE_M, HEAD_HALF_HEIGHT_M, HeadCandidate
+from topview.detect.heads import (
+    CENTER_BEHIND_SURFACE_M,
+    HEAD_HALF_HEIGHT_M,
+    NO_HINTS,
+    HeadCandidate,
+    Hints,
+)
 from topview.records import Frame, InputError
 
 Vector = NDArray[np.float64]
@@ -59,8 +65,10 @@ class CascadeFaces:
             raise InputError(f"{path}: no such file; OpenCV 4 (not 5) must be installed, with it")
         self._cascade = cv2.CascadeClassifier(str(path))
 
-    def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
-        """Heads whose faces look at the camera, nearest first; `up_camera` is not needed."""
+    def detect(
+        self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
+    ) -> list[HeadCandidate]:
+        """Heads whose faces look at the camera, nearest first; nothing else is needed."""
         heads = [face.head_camera for face in self.faces(cloud.frame)]
         return sorted(
             (HeadCandidate(head, CONFIDENCE) for head in heads if head is not None),

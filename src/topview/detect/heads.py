@@ -7,6 +7,7 @@ it does not: there is only an arm below it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, sin
 from typing import Final, Protocol
@@ -36,17 +37,43 @@ class HeadCandidate:
         confidence: 0..1.
         torso_is_unread: the place of its torso has no reading at all, so that it counts for
             nothing in the confidence; legs below must tell whether it is a head.
+        by_face: how much of the confidence is a face's that is seen there. Wood, too, may have the
+            colour of skin.
     """
 
     center_camera: Vector
     confidence: float
     torso_is_unread: bool = False
+    by_face: float = 0.0
+
+    @property
+    def by_shape(self) -> float:
+        """The confidence that its shape alone would give."""
+        return self.confidence - self.by_face
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hints:
+    """What is known before heads are sought.
+
+    Attributes:
+        heads_camera: [3] metres each, where people's heads are expected.
+        is_candidate: [h, w] pixels of the cloud that may be a person's, all if None.
+    """
+
+    heads_camera: Sequence[Vector] = ()
+    is_candidate: NDArray[np.bool_] | None = None
+
+
+NO_HINTS: Final = Hints()
 
 
 class HeadDetector(Protocol):
-    """Finds heads in one frame, without memory."""
+    """Finds heads in one frame after the other."""
 
-    def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
+    def detect(
+        self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
+    ) -> list[HeadCandidate]:
         """Heads in the frame, best first; `up_camera` [3] is the unit vector away from the floor.
 
         The full frame, with its colour image if there is one, is `cloud.frame`.
@@ -187,7 +214,10 @@ class DepthHeadDetector:
     min_confidence: float = 0.6
     max_depth_m: float = 7.0
 
-    def detect(self, cloud: Cloud, up_camera: Vector) -> list[HeadCandidate]:
+    def detect(
+        self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
+    ) -> list[HeadCandidate]:
+        """Heads in the frame, best first; the hints are not needed."""
         tops = self._tops(cloud)
         all_centers, all_confidence, lone_centers, lone_confidence = [], [], [], []
         for tilt in TILTS_RAD:

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from topview.body.parts import JOINT_NAMES
 from topview.detect.cloud import Cloud
+from topview.detect.detectors import SkinHeads, head_detector
+from topview.detect.faces_and_hands import Sight
 from topview.detect.following import HeadView, follow_head
-from topview.detect.heads import DepthHeadDetector, HeadCandidate, HeadDetector, refine_center
+from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
 from topview.people.background import Background
+from topview.people.colors import hands_in, skin_share
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
@@ -23,7 +26,7 @@ from topview.people.segmentation import body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
 from topview.people.stillness import Stillness
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
-from topview.people.users import User
+from topview.people.users import HandCandidate, User
 from topview.people.validation import is_doubtful, looks_like_person
 from topview.records import Frame, JointState, Person
 
@@ -60,7 +63,7 @@ class PeopleFinder:
         self, settings: PeopleSettings | None = None, detector: HeadDetector | None = None
     ) -> None:
         self.settings = settings or PeopleSettings()
-        self._detector = detector or DepthHeadDetector()
+        self._detector = detector or head_detector(self.settings.detector)
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
         self._known: list[KnownUser] = []
@@ -75,6 +78,16 @@ class PeopleFinder:
         """The floor as far as it is known, None where it was not in view."""
         return self._floor.plane
 
+    @property
+    def sight(self) -> Sight | None:
+        """What the last frame's colours told, None where they are not looked at."""
+        return self._detector.sight if isinstance(self._detector, SkinHeads) else None
+
+    @property
+    def hands(self) -> tuple[HandCandidate, ...]:
+        """The hands that the last frame's colours show, whosesoever they are."""
+        return hands_in(self.sight)
+
     def update(self, frame: Frame, tracked: Sequence[Person] = ()) -> list[User]:
         """The people in the next frame, nearest first; `tracked` as they were in the last one."""
         time_s = frame.timestamp_s
@@ -84,7 +97,7 @@ class PeopleFinder:
         scene = Scene.of(cloud, floor, is_background, self.settings.scene)
         joints = {person.id: person.joints_camera for person in tracked}
         self._heed(tracked)
-        heads = self._detect(scene)
+        heads = self._detect(scene, time_s)
         heads, bodies = self._find_again(scene, heads, time_s)
         heads = self._correct(scene, heads, bodies, time_s)
         self._doubt(scene, bodies, time_s)
@@ -96,6 +109,7 @@ class PeopleFinder:
         whole = self._with_pieces(scene, bodies, is_somebodys, time_s)
         self._background.update(cloud.depth_m, is_somebodys)
         users = self._users(scene, bodies, whole, joints, time_s)
+        self._learn_room(scene, users)
         self._dismiss(scene, time_s)
         return users
 
@@ -113,10 +127,12 @@ class PeopleFinder:
             if np.linalg.norm(head_camera - user.head_camera) < STRAYED_M:
                 user.head_camera = np.array(head_camera)
 
-    def _detect(self, scene: Scene) -> list[HeadCandidate]:
+    def _detect(self, scene: Scene, time_s: float) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first; those whose torso has no reading
         come last, if they stand on legs."""
-        candidates = self._detector.detect(scene.cloud, scene.up_camera)
+        expected = [user.predicted(time_s) for user in self._known]
+        hints = Hints(expected, scene.is_free_standing)
+        candidates = self._detector.detect(scene.cloud, scene.up_camera, hints)
         nobody = Present()
         centers = [
             refine_center(scene.cloud, candidate.center_camera, scene.up_camera)
@@ -257,7 +273,7 @@ class PeopleFinder:
             user = self._seen_before(
                 head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
             )
-            user.doubted_frames += is_doubtful(
+            user.doubted_frames += head.by_shape < settings.new_confidence or is_doubtful(
                 scene, head, own, settings.limits, 2 if self._is_first_frame else 1
             )
             if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
@@ -353,6 +369,15 @@ class PeopleFinder:
             is_somebodys |= np.isfinite(body)
         return whole
 
+    def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
+        """Tell the eye for colours what is nobody's."""
+        if not isinstance(self._detector, SkinHeads):
+            return
+        is_somebodys = np.zeros(scene.cloud.frame.depth_m.shape, np.bool_)
+        for user in users:
+            is_somebodys.ravel()[user.pixels] = True
+        self._detector.learn_room(is_somebodys)
+
     def _users(
         self,
         scene: Scene,
@@ -376,8 +401,10 @@ class PeopleFinder:
             if user.stillness is not None:
                 continue
             is_seen = user.seen_s == time_s
+            skin: float | None = None
             if is_seen:
                 user.height.add(measured_height(scene, user.head_camera, is_users))
+                skin = skin_share(self.sight, scene.cloud.frame, user.head_camera)
             users.append(
                 User(
                     user.id,
@@ -386,6 +413,7 @@ class PeopleFinder:
                     user.height.height_m,
                     user.height.is_measured,
                     full_pixels(scene, is_users),
+                    user.face.update(skin, time_s),
                 )
             )
         return sorted(users, key=lambda user: (float(user.head_camera[2]), user.id))

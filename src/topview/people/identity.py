@@ -8,6 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
+from topview.people.colors import FaceMemory
 from topview.people.height import HeightEstimate
 from topview.people.stillness import Stillness
 
@@ -42,6 +43,7 @@ class KnownUser:
         seen_s: when it was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
+        face: how much of it is in view of late.
         confidence_now: that what is followed is the head, 0 while it is not seen.
         view: what the head looked like when it was last seen.
         body_m: [h, w] distance of the user's points from the head in the last frame, or None.
@@ -60,6 +62,7 @@ class KnownUser:
         self.first_s = self.seen_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
+        self.face = FaceMemory()
         self.rival_frames = 0
         self.doubted_frames = 0
         self.stillness: Stillness | None = None

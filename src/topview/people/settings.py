@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from topview.detect.detectors import DetectorName
 from topview.people.floor import FloorSettings
 from topview.people.pieces import PieceSettings
 from topview.people.scene import SceneSettings
@@ -16,6 +17,8 @@ class PeopleSettings:
     """How people are found.
 
     Attributes:
+        detector: of heads: "auto" takes depth and, where the recording allows, the colour of skin;
+            "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) that alone.
         new_confidence: a head's, from which it makes a user: at once in the very first frame, else
             once it was seen often enough.
         upright_confidence: that a new head stands upright; furniture often seems to lean.
@@ -31,6 +34,7 @@ class PeopleSettings:
         limits: what a person measures.
     """
 
+    detector: DetectorName = "auto"
     new_confidence: float = 0.75
     upright_confidence: float = 0.55
     frames_until_new: int = 3

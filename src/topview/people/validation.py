@@ -137,7 +137,7 @@ def is_doubtful(
     )
     is_slim = chest_m < (1.0 + SLIM_PER_M * noise_m) * head_m
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
-    is_unsure = head.confidence < UNSURE
+    is_unsure = head.by_shape < UNSURE
     return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
 
 

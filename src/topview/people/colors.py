@@ -1,0 +1,97 @@
+"""What a frame's colours tell of the users that are known: hands, and who looks at the camera."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.beliefs import Kind
+from topview.detect.faces_and_hands import Sight
+from topview.detect.heads import HEAD_RADIUS_M
+from topview.people.users import HandCandidate
+from topview.records import Frame
+
+Vector = NDArray[np.float64]
+
+# All ours. P(s|c) in 1/255 from which a pixel of a head counts as skin.
+SKIN_LEVEL = 100
+# A head is taken as this much higher than broad, and less of it than `DISC` of its breadth is
+# looked at: beside it is hair, or the room.
+HIGHER, DISC = 1.25, 0.9
+# Fewer pixels tell nothing.
+LEAST_PIXELS = 6
+# Skin on this share of a head is a face's: of simulated faces that look at the camera 0.5 to 0.95
+# is skin, in profile 0.3 to 0.9, of the backs of heads 0 to 0.5; of one real face 0.4, in profile
+# 0.2 and behind 0 to 0.1. So the share counts against what this user's face has shown.
+FACE_SHOWS = 0.33
+FACES_AWAY, FACES_CAMERA = 0.25, 0.75
+# What a face has shown is forgotten, and the share of late is taken, over these times.
+MEMORY_S, SMOOTHING_S = 60.0, 0.2
+
+
+class FaceMemory:
+    """Remembers how much skin a user's face shows, and tells how much of late it is in view."""
+
+    def __init__(self) -> None:
+        self._shown = 0.0
+        self._share: float | None = None
+        self._last_s = 0.0
+
+    def update(self, skin_share: float | None, time_s: float) -> float | None:
+        """How much of late the face has looked at the camera, 0..1; None while nobody knows.
+
+        `skin_share` is that of the head's pixels which are skin, None where they are not seen.
+        """
+        elapsed_s, self._last_s = max(time_s - self._last_s, 0.0), time_s
+        if skin_share is None:
+            self._share = None
+            return None
+        shown = self._shown * float(np.exp(-elapsed_s / MEMORY_S))
+        self._shown = max(shown, skin_share if skin_share > FACE_SHOWS else 0.0)
+        if not self._shown:
+            return None
+        now = (skin_share / self._shown - FACES_AWAY) / (FACES_CAMERA - FACES_AWAY)
+        now = min(max(now, 0.0), 1.0)
+        if self._share is None:
+            self._share = now
+        self._share += (1.0 - float(np.exp(-elapsed_s / SMOOTHING_S))) * (now - self._share)
+        return self._share
+
+
+def skin_share(sight: Sight | None, frame: Frame, head_camera: Vector) -> float | None:
+    """Share of a head's pixels that have the colour of skin; None where that is not known."""
+    if sight is None or sight.skin is None:
+        return None
+    x, y, z = head_camera.tolist()
+    if z <= 0.1:
+        return None
+    stride, camera = sight.stride, frame.camera
+    u, v = ((c / stride) for c in (camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy))
+    across, up = (
+        DISC * HEAD_RADIUS_M * focal / (stride * z) for focal in (camera.fx, HIGHER * camera.fy)
+    )
+    height, width = sight.skin.shape
+    top, bottom = max(int(v - up), 0), min(int(v + up) + 2, height)
+    left, right = max(int(u - across), 0), min(int(u + across) + 2, width)
+    if bottom <= top or right <= left:
+        return None
+    rows, columns = np.mgrid[top:bottom, left:right]
+    depth_m = frame.depth_m[top * stride : bottom * stride, left * stride : right * stride]
+    offset_m = np.abs(depth_m[::stride, ::stride] - z)
+    is_head = (np.hypot((columns - u) / across, (rows - v) / up) < 1.0) & (
+        offset_m < 2 * HEAD_RADIUS_M
+    )
+    if np.count_nonzero(is_head) < LEAST_PIXELS:
+        return None
+    return float((sight.skin[top:bottom, left:right][is_head] >= SKIN_LEVEL).mean())
+
+
+def hands_in(sight: Sight | None) -> tuple[HandCandidate, ...]:
+    """The hands that are seen, whosesoever they are."""
+    blobs = () if sight is None else sight.blobs
+    hands = []
+    for blob in blobs:
+        left, right = (float(blob.belief[kind]) for kind in (Kind.LEFT_HAND, Kind.RIGHT_HAND))
+        if blob.is_seen and blob.surface_camera is not None and left + right > 0.5:
+            hands.append(HandCandidate(blob.surface_camera, left + right, left / (left + right)))
+    return tuple(hands)
