@@ -22,7 +22,7 @@ from topview.track.ellipsoids import (
     pseudo_distances,
 )
 from topview.track.evidence import Evidence
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 LEGS = [j for j, joint in enumerate(JOINTS) if joint.part >= LEFT_UPPER_LEG]
 ABOVE = [j for j in range(len(JOINTS)) if j not in LEGS]

@@ -20,7 +20,7 @@ from topview.track.evidence import CAMERA_UP
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 CAMERA = Camera(fx=200, fy=200, cx=119.5, cy=159.5, width=240, height=320)
 MODEL = BodyModel.of(1.7, THESIS)

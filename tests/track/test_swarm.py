@@ -24,7 +24,7 @@ from topview.track.swarm import (
     discrepancy_m,
     minimise,
 )
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 SPACE = PoseSpace(standing_pose().Rs[1])
 SMALL = SwarmSettings(generations=20)

@@ -17,7 +17,7 @@ from topview.records import Camera, JointState
 from topview.sim import SimulatedRecording, scene_by_name
 from topview.track import Tracker, TrackerSettings
 from topview.track.areas import UserAreas
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.upper_body.cylinder_fit import FitSettings, fit_cylinder

@@ -21,6 +21,7 @@ from topview.detect.heads import (
     HeadDetector,
     Hints,
 )
+from topview.timing import StageClock
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -43,8 +44,10 @@ class SkinHeads:
         sight: what the last frame's colours told; None before the first.
     """
 
-    def __init__(self, faces_and_hands: FacesAndHands | None = None) -> None:
-        self._faces_and_hands = faces_and_hands or FacesAndHands()
+    def __init__(self, clock: StageClock) -> None:
+        """The time for colours is counted in the `clock`."""
+        self._clock = clock
+        self._faces_and_hands = FacesAndHands()
         self.sight: Sight | None = None
 
     def detect(
@@ -58,8 +61,9 @@ class SkinHeads:
 
     def faces(self, cloud: Cloud, hints: Hints) -> list[tuple[SkinBlob, Vector]]:
         """Faces that are seen, most likely first, with the centres of their heads."""
-        candidate = None if hints.is_candidate is None else _full_size(cloud, hints.is_candidate)
-        self.sight = self._faces_and_hands.update(cloud.frame, hints.heads_camera, candidate)
+        may_be = None if hints.is_candidate is None else _full_size(cloud, hints.is_candidate)
+        with self._clock.stage("colours"):
+            self.sight = self._faces_and_hands.update(cloud.frame, hints.heads_camera, may_be)
         return [
             (face, head)
             for face in self.sight.most_likely(Kind.FACE)
@@ -68,15 +72,16 @@ class SkinHeads:
 
     def learn_room(self, is_somebodys: Mask) -> None:
         """Learn what the room's colours are, from the frame that was looked at last."""
-        self._faces_and_hands.learn_room(is_somebodys)
+        with self._clock.stage("colours"):
+            self._faces_and_hands.learn_room(is_somebodys)
 
 
 class DepthAndSkinHeads(SkinHeads):
     """A `HeadDetector` of heads by their shape and of faces by their colour, each where the other
     fails; without usable colour it finds what `DepthHeadDetector` does."""
 
-    def __init__(self, faces_and_hands: FacesAndHands | None = None) -> None:
-        super().__init__(faces_and_hands)
+    def __init__(self, clock: StageClock) -> None:
+        super().__init__(clock)
         self._depth = DepthHeadDetector()
 
     def detect(
@@ -106,15 +111,13 @@ def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
     return replace(head, confidence=head.confidence + gain, by_face=head.by_face + gain)
 
 
-def head_detector(name: DetectorName) -> HeadDetector:
+def head_detector(name: DetectorName, clock: StageClock) -> HeadDetector:
     """The detector of this name; "auto" takes the best that a recording allows."""
-    detectors: dict[DetectorName, type[HeadDetector]] = {
-        "auto": DepthAndSkinHeads,
-        "depth": DepthHeadDetector,
-        "skin": SkinHeads,
-        "cascade": CascadeFaces,
-    }
-    return detectors[name]()
+    if name == "depth":
+        return DepthHeadDetector()
+    if name == "cascade":
+        return CascadeFaces()
+    return SkinHeads(clock) if name == "skin" else DepthAndSkinHeads(clock)
 
 
 def _full_size(cloud: Cloud, mask: Mask) -> Mask:

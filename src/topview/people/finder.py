@@ -29,6 +29,7 @@ from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
 from topview.people.users import HandCandidate, User
 from topview.people.validation import is_doubtful, looks_like_person
 from topview.records import Frame, JointState, Person
+from topview.timing import StageClock
 
 __all__ = ["PeopleFinder", "PeopleSettings"]
 
@@ -57,13 +58,19 @@ MUCH_MORE = 0.12
 
 
 class PeopleFinder:
-    """Finds people in one frame after the other, and knows them again."""
+    """Finds people in one frame after the other, and knows them again.
+
+    Attributes:
+        settings: what it was made with.
+        clock: seconds spent in each stage of each frame.
+    """
 
     def __init__(
         self, settings: PeopleSettings | None = None, detector: HeadDetector | None = None
     ) -> None:
         self.settings = settings or PeopleSettings()
-        self._detector = detector or head_detector(self.settings.detector)
+        self.clock = StageClock()
+        self._detector = detector or head_detector(self.settings.detector, self.clock)
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
         self._known: list[KnownUser] = []
@@ -91,27 +98,27 @@ class PeopleFinder:
     def update(self, frame: Frame, tracked: Sequence[Person] = ()) -> list[User]:
         """The people in the next frame, nearest first; `tracked` as they were in the last one."""
         time_s = frame.timestamp_s
+        with self.clock.stage("scene"):
+            scene = self._look(frame)
+        with self.clock.stage("heads"):
+            heads = self._detect(scene, time_s)
+        with self.clock.stage("users"):
+            self._heed(tracked)
+            heads, bodies = self._find_again(scene, heads, time_s)
+            heads = self._correct(scene, heads, bodies, time_s)
+            self._doubt(scene, bodies, time_s)
+            self._welcome(scene, heads, bodies, time_s)
+            self._is_first_frame = False
+            users = self._users(scene, bodies, tracked, time_s)
+            self._dismiss(scene, time_s)
+        self._learn_room(scene, users)
+        self.clock.end_frame()
+        return users
+
+    def _look(self, frame: Frame) -> Scene:
         cloud = Cloud.from_frame(frame)
         is_background = self._background.is_seen_in(cloud.depth_m)
-        floor = self._floor.update(cloud)
-        scene = Scene.of(cloud, floor, is_background, self.settings.scene)
-        joints = {person.id: person.joints_camera for person in tracked}
-        self._heed(tracked)
-        heads = self._detect(scene, time_s)
-        heads, bodies = self._find_again(scene, heads, time_s)
-        heads = self._correct(scene, heads, bodies, time_s)
-        self._doubt(scene, bodies, time_s)
-        self._welcome(scene, heads, bodies, time_s)
-        self._is_first_frame = False
-        is_somebodys = np.zeros(cloud.depth_m.shape, np.bool_)
-        for body in bodies:
-            is_somebodys |= np.isfinite(body)
-        whole = self._with_pieces(scene, bodies, is_somebodys, time_s)
-        self._background.update(cloud.depth_m, is_somebodys)
-        users = self._users(scene, bodies, whole, joints, time_s)
-        self._learn_room(scene, users)
-        self._dismiss(scene, time_s)
-        return users
+        return Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
 
     def _heed(self, tracked: Sequence[Person]) -> None:
         """Where a head was not seen in the last frame, a body of which enough was seen knows
@@ -348,10 +355,12 @@ class PeopleFinder:
                 staying.append(user)
         self._known = staying
 
-    def _with_pieces(
-        self, scene: Scene, bodies: list[Distance], is_somebodys: Mask, time_s: float
-    ) -> list[Distance]:
-        """The bodies with the limbs that are cut off from them, which `is_somebodys` is told of."""
+    def _with_pieces(self, scene: Scene, bodies: list[Distance], time_s: float) -> list[Distance]:
+        """The bodies with the limbs that are cut off from them; the rest is learnt as the room's,
+        if it is steady."""
+        is_somebodys = np.zeros(scene.cloud.depth_m.shape, np.bool_)
+        for body in bodies:
+            is_somebodys |= np.isfinite(body)
         whole = [
             with_pieces(
                 scene,
@@ -367,6 +376,7 @@ class PeopleFinder:
         ]
         for body in whole:
             is_somebodys |= np.isfinite(body)
+        self._background.update(scene.cloud.depth_m, is_somebodys)
         return whole
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
@@ -382,11 +392,12 @@ class PeopleFinder:
         self,
         scene: Scene,
         bodies: list[Distance],
-        whole: list[Distance],
-        joints: dict[int, Vector],
+        tracked: Sequence[Person],
         time_s: float,
     ) -> list[User]:
         """What the tracker is told; loose limbs (`whole`, not `bodies`) are not remembered."""
+        whole = self._with_pieces(scene, bodies, time_s)
+        joints = {person.id: person.joints_camera for person in tracked}
         masks = split_users(
             scene,
             whole,

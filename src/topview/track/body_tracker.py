@@ -18,7 +18,7 @@ from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
 from topview.track.stances import STANDING, heading, stand, stand_all
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

@@ -27,7 +27,7 @@ from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.evidence import Evidence
 from topview.track.limbs import elbows_on_circle, spread_points
 from topview.track.stances import facing
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.upper_body.arms import Arm
 from topview.track.upper_body.pixels import UserPixels

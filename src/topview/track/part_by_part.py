@@ -31,7 +31,7 @@ from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from topview.detect.detectors import DetectorName
 from topview.records import InputError
 
 Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr", "ellipsoids"]
@@ -20,11 +21,14 @@ class TrackerSettings:
             particle swarms over the whole body, baseline and perturbed, to compare with; "btvr"
             tracks the upper body alone (Sec. 5.1), and leaves the legs absent; so does
             "ellipsoids", which fits them to the silhouette's points (Sec. 2.2).
+        detector: how people's heads are found: "auto" by depth and, where the recording allows, the
+            colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
     """
 
     method: Method = "utvr"
+    detector: DetectorName = "auto"
     seed: int = 0
     threads: int = 0
 

@@ -26,7 +26,7 @@ from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PLACE, TURN, PoseSpace
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

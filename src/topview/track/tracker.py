@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from topview.body.kinematics import joints_from_parts
 from topview.body.parts import JOINTS
 from topview.kernels.threads import use_threads
-from topview.people.finder import PeopleFinder
+from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.users import HandCandidate, User
 from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
@@ -23,7 +23,7 @@ from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
 from topview.track.swarm import SwarmSettings, SwarmTracker
-from topview.track.timing import StageClock
+from topview.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.tracker import UpperBodyPose
 from topview.track.visibility import confidences, look
@@ -62,7 +62,7 @@ class Tracker:
         self._part_by_part = part_by_part or PartByPartSettings()
         self._swarm = swarm or SwarmSettings()
         self._upper_body = upper_body or UpperBodySettings()
-        self._finder = PeopleFinder()
+        self._finder = PeopleFinder(PeopleSettings(detector=self.settings.detector))
         self._areas = UserAreas()
         self._hands: tuple[HandCandidate, ...] = ()
         self._threads = 1
@@ -71,11 +71,11 @@ class Tracker:
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """The people in the next frame, nearest first; `hands`, where something else has detected
-        any, are heeded by the upper-body tracker."""
+        any besides those of the colour of skin, are heeded by the upper-body tracker."""
         self._threads = use_threads(self.settings.threads)
-        self._hands = tuple(hands)
         with self.clock.stage("people"):
             users = self._finder.update(frame, self._people)
+        self._hands = (*hands, *self._finder.hands)
         self._bodies = {user.id: self._body_of(user) for user in users}
         owner = _owners(users, frame)
         hidden_shares: dict[int, float] = {}

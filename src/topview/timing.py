@@ -18,15 +18,21 @@ class StageClock:
     def __init__(self) -> None:
         self.seconds: dict[str, list[float]] = defaultdict(list)
         self._frame: dict[str, float] = {}
+        self._inner: list[float] = []
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Count what happens inside towards `name`."""
+        """Count what happens inside towards `name`, save for what inner stages count."""
+        self._inner.append(0.0)
         start = perf_counter()
         try:
             yield
         finally:
-            self._frame[name] = self._frame.get(name, 0.0) + perf_counter() - start
+            elapsed = perf_counter() - start
+            own = elapsed - self._inner.pop()
+            self._frame[name] = self._frame.get(name, 0.0) + own
+            if self._inner:
+                self._inner[-1] += elapsed
 
     def end_frame(self) -> None:
         """Close the frame's sums."""
