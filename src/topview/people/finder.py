@@ -20,7 +20,7 @@ from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
 from topview.people.pieces import with_pieces
-from topview.people.present import Present, reached
+from topview.people.present import Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
@@ -55,6 +55,8 @@ FOLLOWED_S = 0.5
 DOUBTED_S = 5.0
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
+# Why heads are refused, besides what their bodies lack.
+OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
 
 class PeopleFinder:
@@ -63,6 +65,8 @@ class PeopleFinder:
     Attributes:
         settings: what it was made with.
         clock: seconds spent in each stage of each frame.
+        scene: what the last frame showed; None before the first.
+        refusals: the heads in it that have not been made users, and why.
     """
 
     def __init__(
@@ -70,6 +74,8 @@ class PeopleFinder:
     ) -> None:
         self.settings = settings or PeopleSettings()
         self.clock = StageClock()
+        self.scene: Scene | None = None
+        self.refusals: list[Refusal] = []
         self._detector = detector or head_detector(self.settings.detector, self.clock)
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
@@ -99,7 +105,7 @@ class PeopleFinder:
         """The people in the next frame, nearest first; `tracked` as they were in the last one."""
         time_s = frame.timestamp_s
         with self.clock.stage("scene"):
-            scene = self._look(frame)
+            self.scene = scene = self._look(frame)
         with self.clock.stage("heads"):
             heads = self._detect(scene, time_s)
         with self.clock.stage("users"):
@@ -271,7 +277,8 @@ class PeopleFinder:
         for head in heads:
             center = head.center_camera
             if any(reached(scene, center, body) < np.inf for body in doubtful):
-                continue  # It may be that user's own head, see `_correct`.
+                present.refusals.append(Refusal(head, OWN_HEAD))  # see `_correct`
+                continue
             body = present.person_under(scene, head, settings)
             if body is None:
                 continue
@@ -292,7 +299,8 @@ class PeopleFinder:
                     self._name(user)
             else:
                 waiting.append(user)
-        self._waiting = waiting
+                present.refusals.append(Refusal(head, NEW))
+        self._waiting, self.refusals = waiting, present.refusals
 
     def _name(self, user: KnownUser) -> None:
         user.id = self._next_id
@@ -410,6 +418,8 @@ class PeopleFinder:
         users: list[User] = []
         for user, is_users in zip(self._known, masks, strict=True):
             if user.stillness is not None:
+                suspect = HeadCandidate(user.head_camera, user.confidence_now)
+                self.refusals.append(Refusal(suspect, UNMOVED))
                 continue
             is_seen = user.seen_s == time_s
             skin: float | None = None

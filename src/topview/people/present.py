@@ -13,7 +13,7 @@ from topview.people.legs import stands_on_legs
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
-from topview.people.validation import looks_like_person
+from topview.people.validation import unlike_person
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -31,12 +31,22 @@ def reached(scene: Scene, point_camera: Vector, body: Distance) -> float:
     return float(body[row, column]) if in_view else np.inf
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Refusal:
+    """A head that has not been made a user, and why, in a few words."""
+
+    head: HeadCandidate
+    reason: str
+
+
 @dataclass(slots=True, eq=False)
 class Present:
-    """Heads ([3] each) and bodies (`body_distance`, [h, w] each) that are sure."""
+    """Heads ([3] each) and bodies (`body_distance`, [h, w] each) that are sure, and what has been
+    refused beside them."""
 
     heads: list[Vector] = field(default_factory=list)
     bodies: list[Distance] = field(default_factory=list)
+    refusals: list[Refusal] = field(default_factory=list)
 
     def add(self, head_camera: Vector, body: Distance) -> None:
         self.heads.append(head_camera)
@@ -61,20 +71,35 @@ class Present:
     ) -> Distance | None:
         """The body that a new head stands over, if what of it is nobody else's measures like a
         person's and the head is far enough from other heads."""
+        reason = self._against_head(scene, head, settings)
+        if reason is None:
+            body = body_distance(scene, head.center_camera, PRIOR_HEIGHT_M, settings.segmentation)
+            reason = _against_body(scene, head, self.left_of(body), settings)
+            if reason is None:
+                return body
+        self.refusals.append(Refusal(head, reason))
+        return None
+
+    def _against_head(
+        self, scene: Scene, head: HeadCandidate, settings: PeopleSettings
+    ) -> str | None:
         center = head.center_camera
         if any(
             np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
             for other in self.heads
         ):
-            return None
+            return "too near to another head"
         if head.torso_is_unread:
-            body = body_distance(scene, center, PRIOR_HEIGHT_M, settings.segmentation)
-            return body if stands_on_legs(scene, head, self.left_of(body)) else None
+            return None
         if head.confidence < settings.new_confidence:
-            return None
+            return "hardly like a head"
         upright = head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0]
-        if upright < settings.upright_confidence:
-            return None
-        body = body_distance(scene, center, PRIOR_HEIGHT_M, settings.segmentation)
-        is_person = looks_like_person(scene, head, self.left_of(body), settings.limits)
-        return body if is_person else None
+        return "not upright" if upright < settings.upright_confidence else None
+
+
+def _against_body(
+    scene: Scene, head: HeadCandidate, own: Distance, settings: PeopleSettings
+) -> str | None:
+    if head.torso_is_unread:
+        return None if stands_on_legs(scene, head, own) else "no torso read, and no legs"
+    return unlike_person(scene, head, own, settings.limits)

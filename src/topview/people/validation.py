@@ -85,11 +85,22 @@ def looks_like_person(
     limits: PersonLimits,
 ) -> bool:
     """Whether the body found from a head (`body_distance`, [h, w]) measures like a person's."""
+    return unlike_person(scene, head, distance_m, limits) is None
+
+
+def unlike_person(
+    scene: Scene,
+    head: HeadCandidate,
+    distance_m: NDArray[np.float32],
+    limits: PersonLimits,
+) -> str | None:
+    """What of the body found from a head (`body_distance`, [h, w]) does not measure like a
+    person's, in a few words; None if all does."""
     head_camera = head.center_camera
     lenience = LENIENCE if head.confidence > SURE else 1.0
     is_body = np.isfinite(distance_m)
     if not is_body.any():
-        return False
+        return "no body below"
     depth = scene.cloud.depth_m[is_body]
     area = (depth / scene.cloud.camera.fx) ** 2
     heights = scene.heights_m[is_body]
@@ -101,19 +112,22 @@ def looks_like_person(
     camera = scene.cloud.camera
     column = head_camera[0] / head_camera[2] * camera.fx + camera.cx
     border_px = limits.border_m / head_camera[2] * camera.fx
-    has_floor = scene.floor is not None
-    return bool(
-        (not has_floor or limits.top_over_floor_m[0] < top_m < limits.top_over_floor_m[1])
-        and limits.bust_m2[0] < bust_m2 < lenience * limits.bust_m2[1]
-        and border_px < column < camera.width - border_px
-        and _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(is_bust.sum())
-        < lenience * limits.bust_edges
-        and scene.inset_m[distance_m < TORSO_M].max(initial=0.0) > limits.torso_radius_m
-        and area[heights > top_m + 0.1].sum() < lenience**3 * limits.above_m2
-        and area.sum() < lenience * limits.area_m2
-        and top_m - np.min(heights) > limits.below_top_m
-        and (aside_m < limits.aside_m).mean() > 0.9
-    )
+    low_m, high_m = limits.top_over_floor_m
+    edges = _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(max(is_bust.sum(), 1))
+    torso_m = scene.inset_m[distance_m < TORSO_M].max(initial=0.0)
+    is_good = {
+        "too low or too high": scene.floor is None or low_m < top_m < high_m,
+        "head and chest too small": bust_m2 > limits.bust_m2[0],
+        "head and chest too large": bust_m2 < lenience * limits.bust_m2[1],
+        "cut off by the border": border_px < column < camera.width - border_px,
+        "rough outline": edges < lenience * limits.bust_edges,
+        "no torso": torso_m > limits.torso_radius_m,
+        "too much above": area[heights > top_m + 0.1].sum() < lenience**3 * limits.above_m2,
+        "too large": area.sum() < lenience * limits.area_m2,
+        "too short": top_m - np.min(heights) > limits.below_top_m,
+        "too spread out": (aside_m < limits.aside_m).mean() > 0.9,
+    }
+    return next((fault for fault, good in is_good.items() if not good), None)
 
 
 def is_doubtful(
