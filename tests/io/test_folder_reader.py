@@ -178,7 +178,8 @@ def test_color_of_another_size_is_one_problem_and_depth_goes_on(write_folder, de
     recording = topview.open(write_folder(color={f"{i:06d}.png": color for i in depths}))
     assert [frame.color for frame in recording] == [None] * 4
     assert recording.problems == [
-        "rgb/: images are 16 x 12 pixels; they must be registered to the depth images, 8 x 6; "
+        "rgb/: images are 16 x 12 pixels; they must be registered to the depth images, 8 x 6, "
+        'or camera.json must have "color": {fx, fy, cx, cy, width, height, T_color_depth}; '
         "going on without colour"
     ]
 

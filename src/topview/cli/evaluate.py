@@ -166,16 +166,21 @@ def utd_mhad(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> in
 
 
 @evaluate.command
-def folder(*paths: Path, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+def folder(
+    *paths: Path,
+    mirrored: Annotated[bool, Parameter(negative="")] = False,
+    options: EvaluateOptions = DEFAULT_OPTIONS,
+) -> int:
     """Measure on recordings in the folder layout that have a groundtruth.npz.
 
     Args:
         paths: recordings, or folders of recordings.
+        mirrored: the images are flipped left-right, the ground truth is not.
     """
     if not paths:
         raise InputError("evaluate folder: no folder given; give at least one recording")
     return _evaluate(
-        find_folder_recordings(paths, options.sequences),
+        find_folder_recordings(paths, options.sequences, mirrored),
         "error against the recordings' own ground truth",
         options,
     )

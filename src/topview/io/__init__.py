@@ -1,5 +1,6 @@
 """Recordings in, skeletons out: one file per format."""
 
+from topview.io.mirrored import MirroredRecording
 from topview.io.readers import open_recording, read_utd_skeleton
 from topview.io.writers import (
     prepare_output_folder,
@@ -10,6 +11,7 @@ from topview.io.writers import (
 )
 
 __all__ = [
+    "MirroredRecording",
     "open_recording",
     "prepare_output_folder",
     "read_skeletons_npz",

@@ -10,7 +10,7 @@ from typing import Final
 from topview.evaluate.datasets.base import select_by_name
 from topview.evaluate.datasets.groundtruth import read_groundtruth
 from topview.evaluate.metrics import ReferenceSequence
-from topview.io.readers import open_recording
+from topview.io import MirroredRecording, open_recording
 from topview.records import InputError, Recording
 
 GROUNDTRUTH: Final = "groundtruth.npz"
@@ -18,28 +18,39 @@ GROUNDTRUTH: Final = "groundtruth.npz"
 
 @dataclass(frozen=True, slots=True)
 class FolderRecording:
-    """A folder with `depth/`, `camera.json` and `groundtruth.npz`."""
+    """A folder with `depth/`, `camera.json` and `groundtruth.npz`.
+
+    Attributes:
+        path: of the folder.
+        mirrored: the images are flipped left-right, the ground truth is not.
+    """
 
     path: Path
+    mirrored: bool = False
 
     @property
     def name(self) -> str:
         return self.path.name
 
     def open(self) -> Recording:
-        return open_recording(self.path)
+        recording = open_recording(self.path)
+        return MirroredRecording(recording) if self.mirrored else recording
 
     def reference(self) -> ReferenceSequence:
         return read_groundtruth(self.path / GROUNDTRUTH, action=self.name)
 
 
-def find_folder_recordings(paths: Sequence[Path], pattern: str = "*") -> list[FolderRecording]:
+def find_folder_recordings(
+    paths: Sequence[Path], pattern: str = "*", mirrored: bool = False
+) -> list[FolderRecording]:
     """The recordings at `paths`: each is one, or a folder of them; by path, then by name.
 
     Raises:
         InputError: a path is, and holds, no recording with a `groundtruth.npz`, or none matches.
     """
-    recordings = [FolderRecording(path.resolve()) for given in paths for path in _recordings(given)]
+    recordings = [
+        FolderRecording(path.resolve(), mirrored) for given in paths for path in _recordings(given)
+    ]
     return select_by_name(recordings, pattern, ", ".join(map(str, paths)))
 
 

@@ -12,14 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.io.naming import naming
-from topview.io.readers.camera_json import read_camera_json
+from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
 from topview.io.readers.depth import depth_image
 from topview.io.readers.images import decode_color, decode_depth_png
+from topview.io.readers.registration import register_color
 from topview.records import Frame, InputError
 
 DEPTH_SUFFIXES: Final = (".png",)
 COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
 MAX_GAP_LINES: Final = 5  # more gaps than this share one line
+MAX_COLOR_LINES: Final = 5  # colour files that cannot be read beyond these do so too
 
 
 def recognises(path: Path) -> bool:
@@ -30,8 +32,9 @@ class FolderRecording:
     """The recording in a folder, or in the folder above if its `depth` folder is given.
 
     The last number in an image's name is the frame's index; its time is index / fps. Depth is
-    uint16 in the unit of camera.json's depth_scale, 0 = no reading. Colour must be registered to
-    the depth image, in the same size; frames without (readable) colour come without.
+    uint16 in the unit of camera.json's depth_scale, 0 = no reading. Colour is registered to the
+    depth image, in the same size, or camera.json says by "color" what camera took it, and it is
+    registered here; frames without (readable) colour come without.
 
     Attributes:
         name: the folder's name.
@@ -47,6 +50,7 @@ class FolderRecording:
         self._root = _root_of(path)
         self.name = self._root.resolve().name
         self.problems: list[str] = []
+        self._bad_color_paths: set[Path] = set()
         self._depth_paths = self._numbered_images("depth", DEPTH_SUFFIXES)
         if not self._depth_paths:
             raise InputError(
@@ -58,6 +62,7 @@ class FolderRecording:
         self.camera = camera_file.camera
         self._metres_per_unit = camera_file.metres_per_unit
         self.fps = camera_file.fps
+        self._color_camera = camera_file.color
         self._note_gaps()
         self._note_missing_color()
 
@@ -84,7 +89,7 @@ class FolderRecording:
         except InputError as error:
             self._note(str(error))
             return None
-        color = self._read_color(self._color_paths.get(index))
+        color = self._read_color(self._color_paths.get(index), depth_m)
         return Frame(index, index / self.fps, depth_m, self.camera, color)
 
     def _read_depth(self, path: Path) -> NDArray[np.float32]:
@@ -92,23 +97,40 @@ class FolderRecording:
             units = decode_depth_png(path.read_bytes(), self.camera.width, self.camera.height)
             return depth_image(units, self._metres_per_unit)
 
-    def _read_color(self, path: Path | None) -> NDArray[np.uint8] | None:
+    def _read_color(
+        self, path: Path | None, depth_m: NDArray[np.float32]
+    ) -> NDArray[np.uint8] | None:
+        """[H, W, 3] registered to the depth image."""
         if path is None:
             return None
         try:
             with naming(path.relative_to(self._root)):
                 color = decode_color(path.read_bytes())
         except InputError as error:
-            self._note(f"{error}; the frame comes without colour")
+            self._note_bad_color(path, f"{error}; the frame comes without colour")
             return None
         height, width = color.shape[:2]
-        if (width, height) != (self.camera.width, self.camera.height):
-            self._note(
-                f"rgb/: images are {width} x {height} pixels; they must be registered to the "
-                f"depth images, {self.camera.width} x {self.camera.height}; going on without colour"
-            )
+        told = self._color_camera.camera if self._color_camera else self.camera
+        if (width, height) != (told.width, told.height):
+            self._note(f"rgb/: images are {width} x {height} pixels; {self._right_color_size}")
             return None
-        return color
+        if self._color_camera is None:
+            return color
+        return register_color(color, self._color_camera, depth_m, self.camera)
+
+    @property
+    def _right_color_size(self) -> str:
+        if self._color_camera is not None:
+            told = self._color_camera.camera
+            return (
+                f'they must be {told.width} x {told.height}, as "color" in camera.json says; '
+                "going on without colour"
+            )
+        return (
+            f"they must be registered to the depth images, {self.camera.width} x "
+            f'{self.camera.height}, or camera.json must have "color": {{{", ".join(COLOR_KEYS)}}}; '
+            "going on without colour"
+        )
 
     def _numbered_images(self, folder: str, suffixes: tuple[str, ...]) -> dict[int, Path]:
         """Frame index to image path, in order."""
@@ -161,9 +183,22 @@ class FolderRecording:
                 f"frame {missing[0]}; they come without colour"
             )
 
+    def _note_bad_color(self, path: Path, problem: str) -> None:
+        if path in self._bad_color_paths:
+            return
+        self._bad_color_paths.add(path)
+        more = len(self._bad_color_paths) - MAX_COLOR_LINES
+        if more > 1:
+            self.problems.remove(_more_bad_color(more - 1))
+        self._note(problem if more < 1 else _more_bad_color(more))
+
     def _note(self, problem: str) -> None:
         if problem not in self.problems:
             self.problems.append(problem)
+
+
+def _more_bad_color(count: int) -> str:
+    return f"rgb/: {count} more cannot be read; these frames come without colour too"
 
 
 def _root_of(path: Path) -> Path:
