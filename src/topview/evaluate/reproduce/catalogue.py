@@ -8,7 +8,9 @@ from typing import Final
 
 from topview.evaluate.reproduce.angles import runs_6_4, table_6_4
 from topview.evaluate.reproduce.context import Context
+from topview.evaluate.reproduce.detection import detection, searches
 from topview.evaluate.reproduce.factors import runs_6_3, table_6_3
+from topview.evaluate.reproduce.finding import Search
 from topview.evaluate.reproduce.hypotheses import figure_6_3, runs_figure_6_3
 from topview.evaluate.reproduce.mhad import runs_6_1, runs_6_2, table_6_1, table_6_2
 from topview.evaluate.reproduce.runs import Measured, Run
@@ -27,14 +29,17 @@ class Experiment:
     Attributes:
         section: what it has to tell, given what was measured of its runs.
         runs: what it needs to have tracked.
+        searches: where it needs to have people found.
     """
 
     section: Callable[[Context, Measured], Section]
     runs: Callable[[Context], Sequence[Run]] = lambda context: ()
+    searches: Callable[[Context], Sequence[Search]] = lambda context: ()
 
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
     "figure-3.2": Experiment(lambda context, _: figure_3_2(context)),
+    "detection": Experiment(detection, searches=searches),
     "table-5.2": Experiment(table_5_2, runs_5_2),
     "figure-5.4": Experiment(lambda context, _: figure_5_4(context)),
     "table-6.1": Experiment(table_6_1, runs_6_1),

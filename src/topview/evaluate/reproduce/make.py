@@ -17,7 +17,7 @@ from topview.evaluate.reproduce.catalogue import Experiment, chosen
 from topview.evaluate.reproduce.context import Context
 from topview.evaluate.reproduce.page import Report, as_html, as_markdown
 from topview.evaluate.reproduce.plots import require_matplotlib
-from topview.evaluate.reproduce.runs import Measured, Run, track_runs
+from topview.evaluate.reproduce.runs import Measured, Run, track_runs, with_findings
 from topview.evaluate.reproduce.section import Section
 from topview.io.writers import prepare_output_folder, write_atomically
 from topview.records import InputError
@@ -56,11 +56,16 @@ def make_report(
     prepare_output_folder(context.out)
     start = perf_counter()
     wanted = {name: list(experiment.runs(context)) for name, experiment in experiments.items()}
+    sought = {name: list(experiment.searches(context)) for name, experiment in experiments.items()}
     tracked = track_runs([run for runs in wanted.values() for run in runs], workers, console)
+    if not tracked.interrupted:
+        searches = [search for searches in sought.values() for search in searches]
+        tracked = with_findings(tracked, searches, workers, console)
     complete = {
         name: experiment
         for name, experiment in experiments.items()
         if _is_complete(wanted[name], tracked.measured)
+        and all(search in tracked.measured.findings for search in sought[name])
     }
     sections = _sections(complete, context, tracked.measured, console)
     left_out = [f"{name} was not finished" for name in experiments if name not in complete]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from rich.console import Console
 
 from topview.evaluate.datasets import EvaluatedRecording, FolderRecording
 from topview.evaluate.metrics import Evaluation, ReferenceSequence, SequenceErrors
+from topview.evaluate.reproduce.finding import Finding, Search
 from topview.evaluate.run import Job, Outcome, run_all
 from topview.records import Recording
 from topview.score.utvr import FACTORS, Factor
@@ -106,9 +107,10 @@ class Run(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """What was measured of runs."""
+    """What was measured of runs, and found by searches."""
 
     outcomes: dict[Run, Outcome]
+    findings: dict[Search, Finding] = field(default_factory=dict)
 
     def of(self, runs: Iterable[Run]) -> Evaluation:
         """The errors of those runs that could be measured."""
@@ -138,3 +140,18 @@ def track_runs(runs: Sequence[Run], workers: int, console: Console | None = None
     outcomes = {run: o for run, o in zip(runs, done.results, strict=True) if o is not None}
     unread = dict.fromkeys(problem for outcome in outcomes.values() for problem in outcome.problems)
     return Tracked(Measured(outcomes), (*unread, *done.problems), done.interrupted)
+
+
+def with_findings(
+    tracked: Tracked, searches: Sequence[Search], workers: int, console: Console | None = None
+) -> Tracked:
+    """The same, and what the searches found."""
+    if not searches:
+        return tracked
+    done = run_all(searches, workers, console, "finding people")
+    findings = {s: found for s, found in zip(searches, done.results, strict=True) if found}
+    return Tracked(
+        replace(tracked.measured, findings=findings),
+        (*tracked.problems, *done.problems),
+        tracked.interrupted or done.interrupted,
+    )
