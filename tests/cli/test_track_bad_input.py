@@ -102,7 +102,31 @@ def test_nobody_in_view(topview, make_recording, tmp_path):
     assert_refused(ended, source, "no person was found in 3 frames")
     assert frames_written(tmp_path / "out") == [0, 1, 2]
     assert (tmp_path / "out" / "skeletons.csv").exists()
-    assert cv2.imread(str(tmp_path / "out" / "contact_sheet.png")) is not None
+    for name in ("contact_sheet.png", "people.png"):
+        assert cv2.imread(str(tmp_path / "out" / name)) is not None
+
+
+@pytest.mark.parametrize("detector", ["skin", "cascade"])
+def test_a_detector_that_needs_colour_where_there_is_none(
+    topview, make_recording, tmp_path, detector
+):
+    ended = topview("track", make_recording(), "--out", tmp_path / "out", "--detector", detector)
+    assert_refused(ended, f"detector is {detector}", "no colour", "auto")
+
+
+@pytest.mark.parametrize(("level", "told"), [(5, "underexposed"), (128, "grey"), (255, "overex")])
+def test_colours_that_tell_nothing_are_named_once(topview, make_recording, tmp_path, level, told):
+    source = make_recording()
+    (source / "rgb").mkdir()
+    for index in range(3):
+        image = np.full((HEIGHT, WIDTH, 3), level, np.uint8)
+        cv2.imwrite(str(source / "rgb" / f"{index:06d}.png"), image)
+    ended = topview("track", source, "--out", tmp_path / "out")
+    lines = [line for line in ended.complaints if "colour" in line]
+    assert len(lines) == 1
+    assert told in lines[0]
+    assert "in 3 of 3 frames" in lines[0]
+    assert frames_written(tmp_path / "out") == [0, 1, 2]
 
 
 def test_frames_of_zeros(topview, make_recording, tmp_path):

@@ -16,7 +16,6 @@ from topview.detect.faces_and_hands import FacesAndHands, Sight
 from topview.detect.seeing import ColorView, Light
 from topview.io import open_recording
 from topview.records import Camera, Frame
-from topview.view.sight import sight_picture
 
 PERSON: list[Disc] = [
     (80, 70, 26, 2.0, SHIRT_RGB),
@@ -61,8 +60,6 @@ def test_face_and_hands_of_a_simple_person() -> None:
         assert blob.belief.sum() == pytest.approx(1.0)
         assert blob.is_seen
     assert sight.most_likely(Kind.FACE) == [by_kind[Kind.FACE]]
-    picture = sight_picture(frame_of(PERSON), sight, [head])
-    assert picture.shape == (240, 320, 3)
 
 
 def test_full_images_are_seen_at_half_size() -> None:
@@ -101,7 +98,6 @@ def test_bad_light_is_told(gain: float, offset: float, saturation: float, light:
     sight = FacesAndHands().update(frame)
     assert sight.light == light
     assert bool(sight.blobs) == (light == Light.USABLE)
-    assert sight_picture(frame, sight).shape == (240, 320, 3)
 
 
 def test_frames_without_colour_are_no_harm() -> None:

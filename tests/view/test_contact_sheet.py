@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from topview.records import InputError, JointState
-from topview.view import ContactSheet, NullViewer, Viewer
+from topview.view import ContactSheet, Viewers
 from topview.view.contact_sheet import CAPTION_PX, EVEN_TILES, TELLING_TILES, Stage, paint_tile
 
 
@@ -73,7 +73,10 @@ def test_a_tile_has_the_promised_size(make_frame, make_person):
     assert tile.shape == (150 + CAPTION_PX, 400, 3)
 
 
-def test_there_are_viewers_that_look_and_one_that_does_not(make_frame, make_person):
-    viewers: list[Viewer] = [NullViewer(), ContactSheet("any", 1)]
-    for viewer in viewers:
-        viewer.show(make_frame(), [make_person()])
+def test_several_viewers_see_the_same_and_none_is_no_harm(make_frame, make_person):
+    sheets = [ContactSheet("any", 1), ContactSheet("any", 1)]
+    assert all(sheet.is_blank for sheet in sheets)
+    for viewers in (Viewers(), Viewers(sheets)):
+        viewers.show(make_frame(), [make_person()])
+    assert not any(sheet.is_blank for sheet in sheets)
+    assert sheets[0].png() == sheets[1].png()

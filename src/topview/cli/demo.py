@@ -43,9 +43,9 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         recording = open_recording(room)
         _warm_up(recording, settings)
         sheet = ContactSheet("topview demo: two simulated people", len(recording))
-        result = track_with_progress(recording, settings, sheet)
+        result = track_with_progress(recording, Tracker(settings), sheet)
         truth = read_groundtruth(room / "groundtruth.npz")
-    write_results(result, sheet, out)
+    write_results(result, {"contact_sheet.png": sheet}, out)
     tracked = len(result.skeletons.frame_index)
     if tracked:
         evaluation = evaluate_sequence(result.skeletons, truth, SCENE, result.seconds)

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.table import Table
 
 from topview.records import Frame, Person, Recording
-from topview.track import TrackerSettings, TrackingResult, track_recording
+from topview.track import Tracker, TrackingResult, track_recording
 from topview.view import Viewer
 
 
@@ -21,9 +21,7 @@ def progress_bar(*more: ProgressColumn) -> Progress:
     return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
-def track_with_progress(
-    recording: Recording, settings: TrackerSettings, viewer: Viewer
-) -> TrackingResult:
+def track_with_progress(recording: Recording, tracker: Tracker, viewer: Viewer) -> TrackingResult:
     """Track a recording, showing the bar on stderr and every frame to the viewer."""
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
     with progress_bar(state) as progress:
@@ -40,7 +38,7 @@ def track_with_progress(
             progress.update(bar, advance=1, rate=rate, people=len(people))
             viewer.show(frame, people)
 
-        return track_recording(recording, settings, on_frame)
+        return track_recording(recording, on_frame=on_frame, tracker=tracker)
 
 
 def print_summary(recording: Recording, result: TrackingResult) -> None:

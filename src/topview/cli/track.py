@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,9 @@ from cyclopts import Parameter
 
 from topview.cli.progress import print_summary, track_with_progress, warn
 from topview.cli.status import INTERRUPTED
+from topview.detect.seeing import Light
 from topview.io import (
+    MirroredRecording,
     open_recording,
     prepare_output_folder,
     write_atomically,
@@ -17,8 +20,8 @@ from topview.io import (
     write_skeletons_npz,
 )
 from topview.records import InputError
-from topview.track import TrackerSettings, TrackingResult
-from topview.view import ContactSheet, NullViewer
+from topview.track import Tracker, TrackerSettings, TrackingResult
+from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
 
@@ -29,6 +32,7 @@ def track(
     *,
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
+    mirrored: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
     """Track everyone in a recording.
@@ -39,19 +43,30 @@ def track(
         source: a folder with depth/, camera.json and maybe rgb/; a UTD-MHAD .mat; an organized
             .pcd.
         out: folder for the results, made if it is missing.
-        pictures: write DIR/contact_sheet.png too.
+        pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
+            found, too.
+        mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
+            default; camera.json describes them as they are stored. They are flipped back: left is
+            the person's left, and positions are in the frame of the camera as it really stood.
     """
     prepare_output_folder(out)
     recording = open_recording(source)
-    sheet = ContactSheet(recording.name, len(recording)) if pictures else None
-    result = track_with_progress(recording, settings, sheet or NullViewer())
-    warn(*recording.problems)
+    if mirrored:
+        recording = MirroredRecording(recording)
+    tracker = Tracker(settings)
+    sheets: dict[str, Sheet] = {}
+    if pictures:
+        name, count = recording.name, len(recording)
+        sheets["contact_sheet.png"] = ContactSheet(name, count)
+        sheets["people.png"] = PeopleSheet(name, count, lambda: tracker.finder.found)
+    result = track_with_progress(recording, tracker, Viewers(sheets.values()))
+    warn(*recording.problems, *light_problems(tracker))
     skeletons = result.skeletons
     tracked = len(skeletons.frame_index)
     if not tracked and not result.interrupted:
         raise InputError(f"{source}: none of its {len(recording)} frames could be read")
 
-    write_results(result, sheet, out)
+    write_results(result, sheets, out)
     print_summary(recording, result)
     print(f"written to {out}")
     if result.interrupted:
@@ -62,10 +77,19 @@ def track(
     return 0
 
 
-def write_results(result: TrackingResult, sheet: ContactSheet | None, out: Path) -> None:
-    """Write `skeletons.npz`, `skeletons.csv` and, of a sheet that was shown frames,
-    `contact_sheet.png`."""
+def light_problems(tracker: Tracker) -> list[str]:
+    """What kept the colours from telling anything, a line for each reason."""
+    return [
+        f"{light} in {count} of {tracker.lights.total()} frames; its colours are not used there"
+        for light, count in tracker.lights.items()
+        if light not in (Light.USABLE, Light.ABSENT)
+    ]
+
+
+def write_results(result: TrackingResult, sheets: Mapping[str, Sheet], out: Path) -> None:
+    """Write `skeletons.npz`, `skeletons.csv` and the sheets that were shown frames, by name."""
     write_skeletons_npz(result.skeletons, out / "skeletons.npz")
     write_skeletons_csv(result.skeletons, out / "skeletons.csv")
-    if sheet is not None and sheet.moments:
-        write_atomically(out / "contact_sheet.png", sheet.png())
+    for name, sheet in sheets.items():
+        if not sheet.is_blank:
+            write_atomically(out / name, sheet.png())

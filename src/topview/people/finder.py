@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from topview.people.stillness import Stillness
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
 from topview.people.users import HandCandidate, User
 from topview.people.validation import is_doubtful, looks_like_person
-from topview.records import Frame, JointState, Person
+from topview.records import Frame, InputError, JointState, Person
 from topview.timing import StageClock
 
 __all__ = ["PeopleFinder", "PeopleSettings"]
@@ -59,14 +59,30 @@ MUCH_MORE = 0.12
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """All that is found in one frame, with what it is found by.
+
+    Attributes:
+        scene: what the depth shows.
+        sight: what the colours tell, None where they are not looked at.
+        users: nearest first.
+        refusals: heads that have not been made users, and why.
+    """
+
+    scene: Scene
+    sight: Sight | None
+    users: tuple[User, ...]
+    refusals: tuple[Refusal, ...]
+
+
 class PeopleFinder:
     """Finds people in one frame after the other, and knows them again.
 
     Attributes:
         settings: what it was made with.
         clock: seconds spent in each stage of each frame.
-        scene: what the last frame showed; None before the first.
-        refusals: the heads in it that have not been made users, and why.
+        found: all about the last frame; None before the first.
     """
 
     def __init__(
@@ -74,8 +90,8 @@ class PeopleFinder:
     ) -> None:
         self.settings = settings or PeopleSettings()
         self.clock = StageClock()
-        self.scene: Scene | None = None
-        self.refusals: list[Refusal] = []
+        self.found: Found | None = None
+        self._refusals: list[Refusal] = []
         self._detector = detector or head_detector(self.settings.detector, self.clock)
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
@@ -105,7 +121,7 @@ class PeopleFinder:
         """The people in the next frame, nearest first; `tracked` as they were in the last one."""
         time_s = frame.timestamp_s
         with self.clock.stage("scene"):
-            self.scene = scene = self._look(frame)
+            scene = self._look(frame)
         with self.clock.stage("heads"):
             heads = self._detect(scene, time_s)
         with self.clock.stage("users"):
@@ -118,6 +134,7 @@ class PeopleFinder:
             users = self._users(scene, bodies, tracked, time_s)
             self._dismiss(scene, time_s)
         self._learn_room(scene, users)
+        self.found = Found(scene, self.sight, tuple(users), tuple(self._refusals))
         self.clock.end_frame()
         return users
 
@@ -143,6 +160,12 @@ class PeopleFinder:
     def _detect(self, scene: Scene, time_s: float) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first; those whose torso has no reading
         come last, if they stand on legs."""
+        needs_color = self.settings.detector in ("skin", "cascade")
+        if self._is_first_frame and needs_color and scene.cloud.frame.color is None:
+            raise InputError(
+                f"detector is {self.settings.detector}, but the recording has no colour; "
+                'it must be "auto" or "depth"'
+            )
         expected = [user.predicted(time_s) for user in self._known]
         hints = Hints(expected, scene.is_free_standing)
         candidates = self._detector.detect(scene.cloud, scene.up_camera, hints)
@@ -300,7 +323,7 @@ class PeopleFinder:
             else:
                 waiting.append(user)
                 present.refusals.append(Refusal(head, NEW))
-        self._waiting, self.refusals = waiting, present.refusals
+        self._waiting, self._refusals = waiting, present.refusals
 
     def _name(self, user: KnownUser) -> None:
         user.id = self._next_id
@@ -419,7 +442,7 @@ class PeopleFinder:
         for user, is_users in zip(self._known, masks, strict=True):
             if user.stillness is not None:
                 suspect = HeadCandidate(user.head_camera, user.confidence_now)
-                self.refusals.append(Refusal(suspect, UNMOVED))
+                self._refusals.append(Refusal(suspect, UNMOVED))
                 continue
             is_seen = user.seen_s == time_s
             skin: float | None = None

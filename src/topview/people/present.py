@@ -23,6 +23,7 @@ SAME_HEAD_M = 0.2
 # Ours: what is this near to somebody's head over the surface is that person's, if it is not
 # clearly another head.
 OWN_HEAD_M = 0.4
+TOO_NEAR = "too near to another head"
 
 
 def reached(scene: Scene, point_camera: Vector, body: Distance) -> float:
@@ -88,7 +89,7 @@ class Present:
             np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
             for other in self.heads
         ):
-            return "too near to another head"
+            return TOO_NEAR
         if head.torso_is_unread:
             return None
         if head.confidence < settings.new_confidence:

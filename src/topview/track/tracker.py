@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -10,11 +11,13 @@ from numpy.typing import NDArray
 
 from topview.body.kinematics import joints_from_parts
 from topview.body.parts import JOINTS
+from topview.detect.seeing import Light
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.users import HandCandidate, User
 from topview.records import Frame, JointState, Person
 from topview.score.utvr import DepthView
+from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.ellipsoids import EllipsoidSettings, EllipsoidTracker
@@ -23,7 +26,6 @@ from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
 from topview.track.swarm import SwarmSettings, SwarmTracker
-from topview.timing import StageClock
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.tracker import UpperBodyPose
 from topview.track.visibility import confidences, look
@@ -46,6 +48,8 @@ class Tracker:
     Attributes:
         settings: what it was made with.
         clock: seconds spent in each stage of each frame.
+        finder: of the people.
+        lights: how many frames had colours that could be used, or why not.
     """
 
     def __init__(
@@ -62,7 +66,8 @@ class Tracker:
         self._part_by_part = part_by_part or PartByPartSettings()
         self._swarm = swarm or SwarmSettings()
         self._upper_body = upper_body or UpperBodySettings()
-        self._finder = PeopleFinder(PeopleSettings(detector=self.settings.detector))
+        self.finder = PeopleFinder(PeopleSettings(detector=self.settings.detector))
+        self.lights: Counter[Light] = Counter()
         self._areas = UserAreas()
         self._hands: tuple[HandCandidate, ...] = ()
         self._threads = 1
@@ -74,8 +79,10 @@ class Tracker:
         any besides those of the colour of skin, are heeded by the upper-body tracker."""
         self._threads = use_threads(self.settings.threads)
         with self.clock.stage("people"):
-            users = self._finder.update(frame, self._people)
-        self._hands = (*hands, *self._finder.hands)
+            users = self.finder.update(frame, self._people)
+        self._hands = (*hands, *self.finder.hands)
+        if self.finder.sight is not None:
+            self.lights[self.finder.sight.light] += 1
         self._bodies = {user.id: self._body_of(user) for user in users}
         owner = _owners(users, frame)
         hidden_shares: dict[int, float] = {}
@@ -126,7 +133,7 @@ class Tracker:
         with self.clock.stage("evidence"):
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
-            evidence = gather(user, views[stride], stride, frame.camera.width, self._finder.floor)
+            evidence = gather(user, views[stride], stride, frame.camera.width, self.finder.floor)
             evidence = replace(evidence, hidden_share=hidden_share)
             if self.settings.method == "btvr":
                 nobodys = owner[::stride, ::stride] == 0

@@ -1,6 +1,7 @@
 """Pictures of what was tracked."""
 
 from topview.view.contact_sheet import ContactSheet
-from topview.view.viewer import NullViewer, Viewer
+from topview.view.people_sheet import PeopleSheet
+from topview.view.viewer import Sheet, Viewer, Viewers
 
-__all__ = ["ContactSheet", "NullViewer", "Viewer"]
+__all__ = ["ContactSheet", "PeopleSheet", "Sheet", "Viewer", "Viewers"]

@@ -77,6 +77,10 @@ class ContactSheet:
         self._shown += 1
 
     @property
+    def is_blank(self) -> bool:
+        return not self._even
+
+    @property
     def moments(self) -> list[Moment]:
         """What the sheet will show, in the order of the recording."""
         near = self._frame_count / (4 * EVEN_TILES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from topview.camera import project
 from topview.detect.beliefs import Kind
-from topview.detect.faces import Face
-from topview.detect.faces_and_hands import Sight, SkinBlob
+from topview.detect.faces_and_hands import SkinBlob
 from topview.records import Frame
-from topview.view.drawing import SHIFT, Image, draw_line, draw_text, frame_picture
-from topview.view.palette import GROUND, MUTED, OUTLINE, TEXT, Color
+from topview.view.drawing import Image, draw_line, draw_text
+from topview.view.palette import MUTED, OUTLINE, TEXT, Color
 
 KIND_COLORS: Final = MappingProxyType(
     {
@@ -58,7 +57,7 @@ def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
                       shade, width)  # fmt: skip
     label = f"{blob.id} {KIND_LETTERS[kind]} {100 * float(blob.belief[kind]):.0f}"
     above = ellipse.y - max(ellipse.minor, abs(ellipse.major * np.sin(ellipse.angle))) - 3
-    _draw_label(image, label, (ellipse.x, above), color)
+    draw_label(image, label, (ellipse.x, above), color)
 
 
 def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.float64]]) -> None:
@@ -71,46 +70,6 @@ def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.flo
         for arm in np.array([[5.0, 0.0], [0.0, 5.0]]):
             draw_line(image, at - arm, at + arm, OUTLINE, 4)
             draw_line(image, at - arm, at + arm, TEXT, 2)
-
-
-def draw_faces(image: Image, frame: Frame, faces: Iterable[Face]) -> None:
-    """The squares of faces that look at the camera."""
-    scale = image.shape[1] / frame.camera.width
-    for face in faces:
-        corner = np.array([face.left, face.top]) * scale
-        side = face.side * scale
-        corners = corner + side * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-        fixed = np.round(corners * 2**SHIFT).astype(np.int32)
-        cv2.polylines(image, [fixed], True, TEXT, 1, cv2.LINE_AA, SHIFT)
-
-
-def sight_picture(
-    frame: Frame,
-    sight: Sight,
-    heads_camera: Sequence[NDArray[np.float64]] = (),
-    faces: Sequence[Face] = (),
-) -> Image:
-    """Four panels, [2 H, 2 W, 3]: foreground, P(skin), skin regions, blobs with beliefs and heads.
-
-    Where the colours tell nothing, the first panel says why.
-    """
-    picture = frame_picture(frame)
-    height, width = picture.shape[:2]
-    panels = [picture.copy() for _ in range(4)]
-    if sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
-        _draw_label(panels[0], sight.light, (width / 2, height / 2), TEXT)
-        panels[1][:] = GROUND
-    else:
-        draw_mask(panels[0], sight.is_foreground)
-        panels[1] = probability_picture(sight.skin, (width, height))
-        draw_mask(panels[2], sight.is_skin)
-    for blob in sight.blobs:
-        draw_blob(panels[3], blob)
-    draw_faces(panels[3], frame, faces)
-    draw_heads(panels[3], frame, heads_camera)
-    if sight.light_changed:
-        _draw_label(panels[0], "the light has changed", (width / 2, 14), TEXT)
-    return np.vstack([np.hstack(panels[:2]), np.hstack(panels[2:])])
 
 
 def skin_picture(rgb: Image, probability: NDArray[np.uint8], is_skin: NDArray[np.bool_]) -> Image:
@@ -141,7 +100,8 @@ def _draw_ellipse(
     cv2.ellipse(image, box, color, width_px, cv2.LINE_AA)
 
 
-def _draw_label(image: Image, text: str, at: tuple[float, float], color: Color) -> None:
+def draw_label(image: Image, text: str, at: tuple[float, float], color: Color) -> None:
+    """Small text centred on a place, with an outline."""
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         draw_text(image, text, (at[0] + dx, at[1] + dy), 8, OUTLINE, "centre")
     draw_text(image, text, at, 8, color, "centre")

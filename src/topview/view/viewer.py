@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from topview.records import Frame, Person
@@ -16,8 +16,26 @@ class Viewer(Protocol):
         ...
 
 
-class NullViewer:
-    """Looks away: for when no pictures are wanted."""
+class Viewers:
+    """Shows each frame to several; looks away where there are none."""
+
+    def __init__(self, viewers: Iterable[Viewer] = ()) -> None:
+        self._viewers = tuple(viewers)
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
-        """Do nothing."""
+        """Pass the frame on."""
+        for viewer in self._viewers:
+            viewer.show(frame, people)
+
+
+class Sheet(Viewer, Protocol):
+    """A viewer that makes one picture of a whole recording."""
+
+    @property
+    def is_blank(self) -> bool:
+        """True until something worth keeping was shown."""
+        ...
+
+    def png(self) -> bytes:
+        """The picture as a PNG file; InputError where it is blank."""
+        ...

@@ -1,0 +1,278 @@
+"""One picture of how people were found in a recording: masks, skin, blobs, heads, the overview."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera import project
+from topview.people.finder import Found
+from topview.people.present import TOO_NEAR
+from topview.people.scene import Scene
+from topview.people.users import User
+from topview.records import Frame, InputError, Person
+from topview.view.drawing import Image, draw_line, draw_text, frame_picture, resized
+from topview.view.palette import (
+    GRID,
+    GRID_STRONG,
+    GROUND,
+    MUTED,
+    OUTLINE,
+    PANEL,
+    TEXT,
+    Color,
+    mix,
+    person_color,
+)
+from topview.view.sight import draw_blob, draw_heads, draw_label, draw_mask, probability_picture
+
+# The look of the sheet: all ours.
+EVEN_MOMENTS: Final = 5
+CHANGED_MOMENTS: Final = 5  # at most: when somebody comes or goes
+PANEL_PX: Final = (400, 300)
+TITLE_PX: Final = 26
+GAP_PX: Final = 6
+CAPTION_PX: Final = 30
+HEADER_PX: Final = 56
+TINT: Final = 0.45
+LETTER_PX: Final = 7.0  # of a label, on average
+NEAREST_M: Final = 0.5  # to which the overview shows the floor before the camera
+
+
+class PeopleSheet:
+    """A viewer that keeps pictures of how people were found, and joins them at the end.
+
+    Args:
+        title: the recording's name.
+        frame_count: how many frames the recording should have.
+        found: gives what was found in the frame that is shown.
+    """
+
+    def __init__(self, title: str, frame_count: int, found: Callable[[], Found | None]) -> None:
+        self.title = title
+        self._found = found
+        even = np.linspace(0, max(frame_count, 1) - 1, EVEN_MOMENTS)
+        self._wanted = {round(index) for index in even}
+        self._changes = 0
+        self._ids: set[int] = set()
+        self._shown = 0
+        self.tiles: list[Image] = []
+
+    def show(self, frame: Frame, people: Sequence[Person]) -> None:
+        """Keep a picture if the frame's turn has come, or if somebody has come or gone."""
+        found = self._found()
+        if found is None:
+            return
+        ids = {user.id for user in found.users}
+        has_changed = self._shown > 0 and ids != self._ids and self._changes < CHANGED_MOMENTS
+        if has_changed or self._shown in self._wanted:
+            self._changes += has_changed
+            self.tiles.append(paint_found(found))
+        self._ids = ids
+        self._shown += 1
+
+    @property
+    def is_blank(self) -> bool:
+        return not self.tiles
+
+    def paint(self) -> Image:
+        """The sheet as [H, W, 3] RGB.
+
+        Raises:
+            InputError: no frame was shown.
+        """
+        if not self.tiles:
+            raise InputError(f"{self.title}: no frame was read, so there is nothing to picture")
+        header = np.full((HEADER_PX, self.tiles[0].shape[1], 3), GROUND, np.uint8)
+        used = draw_text(header, self.title, (14, 36), 15, TEXT)
+        draw_text(header, "how people were found", (14 + used + 16, 36), 10, MUTED)
+        return np.vstack([header, *self.tiles])
+
+    def png(self) -> bytes:
+        """The sheet as a PNG file.
+
+        Raises:
+            InputError: no frame was shown.
+        """
+        _, png = cv2.imencode(".png", cv2.cvtColor(self.paint(), cv2.COLOR_RGB2BGR))
+        return png.tobytes()
+
+
+def paint_found(found: Found) -> Image:
+    """Six panels of one frame, three in a row, with a caption."""
+    frame = found.scene.cloud.frame
+    panels = [
+        ("users and their areas; rings: heads refused", _users(found)),
+        ("overview", _overview(found)),
+        ("depth: neither floor, wall nor room", _masked(frame, found.scene.is_free_standing)),
+        *_colors(found, frame),
+    ]
+    titled = [_titled(title, panel) for title, panel in panels]
+    rows = [_beside(titled[start : start + 3]) for start in (0, 3)]
+    caption = np.full((CAPTION_PX, rows[0].shape[1], 3), GROUND, np.uint8)
+    used = draw_text(caption, f"frame {frame.index}", (14, 20), 10, TEXT)
+    draw_text(caption, f"{frame.timestamp_s:.2f} s", (14 + used + 14, 20), 10, MUTED)
+    return np.vstack([caption, *rows])
+
+
+def _users(found: Found) -> Image:
+    scene = found.scene
+    frame = scene.cloud.frame
+    picture = frame_picture(frame)
+    height, width = picture.shape[:2]
+    for user in reversed(found.users):
+        is_users = np.zeros(height * width, np.bool_)
+        is_users[user.pixels] = True
+        area = is_users.reshape(height, width)
+        color = np.array(person_color(user.id))
+        picture[area] = np.round(picture[area] * (1.0 - TINT) + TINT * color).astype(np.uint8)
+    picture = _fitted(picture)
+    draw_heads(picture, frame, [user.head_camera for user in found.users])
+    for user in found.users:
+        _label(picture, frame, user.head_camera, _told_of(user), person_color(user.id))
+    for refusal in found.refusals:
+        if refusal.reason == TOO_NEAR:
+            continue  # a user's shoulder, mostly
+        center = refusal.head.center_camera
+        at = _place(picture, frame, center)
+        cv2.circle(picture, (round(at[0]), round(at[1])), 7, MUTED, 1, cv2.LINE_AA)
+        told = f"{100 * refusal.head.confidence:.0f} % {refusal.reason}"
+        _label(picture, frame, center, told, MUTED)
+    return picture
+
+
+def _told_of(user: User) -> str:
+    told = f"{user.id}: {user.height_m:.2f} m" if user.height_is_measured else f"{user.id}"
+    if not user.head_is_seen:
+        told += ", head not seen"
+    if user.face_share is not None:
+        told += f", face {100 * user.face_share:.0f} %"
+    return told
+
+
+def _overview(found: Found) -> Image:
+    """The scene from above, the camera at the bottom, a grid of metres."""
+    scene = found.scene
+    width, height = PANEL_PX
+    picture = np.full((height, width, 3), PANEL, np.uint8)
+    is_seen = scene.cloud.has_reading
+    ahead_m = scene.overview_m[is_seen][:, 1]
+    farthest_m = max(float(np.quantile(ahead_m, 0.98)), 2.0) if len(ahead_m) else 2.0
+    scale = min((height - 16) / (farthest_m - NEAREST_M + 0.3), width / (0.9 * farthest_m))
+
+    def place(right_forward_m: NDArray[np.floating]) -> NDArray[np.float64]:
+        right, forward = np.moveaxis(np.asarray(right_forward_m, np.float64), -1, 0)
+        return np.stack(
+            [width / 2 + scale * right, height - 8 - scale * (forward - NEAREST_M)], axis=-1
+        )
+
+    for metre in range(-8, 12):
+        strength = GRID_STRONG if metre == 0 else GRID
+        ahead, across = [[metre, 0.0], [metre, 12.0]], [[-8.0, metre], [8.0, metre]]
+        for ends, color in ((ahead, strength), (across, GRID)):
+            start, end = place(np.array(ends))
+            draw_line(picture, start, end, color)
+        if metre > 0:
+            draw_text(picture, f"{metre} m", (6, place(np.array([0.0, metre]))[1] - 3), 7, MUTED)
+    _draw_points(picture, place(scene.overview_m[scene.is_free_standing]), MUTED)
+    for user in reversed(found.users):
+        color = person_color(user.id)
+        _draw_points(picture, place(_overview_of_user(scene, user)), mix(color, PANEL, 0.35))
+    for user in reversed(found.users):
+        x, y = place(scene.overview_of(user.head_camera)).tolist()
+        radius = max(round(0.12 * scale), 4)
+        cv2.circle(picture, (round(x), round(y)), radius + 1, OUTLINE, 2, cv2.LINE_AA)
+        cv2.circle(picture, (round(x), round(y)), radius, person_color(user.id), 2, cv2.LINE_AA)
+        draw_label(picture, str(user.id), (x, y - radius - 4), person_color(user.id))
+    return picture
+
+
+def _overview_of_user(scene: Scene, user: User) -> NDArray[np.float64]:
+    frame = scene.cloud.frame
+    rows, columns = np.divmod(user.pixels[::4], frame.camera.width)
+    z = frame.depth_m[rows, columns].astype(np.float64)
+    camera = frame.camera
+    points = np.stack(
+        [(columns - camera.cx) * z / camera.fx, (rows - camera.cy) * z / camera.fy, z], axis=-1
+    )
+    return scene.overview_of(points)
+
+
+def _draw_points(picture: Image, places: NDArray[np.float64], color: Color) -> None:
+    columns, rows = np.round(places).astype(int).T
+    is_in = (rows >= 0) & (rows < picture.shape[0]) & (columns >= 0) & (columns < picture.shape[1])
+    picture[rows[is_in], columns[is_in]] = color
+
+
+def _masked(frame: Frame, mask: NDArray[np.bool_]) -> Image:
+    picture = frame_picture(frame)
+    draw_mask(picture, mask)
+    return _fitted(picture)
+
+
+def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
+    """What the colours tell, or why they do not."""
+    sight = found.sight
+    if sight is None or sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
+        why = "the colours are not looked at" if sight is None else str(sight.light)
+        empty = np.full((PANEL_PX[1], PANEL_PX[0], 3), PANEL, np.uint8)
+        draw_label(empty, why, (PANEL_PX[0] / 2, PANEL_PX[1] / 2), MUTED)
+        return [("colour", empty)]
+    blobs = _fitted(frame_picture(frame))
+    for blob in sight.blobs:
+        draw_blob(blobs, blob, blobs.shape[1] / frame.camera.width)
+    skin = probability_picture(sight.skin, (frame.camera.width, frame.camera.height))
+    is_outside = ~_as_large(sight.is_skin, frame)
+    skin[is_outside] = skin[is_outside] // 2
+    changed = "; the light has changed" if sight.light_changed else ""
+    return [
+        (f"colour and depth: not the room{changed}", _masked(frame, sight.is_foreground)),
+        ("P(skin), bright where it is a region", _fitted(skin)),
+        ("F face, L left hand, R right hand, ? other; belief in %", blobs),
+    ]
+
+
+def _as_large(mask: NDArray[np.bool_], frame: Frame) -> NDArray[np.bool_]:
+    size = frame.camera.width, frame.camera.height
+    large = cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    return np.asarray(large, np.uint8) > 0
+
+
+def _fitted(picture: Image) -> Image:
+    """As wide as a panel."""
+    height = round(PANEL_PX[0] * picture.shape[0] / picture.shape[1])
+    return resized(picture, (PANEL_PX[0], height))
+
+
+def _titled(title: str, picture: Image) -> Image:
+    head = np.full((TITLE_PX, picture.shape[1], 3), GROUND, np.uint8)
+    draw_text(head, title, (2, TITLE_PX - 8), 8, MUTED)
+    return np.vstack([head, picture])
+
+
+def _beside(panels: Sequence[Image]) -> Image:
+    height = max(panel.shape[0] for panel in panels)
+    row = np.full((height + GAP_PX, 3 * (PANEL_PX[0] + GAP_PX) + GAP_PX, 3), GROUND, np.uint8)
+    for column, panel in enumerate(panels):
+        left = GAP_PX + column * (PANEL_PX[0] + GAP_PX)
+        row[: panel.shape[0], left : left + PANEL_PX[0]] = panel
+    return row
+
+
+def _place(picture: Image, frame: Frame, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    scale = picture.shape[1] / frame.camera.width
+    return (project(point_camera[None], frame.camera)[0] + 0.5) * scale - 0.5
+
+
+def _label(
+    picture: Image, frame: Frame, head_camera: NDArray[np.float64], text: str, color: Color
+) -> None:
+    if head_camera[2] > 0.0:
+        x, y = _place(picture, frame, head_camera).tolist()
+        half = LETTER_PX * len(text) / 2
+        x = min(max(x, half), max(picture.shape[1] - half, half))
+        draw_label(picture, text, (x, max(y - 14.0, 10.0)), color)
