@@ -31,11 +31,11 @@ from topview.records import Camera, Frame, InputError
 from topview.score.utvr import DepthView, placed_parts, score_hypotheses
 from topview.sim import SimulatedRecording, scene_by_name
 from topview.sim.scenes import KINECT_V1_HALF
+from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import Evidence, gather, thin_view, working_stride
 from topview.track.refinement import RefinementSettings, refine
 from topview.track.stances import STANDING, stand
-from topview.timing import StageClock
 
 KINECT_V1 = Camera(fx=525, fy=525, cx=319.5, cy=239.5, width=640, height=480)  # nominal
 KERNEL_RUNS = 15  # the median of so many is told

@@ -13,12 +13,12 @@ from topview.body.parts import HEAD, LOWER_TORSO, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
 from topview.filter.particles import generator
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
+from topview.timing import StageClock
 from topview.track.evidence import Evidence
 from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
 from topview.track.stances import STANDING, heading, stand, stand_all
-from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

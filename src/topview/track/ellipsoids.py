@@ -24,10 +24,10 @@ from topview.body.parts import LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.people.height import PRIOR_HEIGHT_M
+from topview.timing import StageClock
 from topview.track.evidence import Evidence
 from topview.track.limbs import elbows_on_circle, spread_points
 from topview.track.stances import facing
-from topview.timing import StageClock
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.upper_body.arms import Arm
 from topview.track.upper_body.pixels import UserPixels

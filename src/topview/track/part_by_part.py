@@ -28,10 +28,10 @@ from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError
 from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
+from topview.timing import StageClock
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

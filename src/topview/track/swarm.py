@@ -22,11 +22,11 @@ from topview.filter.particles import generator
 from topview.kernels import swarm as kernel
 from topview.records import InputError
 from topview.score.utvr import DepthView
+from topview.timing import StageClock
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PLACE, TURN, PoseSpace
-from topview.timing import StageClock
 
 Array = NDArray[np.float64]
 

@@ -23,8 +23,8 @@ from topview.filter.particles import generator
 from topview.geometry.rotations import transform, unit
 from topview.kernels.limbs import judge_limbs
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.track.evidence import Evidence
 from topview.timing import StageClock
+from topview.track.evidence import Evidence
 from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
 from topview.track.upper_body.facing import Facing
 from topview.track.upper_body.pixels import UserPixels
