@@ -16,6 +16,7 @@ from topview.cli.reproduce import reproduce
 from topview.cli.simulate import simulate
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.track import track
+from topview.cli.train_forest import train_forest
 from topview.cli.train_hands import train_hands
 from topview.cli.train_skin import train_skin
 from topview.records import InputError
@@ -35,6 +36,7 @@ for command in (
     annotate,
     train_skin,
     train_hands,
+    train_forest,
     bench,
 ):
     app.command(command)

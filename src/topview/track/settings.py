@@ -8,7 +8,7 @@ from typing import Any, Literal
 from topview.detect.detectors import DetectorName
 from topview.records import InputError
 
-Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr", "ellipsoids"]
+Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr", "ellipsoids", "forest"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,8 @@ class TrackerSettings:
             from the head down, without what this project adds to it; "bpso" and "ppso" are
             particle swarms over the whole body, baseline and perturbed, to compare with; "btvr"
             tracks the upper body alone (Sec. 5.1), and leaves the legs absent; so does
-            "ellipsoids", which fits them to the silhouette's points (Sec. 2.2).
+            "ellipsoids", which fits them to the silhouette's points (Sec. 2.2). "forest" has
+            learnt what body parts look like, and remembers nothing from frame to frame.
         detector: how people's heads are found: "auto" by depth and, where the recording allows, the
             colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.

@@ -22,6 +22,7 @@ from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
 from topview.track.ellipsoids import EllipsoidSettings, EllipsoidTracker
 from topview.track.evidence import gather, thin_view, working_stride
+from topview.track.forest import ForestSettings, ForestTracker
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
@@ -35,7 +36,14 @@ from topview.track.visibility import confidences, look
 class _Tracked:
     """One person's tracker and what is remembered of the joints."""
 
-    tracker: BodyTracker | PartByPartTracker | SwarmTracker | UpperBodyTracker | EllipsoidTracker
+    tracker: (
+        BodyTracker
+        | PartByPartTracker
+        | SwarmTracker
+        | UpperBodyTracker
+        | EllipsoidTracker
+        | ForestTracker
+    )
     last_seen_s: NDArray[np.float64] = field(default_factory=lambda: np.full(len(JOINTS), -np.inf))
 
 
@@ -76,7 +84,7 @@ class Tracker:
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """The people in the next frame, nearest first; `hands`, where something else has detected
-        any besides those of the colour of skin, are heeded by the upper-body tracker."""
+        any besides those of the colour of skin, are heeded by "utvr" and "btvr"."""
         self._threads = use_threads(self.settings.threads)
         with self.clock.stage("people"):
             users = self.finder.update(frame, self._people)
@@ -117,6 +125,8 @@ class Tracker:
             return _Tracked(UpperBodyTracker(user.id, s.seed, self._upper_body, self._threads))
         if s.method == "ellipsoids":
             return _Tracked(EllipsoidTracker(EllipsoidSettings()))
+        if s.method == "forest":
+            return _Tracked(ForestTracker(ForestSettings()))
         return _Tracked(BodyTracker(user.id, s.seed, self._body, self._threads))
 
     def _track(
@@ -134,10 +144,10 @@ class Tracker:
             if stride not in views:
                 views[stride] = thin_view(frame.depth_m, frame.camera, stride)
             evidence = gather(user, views[stride], stride, frame.camera.width, self.finder.floor)
-            evidence = replace(evidence, hidden_share=hidden_share)
+            evidence = replace(evidence, hidden_share=hidden_share, hands=self._hands)
             if self.settings.method == "btvr":
                 nobodys = owner[::stride, ::stride] == 0
-                evidence = replace(evidence, nobodys=nobodys, hands=self._hands)
+                evidence = replace(evidence, nobodys=nobodys)
         measured_m = user.height_m if user.height_is_measured else None
         return tracked.tracker.update(measured_m, evidence, frame.index, self.clock)
 

@@ -25,6 +25,7 @@ from topview.kernels.limbs import judge_limbs
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.timing import StageClock
 from topview.track.evidence import Evidence
+from topview.track.pose import HINGE_BENDS
 from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
 from topview.track.upper_body.facing import Facing
 from topview.track.upper_body.pixels import UserPixels
@@ -119,7 +120,7 @@ def assemble(
         shoulder = torso.neck_camera + R @ arm.shoulder_torso
         axes = arm.axes_torso @ R.T
         elbow = shoulder + axes[0] * model.lengths_m[upper]
-        Rs = _hinged(axes, R, upper, shoulder, model)
+        Rs = limb_rotations(axes, R, upper, shoulder, model)
         Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
     return UpperBodyPose(Ts)
 
@@ -137,13 +138,16 @@ def _head(model: BodyModel, torso: Torso, evidence: Evidence) -> Array:
     return transform(R_head, centre - HEAD_CENTRE * length * y)
 
 
-def _hinged(axes: Array, R_torso: Array, upper: int, shoulder: Array, model: BodyModel) -> Array:
-    """[2, 3, 3] rotations of upper arm and forearm: the elbow's axis stands across both."""
+def limb_rotations(
+    axes: Array, R_parent: Array, upper: int, joint_camera: Array, model: BodyModel
+) -> Array:
+    """[2, 3, 3] rotations of a limb's parts along axes [2, 3]: the hinge's axis stands across
+    both, or along the parent's x where the limb is straight."""
     Rs, verdicts = np.empty((1, 2, 3, 3)), np.empty((1, 5))
     parts = slice(upper, upper + 2)
     judge_limbs(
-        axes[None], R_torso[:, 0].copy(), 1.0, R_torso, LIMITS_RAD[parts], axes, shoulder,
-        model.lengths_m[parts], model.radii_m[parts, 0], np.zeros(4), np.empty((0, 3)), 0.0, Rs,
-        verdicts,
+        axes[None], R_parent[:, 0].copy(), HINGE_BENDS[upper], R_parent, LIMITS_RAD[parts], axes,
+        joint_camera, model.lengths_m[parts], model.radii_m[parts, 0], np.zeros(4),
+        np.empty((0, 3)), 0.0, Rs, verdicts,
     )  # fmt: skip
     return Rs[0]
