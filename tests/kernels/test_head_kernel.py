@@ -1,4 +1,4 @@
-"""The head template's lookup against its definition in plain NumPy."""
+"""The kernels that find heads against their definitions in plain NumPy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from topview.camera import project
-from topview.kernels.heads import BEHIND, EMPTY, HIDDEN, THERE, look_at_template
+from topview.kernels.heads import (
+    BEHIND,
+    EMPTY,
+    HIDDEN,
+    THERE,
+    fit_template,
+    look_at,
+    lowest,
+    median_about,
+    relief_about,
+    strongest,
+    tops_of,
+)
 from topview.records import Camera
 
 CAMERA = Camera(120.0, 110.0, 31.0, 25.0, 64, 50)
@@ -35,17 +47,123 @@ def definition(depth_m: np.ndarray, centers: np.ndarray, offsets: np.ndarray) ->
     return seen
 
 
+def a_scene(rng: np.random.Generator) -> np.ndarray:
+    depth_m = rng.uniform(0.5, 4.0, (CAMERA.height, CAMERA.width)).astype(np.float32)
+    depth_m[rng.random(depth_m.shape) < 0.2] = 0.0
+    return depth_m
+
+
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_every_place_of_the_template_is_seen_as_defined(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    depth_m = rng.uniform(0.5, 4.0, (CAMERA.height, CAMERA.width)).astype(np.float32)
-    depth_m[rng.random(depth_m.shape) < 0.2] = 0.0
+    depth_m = a_scene(rng)
     centers = rng.uniform([-1.0, -1.0, -0.2], [1.0, 1.0, 4.0], (8, 3))
     offsets = rng.uniform(-0.3, 0.3, (12, 3))
-    seen = np.empty((8, 12), np.uint8)
-    look_at_template(
-        depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), centers, offsets,
-        BEFORE_M, BEHIND_M, FAR_BEHIND_M, NOISE_PER_SQUARE_M, seen,
-    )  # fmt: skip
+
+    def look(place: np.ndarray, noise_m: float) -> int:
+        return look_at(
+            depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), place[0], place[1], place[2],
+            (BEFORE_M, BEHIND_M, FAR_BEHIND_M), noise_m,
+        )  # fmt: skip
+
+    seen = [
+        [look(place, NOISE_PER_SQUARE_M * center[2] ** 2) for place in center + offsets]
+        for center in centers
+    ]
     np.testing.assert_array_equal(seen, definition(depth_m, centers, offsets))
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.2, 0.4]))
+@settings(max_examples=30, deadline=None)
+def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: float) -> None:
+    rng = np.random.default_rng(seed)
+    depth_m = a_scene(rng)
+    centers = rng.uniform([-1.0, -1.0, 0.5], [1.0, 1.0, 3.0], (10, 3))
+    angles = rng.uniform(-1.0, 1.0, 10)
+    ups = np.stack([np.sin(angles), -np.cos(angles) * 0.8, -np.cos(angles) * 0.6], axis=1)
+    parts = tuple(rng.uniform(-0.3, 0.3, (places, 2)) for places in (5, 7, 9))
+    evidence = np.empty((4, 10))
+    fit_template(
+        depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), centers, ups,
+        parts[0], parts[1], parts[2],
+        (BEFORE_M, BEHIND_M, FAR_BEHIND_M), NOISE_PER_SQUARE_M, least, evidence,
+    )  # fmt: skip
+    for n, (center, up) in enumerate(zip(centers, ups, strict=True)):
+        right = np.array([-up[1], up[0], 0.0]) / np.hypot(up[0], up[1])
+        inside, free, shoulders = (
+            definition(depth_m, center[None], places @ np.stack([right, up]))[0] for places in parts
+        )
+        expected = np.array(
+            [
+                (inside == THERE).mean(),
+                (free >= BEHIND).sum() / max((free != HIDDEN).sum(), 3.5),
+                np.isin(shoulders, (THERE, BEHIND)).sum() / max((shoulders != HIDDEN).sum(), 1),
+                (shoulders != HIDDEN).mean(),
+            ]
+        )
+        if expected[0] * expected[1] < least:
+            expected[:] = 0.0
+        np.testing.assert_allclose(evidence[:, n], expected)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40))
+@settings(max_examples=30, deadline=None)
+def test_the_lowest_costs_come_first_and_the_first_of_equals(seed: int, count: int) -> None:
+    costs = np.random.default_rng(seed).integers(0, 12, (6, 7)).astype(np.float64)
+    expected = np.argsort(costs, axis=None, kind="stable")[:count]
+    np.testing.assert_array_equal(lowest(costs, count), expected)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_the_strongest_lie_apart_and_leave_nobody_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    centers, confidence = rng.uniform(0.0, 1.5, (30, 3)), rng.uniform(0.5, 1.0, 30)
+    # Nothing else is like a candidate: the centres are candidates'.
+    found, best = strongest(centers, confidence, 0.4, 1e-9, 0.9)
+    assert best[0] == confidence.max()
+    assert (np.diff(best) <= 0.0).all()
+    apart = np.linalg.norm(found[:, None] - found, axis=2)
+    assert (apart[~np.eye(len(found), dtype=bool)] > 0.4).all()
+    assert (np.linalg.norm(centers[:, None] - found, axis=2).min(1) <= 0.4).all()
+
+
+def test_the_strongest_is_the_mean_of_its_like() -> None:
+    centers = np.array([[0.0, 0.0, 2.0], [0.05, 0.0, 2.0], [0.0, 0.06, 2.0], [0.0, 0.0, 2.2]])
+    found, best = strongest(centers, np.array([0.8, 0.9, 0.7, 0.9]), 0.4, 0.1, 0.85)
+    np.testing.assert_allclose(found, [[0.025, 0.0, 2.0]])
+    np.testing.assert_array_equal(best, [0.9])
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_the_median_is_that_of_the_points_in_the_ball_and_the_cylinder(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform([-0.3, -0.3, 1.7], [0.3, 0.3, 2.3], (9, 11, 3)).astype(np.float32)
+    points[rng.random((9, 11)) < 0.2] = 0.0
+    center, up = np.array([0.0, 0.0, 2.0]), np.array([0.0, -0.8, -0.6])
+    median = np.full(3, np.nan)
+    count = median_about(points, (1, 8), (2, 11), center, up, 0.25, 0.15, 0.2, median)
+    seen = points[1:8, 2:11].reshape(-1, 3).astype(np.float64)
+    off = seen - center
+    up_m = off @ up
+    is_near = (np.linalg.norm(off, axis=1) < 0.25) & (np.abs(up_m) < 0.15) & (seen[:, 2] > 0.0)
+    is_near &= np.linalg.norm(off - up_m[:, None] * up, axis=1) < 0.2
+    assert count == is_near.sum()
+    if count:
+        np.testing.assert_array_equal(median, np.median(seen[is_near], axis=0))
+
+
+def test_relief_is_cut_off_and_goes_on_beyond_the_border() -> None:
+    depth_m = np.array([[2.0, 2.1], [0.0, 3.0]], np.float32)
+    relief = np.empty((3, 3), np.float32)
+    relief_about(depth_m, 0, 0, 1.95, 0.25, relief)
+    expected = [[0.05, 0.05, 0.15], [0.05, 0.05, 0.15], [0.25, 0.25, 0.25]]
+    np.testing.assert_allclose(relief, expected, atol=1e-6)
+
+
+def test_tops_have_free_space_above_them() -> None:
+    depth_m = np.array([[2.0, 0.0, 3.0], [2.0, 2.0, 2.0], [1.5, 2.1, 9.0]], np.float32)
+    points = np.stack([depth_m] * 3, axis=-1)
+    np.testing.assert_allclose(tops_of(depth_m, points, 7.0, 0.12)[:, 2], [2.0, 2.0, 1.5])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from topview.kernels.pieces import join_pieces, small_pieces
 from topview.kernels.segmentation import full_pixels_of, geodesic_distance, seed_body
 
 JUMP, JUMP2 = 0.05, 0.004
@@ -104,24 +105,71 @@ def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
     np.testing.assert_allclose(start, np.where(sure, from_head, np.inf), rtol=1e-5)
 
 
+FLOOR, MARGIN, NOISE = (0.0, -0.8, -0.6, 1.5), 0.035, 0.0015
+
+
 @pytest.mark.parametrize("stride", [1, 2, 3])
-def test_full_pixels_are_those_next_to_a_small_one(
-    generator: np.random.Generator, stride: int
+@pytest.mark.parametrize("margin", [MARGIN, -np.inf])
+def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
+    generator: np.random.Generator, stride: int, margin: float
 ) -> None:
     full = bumpy_depth(generator, (41, 50))
     full[generator.uniform(size=full.shape) < 0.1] = 0.0
     small = np.ascontiguousarray(full[::stride, ::stride])
     users = generator.uniform(size=small.shape) > 0.8
-    out = np.empty(full.size, np.int32)
-    count = full_pixels_of(full, small, users, stride, JUMP, JUMP2, out)
+    found = full_pixels_of(
+        full, small, users, stride, JUMP, JUMP2, (40.0, 42.0), (24.5, 20.0), FLOOR, margin, NOISE
+    )
     expected = []
     for row in range(full.shape[0]):
         for column in range(full.shape[1]):
-            z = full[row, column]
+            z = float(full[row, column])
             i, j = row // stride, column // stride
             near = users[i : i + 2, j : j + 2] & (
                 np.abs(small[i : i + 2, j : j + 2] - z) < JUMP + JUMP2 * z * z
             )
-            if z > 0.0 and near.any():
+            point = z * np.array([(column - 24.5) / 40.0, (row - 20.0) / 42.0, 1.0])
+            descent = abs(point @ FLOOR[:3]) / max(z, 0.1)
+            is_floor = point @ FLOOR[:3] + FLOOR[3] <= margin + 2.0 * NOISE * z * z * descent
+            if z > 0.0 and near.any() and not is_floor:
                 expected.append(row * full.shape[1] + column)
-    np.testing.assert_array_equal(out[:count], expected)
+    np.testing.assert_array_equal(found, expected)
+    assert len(found) > 50
+
+
+def test_only_small_pieces_are_kept() -> None:
+    labels = np.array([[1, 1, 0, 2], [1, 1, 0, 0], [0, 0, 3, 3]], np.int32)
+    depth = np.full(labels.shape, 2.0, np.float32)
+    # A pixel covers 0.01 m^2.
+    pixels = small_pieces(labels, depth, 4, 20.0, 0.015, 0.035)
+    np.testing.assert_array_equal(pixels, [10, 11])
+
+
+def a_body_beside_a_piece(
+    piece_m: float,
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+    depth = np.full((4, 6), 2.0, np.float32)
+    depth[:, 3:] = piece_m
+    labels = np.zeros((4, 6), np.int32)
+    labels[:, 3:] = 1
+    body = np.full((4, 6), np.inf, np.float32)
+    body[:, :3] = 0.5
+    return depth, labels, body
+
+
+@pytest.mark.parametrize(
+    ("piece_m", "reach_m", "joins"),
+    [(1.8, 1.0, True), (1.4, 1.0, False), (2.1, 1.0, False), (1.8, 0.15, False)],
+    ids=["before it", "too far before it", "behind it", "out of reach"],
+)
+def test_a_piece_joins_a_body_that_it_touches_from_the_front(
+    piece_m: float, reach_m: float, joins: bool
+) -> None:
+    depth, labels, body = a_body_beside_a_piece(piece_m)
+    points = np.stack([np.zeros_like(depth), np.zeros_like(depth), depth], axis=-1)
+    whole = body.copy()
+    pixels = np.flatnonzero(labels).astype(np.int32)
+    head = np.array([0.0, 0.0, 2.0], np.float32)
+    join_pieces(pixels, labels, 2, depth, points, head, reach_m, 0.45, whole)
+    np.testing.assert_array_equal(whole[:, :3], body[:, :3])
+    np.testing.assert_allclose(whole[:, 3:], 2.0 - piece_m if joins else np.inf, atol=1e-6)

@@ -16,9 +16,10 @@ from topview.detect.heads import (
     TILT_PENALTY,
     HeadCandidate,
     head_evidence,
-    points_near,
-    tilted_up,
+    median_near,
+    tilted_ups,
 )
+from topview.kernels.heads import lowest, relief_about
 
 Vector = NDArray[np.float64]
 Patch = NDArray[np.float32]
@@ -36,7 +37,7 @@ MOTION_M: Final = 0.1
 CANDIDATES: Final = 32
 MAX_DEPTH_CHANGE_M: Final = 0.15
 # Ours: a head that is known may lean further than one that is new.
-TILTS_RAD: Final = (-1.2, -0.6, 0.0, 0.6, 1.2)
+TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
 LIKENESS: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.15
@@ -59,14 +60,11 @@ def _radius_px(cloud: Cloud, center_camera: Vector, radius_m: float) -> int:
 
 
 def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:
+    side = 2 * radius_px + 1
+    relief_m = np.empty((side, side), np.float32)
     row, column = _nearest_pixel(cloud, center_camera)
-    height, width = cloud.depth_m.shape
-    rows = np.arange(row - radius_px, row + radius_px + 1)
-    columns = np.arange(column - radius_px, column + radius_px + 1)
-    depth = cloud.depth_m[np.clip(rows, 0, height - 1)[:, None], np.clip(columns, 0, width - 1)]
-    relief = np.clip(depth - np.float32(center_camera[2]), -RELIEF_M, RELIEF_M)
-    relief[depth == 0.0] = RELIEF_M
-    return relief
+    relief_about(cloud.depth_m, row, column, float(center_camera[2]), RELIEF_M, relief_m)
+    return relief_m
 
 
 def _nearest_pixel(cloud: Cloud, center_camera: Vector) -> tuple[int, int]:
@@ -94,7 +92,7 @@ def follow_head(
     offset_m = (np.arange(2 * search_px + 1) - search_px) * pixel_m
     moved_m2 = offset_m[:, None] ** 2 + offset_m**2
     cost = unlike / LIKE_M2 + moved_m2 / MOTION_M**2
-    best = np.argsort(cost, axis=None, kind="stable")[:CANDIDATES]
+    best = lowest(cost, CANDIDATES)
     down, across = np.unravel_index(best, cost.shape)
 
     row, column = _nearest_pixel(cloud, predicted_camera)
@@ -109,24 +107,23 @@ def follow_head(
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
     centers[:, 1] = (rows - camera.cy) / camera.fy * depth_m
     centers[:, 2] = depth_m
-    confidence = np.maximum.reduce(
-        [
-            (1.0 - TILT_PENALTY * abs(tilt))
-            * head_evidence(cloud, centers, tilted_up(up_camera, tilt)).confidence
-            for tilt in TILTS_RAD
-        ]
+    ups = tilted_ups(up_camera, TILTS_RAD)
+    evidence = head_evidence(
+        cloud, np.tile(centers, (len(ups), 1)), np.repeat(ups, len(centers), axis=0)
     )
+    upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
+    confidence = (upright[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
     chosen = int(np.argmin(cost.ravel()[best] - LIKENESS * confidence))
     if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
         return None
-    center = _settle(cloud, centers[chosen])
+    center = _settle(cloud, centers[chosen], up_camera)
     return None if center is None else HeadCandidate(center, float(confidence[chosen]))
 
 
-def _settle(cloud: Cloud, center_camera: Vector) -> Vector | None:
+def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
     """The same direction, at the depth of the surface that is seen there."""
-    points = points_near(cloud, center_camera, HEAD_HALF_HEIGHT_M)
-    if len(points) < 3:
+    median, count = median_near(cloud, center_camera, up_camera, HEAD_HALF_HEIGHT_M)
+    if count < 3:
         return None
-    depth_m = float(np.median(points[:, 2])) + CENTER_BEHIND_SURFACE_M
+    depth_m = float(median[2]) + CENTER_BEHIND_SURFACE_M
     return center_camera * (depth_m / center_camera[2])

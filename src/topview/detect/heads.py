@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, sin
 from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
-from topview.kernels.heads import BEHIND, THERE, look_at_template
+from topview.kernels.heads import fit_template, median_about, strongest, tops_of
 
 Vector = NDArray[np.float64]
 
@@ -113,15 +112,14 @@ SHOULDERS: Final = _grid(
     (-0.32, (-0.13, -0.065, 0.0, 0.065, 0.13)),
     (-0.42, (-0.13, -0.065, 0.0, 0.065, 0.13)),
 )
-_OFFSETS: Final = np.concatenate([INSIDE, FREE, SHOULDERS])
-_INSIDE: Final = slice(0, len(INSIDE))
-_FREE: Final = slice(_INSIDE.stop, _INSIDE.stop + len(FREE))
-_SHOULDERS: Final = slice(_FREE.stop, _FREE.stop + len(SHOULDERS))
 
 
 def right_of(up_camera: Vector) -> Vector:
-    """[3] the image's right, across `up_camera`."""
-    return np.array([-up_camera[1], up_camera[0], 0.0]) / np.hypot(up_camera[0], up_camera[1])
+    """[..., 3] the image's right, across `up_camera` [..., 3]."""
+    right = np.zeros_like(up_camera)
+    right[..., 0], right[..., 1] = -up_camera[..., 1], up_camera[..., 0]
+    right /= np.hypot(up_camera[..., 0], up_camera[..., 1])[..., None]
+    return right
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,58 +146,60 @@ class HeadEvidence:
         return self.inside * self.free * shoulders
 
 
-def tilted_up(up_camera: Vector, angle_rad: float) -> Vector:
-    """[3] the direction `angle_rad` to the image's right of up."""
-    return cos(angle_rad) * up_camera + sin(angle_rad) * right_of(up_camera)
+def tilted_ups(up_camera: Vector, angles_rad: NDArray[np.float64]) -> Vector:
+    """[T, 3] the directions at each of [T] angles to the image's right of up."""
+    across = np.sin(angles_rad)[:, None] * right_of(up_camera)
+    return np.cos(angles_rad)[:, None] * up_camera + across
 
 
-def head_evidence(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> HeadEvidence:
+def head_evidence(
+    cloud: Cloud, centers_camera: Vector, ups_camera: Vector, least: float = 0.0
+) -> HeadEvidence:
     """Compare the depth image around each of [N, 3] head centres with the template, upright along
-    `up_camera` [3]."""
-    right = right_of(up_camera)
+    `ups_camera`, [N, 3] or [3] for all; all is 0 where the confidence is less than `least`, if the
+    head and the space about it tell that already."""
     camera = cloud.camera
-    seen = np.empty((len(centers_camera), len(_OFFSETS)), np.uint8)
-    look_at_template(
+    evidence = np.empty((4, len(centers_camera)))
+    fit_template(
         cloud.depth_m,
         (camera.fx, camera.fy),
         (camera.cx, camera.cy),
         np.ascontiguousarray(centers_camera, np.float64),
-        _OFFSETS[:, :1] * right + _OFFSETS[:, 1:] * up_camera,
-        BEFORE_M,
-        BEHIND_M,
-        CHEST_BEHIND_M,
+        np.ascontiguousarray(np.broadcast_to(ups_camera, centers_camera.shape)),
+        INSIDE,
+        FREE,
+        SHOULDERS,
+        (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
         2.0 * NOISE_PER_SQUARE_M,
-        seen,
+        least,
+        evidence,
     )
-    free, shoulders = seen[:, _FREE], seen[:, _SHOULDERS]
-    free_seen = np.count_nonzero(free, axis=1)
-    shoulders_seen = np.count_nonzero(shoulders, axis=1)
-    chest = np.count_nonzero((shoulders == THERE) | (shoulders == BEHIND), axis=1)
-    return HeadEvidence(
-        inside=np.count_nonzero(seen[:, _INSIDE] == THERE, axis=1) / len(INSIDE),
-        free=np.count_nonzero(free >= BEHIND, axis=1) / np.maximum(free_seen, len(FREE) / 2),
-        shoulders=chest / np.maximum(shoulders_seen, 1),
-        shoulders_seen=shoulders_seen / len(SHOULDERS),
-    )
+    return HeadEvidence(*evidence)
 
 
 # Ours: of a torso in black cloth, which swallows the infrared light, a zip or a hand may be read.
 UNREAD_SHARE: Final = 0.75
 
 
-def torso_is_unread(cloud: Cloud, centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
+def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) -> NDArray[np.bool_]:
     """[N] whether there is no reading, neither of a chest nor of anything before or behind it,
-    where the shoulders and the chest under [N, 3] heads would be."""
-    offsets = SHOULDERS[:, :1] * right_of(up_camera) + SHOULDERS[:, 1:] * up_camera
+    where the shoulders and the chest under [N, 3] heads, upright along [N, 3], would be."""
+    rights = right_of(ups_camera)
+    offsets = SHOULDERS[:, :1] * rights[:, None] + SHOULDERS[:, 1:] * ups_camera[:, None]
     depth_m, is_inside = cloud.lookup((centers_camera[:, None] + offsets).transpose(2, 0, 1))
     return (is_inside & (depth_m == 0.0)).mean(1) >= UNREAD_SHARE
 
 
 # Ours: people lean to the side; the template leans with them, at some cost per radian.
-TILTS_RAD: Final = (-0.5, 0.0, 0.5)
+TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
 # Ours: two heads are not nearer to each other than two heads' breadths.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
+# Ours: what is above a head in the image is further away by more than this.
+STEP_M: Final = 0.12
+# Ours: a head is the mean of its candidates that have more than this share of the best one's
+# confidence.
+LIKE_SHARE: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,29 +218,22 @@ class DepthHeadDetector:
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
         """Heads in the frame, best first; the hints are not needed."""
-        tops = self._tops(cloud)
-        all_centers, all_confidence, lone_centers, lone_confidence = [], [], [], []
-        for tilt in TILTS_RAD:
-            tilted = tilted_up(up_camera, tilt)
-            centers = tops - HEAD_HALF_HEIGHT_M * tilted
-            depth, in_view = cloud.lookup(centers.T)
-            centers = centers[in_view & (np.abs(depth - centers[:, 2]) < 0.2)]
-            evidence = head_evidence(cloud, centers, tilted)
-            upright = 1.0 - TILT_PENALTY * abs(tilt)
-            all_centers.append(centers)
-            all_confidence.append(upright * evidence.confidence)
-            alone = upright * evidence.inside * evidence.free
-            is_lone = alone >= self.min_confidence
-            is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
-            is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], tilted)
-            lone_centers.append(centers[is_lone])
-            lone_confidence.append(alone[is_lone])
-        heads = _strongest(
-            np.concatenate(all_centers), np.concatenate(all_confidence), self.min_confidence
-        )
-        lone_heads = _strongest(
-            np.concatenate(lone_centers), np.concatenate(lone_confidence), self.min_confidence
-        )
+        ups = tilted_ups(up_camera, TILTS_RAD)
+        tops = tops_of(cloud.depth_m, cloud.points_camera, self.max_depth_m, STEP_M)
+        centers = (tops - HEAD_HALF_HEIGHT_M * ups[:, None]).reshape(-1, 3)
+        depth, in_view = cloud.lookup(centers.T)
+        is_on_surface = in_view & (np.abs(depth - centers[:, 2]) < 0.2)
+        centers = centers[is_on_surface]
+        tilt = np.repeat(np.arange(len(ups)), len(tops))[is_on_surface]
+        evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
+        upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
+        heads = _strongest(centers, upright * evidence.confidence, self.min_confidence)
+        alone = upright * evidence.inside * evidence.free
+        is_lone = alone >= self.min_confidence
+        is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
+        if is_lone.any():
+            is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], ups[tilt[is_lone]])
+        lone_heads = _strongest(centers[is_lone], alone[is_lone], self.min_confidence)
         return heads + [
             replace(lone, torso_is_unread=True)
             for lone in lone_heads
@@ -250,63 +243,65 @@ class DepthHeadDetector:
             )
         ]
 
-    def _tops(self, cloud: Cloud) -> Vector:
-        """[N, 3] points with nothing at their depth right above them in the image."""
-        depth = cloud.depth_m
-        above = np.zeros_like(depth)
-        above[1:] = depth[:-1]
-        is_top = (depth > 0.0) & (depth < self.max_depth_m)
-        is_top &= (above == 0.0) | (above > depth + 0.12)
-        is_top[0] = False
-        return cloud.points_camera[is_top].astype(np.float64)
-
 
 def _strongest(
     centers_camera: Vector, confidence: NDArray[np.float64], min_confidence: float
 ) -> list[HeadCandidate]:
     """One candidate per head: the best of those within a head's size, averaged with its like."""
     is_good = confidence >= min_confidence
-    centers_camera, confidence = centers_camera[is_good], confidence[is_good]
-    left = np.ones(len(confidence), np.bool_)
-    found: list[HeadCandidate] = []
-    while left.any():
-        best = int(np.argmax(np.where(left, confidence, -1.0)))
-        offset = centers_camera - centers_camera[best]
-        distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-        like = left & (distance < HEAD_RADIUS_M) & (confidence > 0.9 * confidence[best])
-        found.append(HeadCandidate(centers_camera[like].mean(0), float(confidence[best])))
-        left &= distance > LEAST_APART_M
-    return found
+    centers, best = strongest(
+        centers_camera[is_good], confidence[is_good], LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE
+    )
+    return [HeadCandidate(*found) for found in zip(centers, best.tolist(), strict=True)]
 
 
 def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
     """Centre a head on the points around it; None where too few of them are seen."""
-    points = points_near(cloud, center_camera, 1.5 * HEAD_HALF_HEIGHT_M)
-    if not len(points):
+    surface, count = median_near(
+        cloud,
+        center_camera,
+        up_camera,
+        1.5 * HEAD_HALF_HEIGHT_M,
+        HEAD_HALF_HEIGHT_M,
+        1.5 * HEAD_RADIUS_M,
+    )
+    if not count:
         return None
-    offset = points - center_camera
-    up_m = offset @ up_camera
-    across_m = np.linalg.norm(offset - up_m[:, None] * up_camera, axis=1)
-    is_head = (np.abs(up_m) < HEAD_HALF_HEIGHT_M) & (across_m < 1.5 * HEAD_RADIUS_M)
-    if not is_head.any():
-        return None
-    surface = np.median(points[is_head], axis=0)
     return surface * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface))
 
 
-def points_near(cloud: Cloud, center_camera: Vector, radius_m: float) -> Vector:
-    """[N, 3] points of the cloud within a ball."""
+def median_near(
+    cloud: Cloud,
+    center_camera: Vector,
+    up_camera: Vector,
+    radius_m: float,
+    half_height_m: float = np.inf,
+    across_m: float = np.inf,
+) -> tuple[Vector, int]:
+    """[3] median of the cloud's points within a ball, and in an upright cylinder about the same
+    centre; and how many there are."""
+    median = np.zeros(3)
     x, y, z = center_camera.tolist()
     if z <= 0.0:
-        return np.empty((0, 3))
+        return median, 0
     camera = cloud.camera
     reach_x, reach_y = (radius_m * focal / z + 1.0 for focal in (camera.fx, camera.fy))
     column, row = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
-    window = cloud.points_camera[
-        max(int(row - reach_y), 0) : max(int(row + reach_y) + 2, 0),
-        max(int(column - reach_x), 0) : max(int(column + reach_x) + 2, 0),
-    ]
-    points = window.reshape(-1, 3).astype(np.float64)
-    offset = points - center_camera
-    square = np.einsum("ij,ij->i", offset, offset)
-    return points[(square < radius_m * radius_m) & (points[:, 2] > 0.0)]
+    count = median_about(
+        cloud.points_camera,
+        _window(row, reach_y, camera.height),
+        _window(column, reach_x, camera.width),
+        center_camera,
+        up_camera,
+        radius_m,
+        half_height_m,
+        across_m,
+        median,
+    )
+    return median, count
+
+
+def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
+    """The first pixel within reach of a place, and the one after the last."""
+    start = min(max(int(middle - reach), 0), size)
+    return start, min(max(int(middle + reach) + 2, start), size)

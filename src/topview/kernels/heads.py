@@ -1,4 +1,4 @@
-"""What a depth image shows at the places of a template."""
+"""Heads in a depth image: how well a template fits, and what lies about a head's centre."""
 
 from __future__ import annotations
 
@@ -11,55 +11,288 @@ HIDDEN, THERE, BEHIND, EMPTY = range(4)
 
 
 @njit(cache=True, nogil=True)
-def look_at_template(
+def look_at(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    x: float,
+    y: float,
+    z: float,
+    tolerances_m: tuple[float, float, float],
+    noise_m: float,
+) -> int:
+    """What a depth image [h, w], 0 where there is no reading, shows in the direction of a point.
+
+    `HIDDEN`: out of view, or something nearer by more than the first of `tolerances_m` is in the
+    way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further away
+    by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`.
+    """
+    before_m, behind_m, far_behind_m = tolerances_m
+    height, width = depth_m.shape
+    # Without branches, which hardly any processor foresees here.
+    per_z = 1.0 / max(z, 1e-9)
+    u = x * per_z * focal_px[0] + principal_px[0] + 0.5
+    v = y * per_z * focal_px[1] + principal_px[1] + 0.5
+    is_in_view = (z > 0.0) & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
+    row = int(min(max(v, 0.0), height - 1.0))
+    column = int(min(max(u, 0.0), width - 1.0))
+    seen_m = depth_m[row, column]
+    further_m = seen_m - z if seen_m > 0.0 else np.inf
+    is_visible = is_in_view & (further_m >= -before_m - noise_m)
+    is_behind = further_m > behind_m + noise_m
+    is_far = further_m > far_behind_m + noise_m
+    return is_visible * (THERE + is_behind + is_far)
+
+
+@njit(cache=True, nogil=True)
+def _count(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    center_camera: NDArray[np.float64],
+    axes_camera: tuple[float, float, float, float, float],
+    places_m: NDArray[np.float64],
+    tolerances_m: tuple[float, float, float],
+    noise_m: float,
+) -> tuple[int, int, int]:
+    """How many of the template's places [K, 2] about a centre are visible, there and behind.
+
+    `axes_camera`: x and y to the right, x, y and z up.
+    """
+    right_x, right_y, up_x, up_y, up_z = axes_camera
+    visible, there, behind = 0, 0, 0
+    for k in range(places_m.shape[0]):
+        right, up = places_m[k]
+        x = center_camera[0] + (right * right_x + up * up_x)
+        y = center_camera[1] + (right * right_y + up * up_y)
+        z = center_camera[2] + up * up_z
+        seen = look_at(depth_m, focal_px, principal_px, x, y, z, tolerances_m, noise_m)
+        visible += seen != HIDDEN
+        there += seen == THERE
+        behind += seen == BEHIND
+    return visible, there, behind
+
+
+@njit(cache=True, nogil=True)
+def fit_template(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
     centers_camera: NDArray[np.float64],
-    offsets_camera: NDArray[np.float64],
-    before_m: float,
-    behind_m: float,
-    far_behind_m: float,
+    ups_camera: NDArray[np.float64],
+    inside_m: NDArray[np.float64],
+    free_m: NDArray[np.float64],
+    shoulders_m: NDArray[np.float64],
+    tolerances_m: tuple[float, float, float],
     noise_per_square_m: float,
-    out_seen: NDArray[np.uint8],
+    least: float,
+    out_evidence: NDArray[np.float64],
 ) -> None:
-    """Look through every place of a template put at every centre.
-
-    `HIDDEN`: out of view, or something nearer by more than `before_m` is in the way; `THERE`: a
-    surface there, or further away by up to `behind_m`; `BEHIND`: one up to `far_behind_m` further
-    away; `EMPTY`: nothing that near, or no reading. All three grow by `noise_per_square_m` times
-    the square of the centre's depth.
+    """How well what is seen about centres fits a head: `topview.detect.heads.HeadEvidence`.
 
     Args:
         depth_m: [h, w] metres, 0 where there is no reading.
         focal_px: (fx, fy).
         principal_px: (cx, cy).
         centers_camera: [N, 3] metres.
-        offsets_camera: [K, 3] metres from the centre.
-        before_m: see above.
-        behind_m: see above.
-        far_behind_m: see above.
-        noise_per_square_m: see above, 1/m.
-        out_seen: [N, K].
+        ups_camera: [N, 3] unit vectors: how the template stands at each centre.
+        inside_m: [K, 2] places of the template within the head, right of and above the centre.
+        free_m: [L, 2] those about it that should be empty.
+        shoulders_m: [M, 2] those on the shoulders and the chest.
+        tolerances_m: of `look_at`, at no noise.
+        noise_per_square_m: by how much they grow with the square of the centre's depth, 1/m.
+        least: where the share that is free, or that times the share inside, is less than this, no
+            more is looked at, and all four are zero.
+        out_evidence: [4, N] shares: inside, free, shoulders, shoulders seen.
+    """
+    out_evidence[:] = 0.0
+    for n in range(centers_camera.shape[0]):
+        center = centers_camera[n]
+        x, y, z = ups_camera[n]
+        across = np.hypot(x, y)
+        axes = (-y / across, x / across, x, y, z)
+        noise_m = noise_per_square_m * center[2] ** 2
+        visible, there, _ = _count(
+            depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m
+        )
+        free = (visible - there) / max(visible, len(free_m) / 2)
+        if free < least:
+            continue
+        _, there, _ = _count(
+            depth_m, focal_px, principal_px, center, axes, inside_m, tolerances_m, noise_m
+        )
+        inside = there / len(inside_m)
+        if inside * free < least:
+            continue
+        visible, there, behind = _count(
+            depth_m, focal_px, principal_px, center, axes, shoulders_m, tolerances_m, noise_m
+        )
+        out_evidence[0, n] = inside
+        out_evidence[1, n] = free
+        out_evidence[2, n] = (there + behind) / max(visible, 1)
+        out_evidence[3, n] = visible / len(shoulders_m)
+
+
+@njit(cache=True, nogil=True)
+def tops_of(
+    depth_m: NDArray[np.float32],
+    points_camera: NDArray[np.float32],
+    max_depth_m: float,
+    step_m: float,
+) -> NDArray[np.float64]:
+    """[N, 3] points, nearer than `max_depth_m`, whose upper neighbour in the image has no reading
+    or is further away by more than `step_m`."""
+    height, width = depth_m.shape
+    tops = np.empty((height * width, 3))
+    count = 0
+    for row in range(1, height):
+        for column in range(width):
+            z, above_m = depth_m[row, column], depth_m[row - 1, column]
+            if 0.0 < z < max_depth_m and (above_m == 0.0 or above_m > z + np.float32(step_m)):
+                tops[count] = points_camera[row, column]
+                count += 1
+    return tops[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def strongest(
+    centers_camera: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    apart_m: float,
+    like_m: float,
+    like_share: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The best of [N] candidates, the best of those further than `apart_m` from it, and so on:
+    [M, 3] centres and [M] confidence.
+
+    Each centre is the mean of the candidates left within `like_m` whose confidence is more than
+    `like_share` of the best one's.
+    """
+    count = len(confidence)
+    is_left = np.ones(count, np.bool_)
+    chosen = np.empty(count, np.int64)
+    means = np.zeros((count, 3))
+    found = 0
+    while True:
+        best = -1
+        for n in range(count):
+            if is_left[n] and (best < 0 or confidence[n] > confidence[best]):
+                best = n
+        if best < 0:
+            break
+        like = 0
+        for n in range(count):
+            if not is_left[n]:
+                continue
+            off = centers_camera[n] - centers_camera[best]
+            distance_m = np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2])
+            if distance_m < like_m and confidence[n] > like_share * confidence[best]:
+                means[found] += centers_camera[n]
+                like += 1
+            is_left[n] = distance_m > apart_m
+        means[found] /= like
+        chosen[found] = best
+        found += 1
+    return means[:found].copy(), confidence[chosen[:found]]
+
+
+@njit(cache=True, nogil=True)
+def median_about(
+    points_camera: NDArray[np.float32],
+    rows: tuple[int, int],
+    columns: tuple[int, int],
+    center_camera: NDArray[np.float64],
+    up_camera: NDArray[np.float64],
+    radius_m: float,
+    half_height_m: float,
+    across_m: float,
+    out_median: NDArray[np.float64],
+) -> int:
+    """How many points lie both in a ball and in an upright cylinder about a centre; and their
+    median.
+
+    Args:
+        points_camera: [h, w, 3] metres, zeros where there is no reading.
+        rows: the first, and after the last, in which to look.
+        columns: the same.
+        center_camera: [3].
+        up_camera: [3] the cylinder's axis.
+        radius_m: of the ball.
+        half_height_m: of the cylinder.
+        across_m: the cylinder's radius.
+        out_median: [3] along each axis, left alone if there are no points.
+    """
+    near = np.empty((3, (rows[1] - rows[0]) * (columns[1] - columns[0])))
+    count = 0
+    for row in range(rows[0], rows[1]):
+        for column in range(columns[0], columns[1]):
+            if points_camera[row, column, 2] <= 0.0:
+                continue
+            x = points_camera[row, column, 0] - center_camera[0]
+            y = points_camera[row, column, 1] - center_camera[1]
+            z = points_camera[row, column, 2] - center_camera[2]
+            square = x * x + y * y + z * z
+            up_m = x * up_camera[0] + y * up_camera[1] + z * up_camera[2]
+            if square >= radius_m * radius_m or abs(up_m) >= half_height_m:
+                continue
+            x -= up_m * up_camera[0]
+            y -= up_m * up_camera[1]
+            z -= up_m * up_camera[2]
+            if np.sqrt(x * x + y * y + z * z) < across_m:
+                near[:, count] = points_camera[row, column]
+                count += 1
+    if count > 0:
+        for axis in range(3):
+            out_median[axis] = np.median(near[axis, :count])
+    return count
+
+
+@njit(cache=True, nogil=True)
+def relief_about(
+    depth_m: NDArray[np.float32],
+    row: int,
+    column: int,
+    center_depth_m: float,
+    cutoff_m: float,
+    out_relief_m: NDArray[np.float32],
+) -> None:
+    """Depths relative to a centre's about a pixel, cut off at `cutoff_m`, which also stands for no
+    reading; the image [h, w] goes on beyond its border as it is there.
+
+    `out_relief_m`: [2 * r + 1, 2 * r + 1].
     """
     height, width = depth_m.shape
-    for n in range(centers_camera.shape[0]):
-        noise_m = noise_per_square_m * centers_camera[n, 2] ** 2
-        for k in range(offsets_camera.shape[0]):
-            out_seen[n, k] = HIDDEN
-            z = centers_camera[n, 2] + offsets_camera[k, 2]
-            if z <= 0.0:
-                continue
-            x = centers_camera[n, 0] + offsets_camera[k, 0]
-            y = centers_camera[n, 1] + offsets_camera[k, 1]
-            column = int(np.floor(x / z * focal_px[0] + principal_px[0] + 0.5))
-            row = int(np.floor(y / z * focal_px[1] + principal_px[1] + 0.5))
-            if not (0 <= row < height and 0 <= column < width):
-                continue
-            seen_m = depth_m[row, column]
-            if seen_m == 0.0 or seen_m - z > far_behind_m + noise_m:
-                out_seen[n, k] = EMPTY
-            elif seen_m - z > behind_m + noise_m:
-                out_seen[n, k] = BEHIND
-            elif seen_m - z >= -before_m - noise_m:
-                out_seen[n, k] = THERE
+    side = out_relief_m.shape[0]
+    center, cutoff = np.float32(center_depth_m), np.float32(cutoff_m)
+    for i in range(side):
+        v = min(max(row + i - side // 2, 0), height - 1)
+        for j in range(side):
+            z = depth_m[v, min(max(column + j - side // 2, 0), width - 1)]
+            relief = min(max(z - center, -cutoff), cutoff)
+            out_relief_m[i, j] = relief if z != 0.0 else cutoff
+
+
+@njit(cache=True, nogil=True)
+def lowest(costs: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Flat indices of the `count` lowest of [n, m] costs, lowest first; the first of equals."""
+    rows, columns = costs.shape
+    best = np.empty(count, np.int64)
+    kept = 0
+    for row in range(rows):
+        for column in range(columns):
+            cost = costs[row, column]
+            if kept == count:
+                last = best[count - 1]
+                if cost >= costs[last // columns, last % columns]:
+                    continue
+                kept -= 1
+            place = kept
+            while place > 0:
+                before = best[place - 1]
+                if costs[before // columns, before % columns] <= cost:
+                    break
+                best[place] = before
+                place -= 1
+            best[place] = row * columns + column
+            kept += 1
+    return best[:kept]

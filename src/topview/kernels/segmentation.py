@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.floor import floor_margin
+
 
 @njit(cache=True, nogil=True)
 def geodesic_distance(
@@ -144,12 +146,17 @@ def full_pixels_of(
     stride: int,
     jump_m: float,
     jump_per_square_m: float,
-    out_pixels: NDArray[np.int32],
-) -> int:
-    """Which full pixels the small pixels of a user stand for; their number.
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    floor: tuple[float, float, float, float],
+    margin_m: float,
+    noise_per_square_m: float,
+) -> NDArray[np.int32]:
+    """Flat indices, ascending, of the full pixels that the small pixels of a user stand for.
 
-    A full pixel is the user's if one of the four small pixels around it is, and their depths
-    differ by less than `jump_m + jump_per_square_m * z^2`, z the full pixel's.
+    A full pixel is the user's if one of the four small pixels around it is, their depths differ by
+    less than `jump_m + jump_per_square_m * z^2`, z the full pixel's, and it is no floor
+    (`floor_margin`).
 
     Args:
         full_depth_m: [H, W] metres, 0 where there is no reading.
@@ -158,33 +165,44 @@ def full_pixels_of(
         stride: full pixels per small pixel.
         jump_m: see above.
         jump_per_square_m: see above.
-        out_pixels: [H * W] flat indices, ascending, as many as are returned.
+        focal_px: (fx, fy) of the full image.
+        principal_px: (cx, cy) of the full image.
+        floor: its upward normal and the height of the camera over it.
+        margin_m: see `floor_margin`; -inf where there is no floor.
+        noise_per_square_m: see `floor_margin`.
     """
     full_height, full_width = full_depth_m.shape
     height, width = small_depth_m.shape
+    # With a border, so that every pixel has four around it.
+    users_depth_m = np.full((height + 1, width + 1), -np.inf, np.float32)
     top, bottom, left, right = height, -1, width, -1
+    users = 0
     for i in range(height):
         for j in range(width):
             if is_users[i, j]:
+                users_depth_m[i, j] = small_depth_m[i, j]
                 top, bottom = min(top, i), i
                 left, right = min(left, j), max(right, j)
+                users += 1
+    pixels = np.empty(4 * users * stride * stride, np.int32)
     count = 0
-    for row in range(max((top - 1) * stride, 0), min((bottom + 1) * stride + 1, full_height)):
+    up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
+    for row in range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height)):
         i = row // stride
-        for column in range(max((left - 1) * stride, 0), min((right + 1) * stride + 1, full_width)):
-            z = full_depth_m[row, column]
-            if z <= 0.0:
+        rise_y = (row - principal_px[1]) * up_y
+        for j in range(max(left - 1, 0), right + 1):
+            z_0, z_1 = users_depth_m[i, j], users_depth_m[i, j + 1]
+            z_2, z_3 = users_depth_m[i + 1, j], users_depth_m[i + 1, j + 1]
+            if max(max(z_0, z_1), max(z_2, z_3)) == -np.inf:
                 continue
-            j = column // stride
-            tolerance = jump_m + jump_per_square_m * z * z
-            for k in range(i, min(i + 2, height)):
-                is_found = False
-                for m in range(j, min(j + 2, width)):
-                    if is_users[k, m] and abs(small_depth_m[k, m] - z) < tolerance:
-                        is_found = True
-                        break
-                if is_found:
-                    out_pixels[count] = row * full_width + column
-                    count += 1
-                    break
-    return count
+            for column in range(j * stride, min((j + 1) * stride, full_width)):
+                z = full_depth_m[row, column]
+                off = min(min(abs(z_0 - z), abs(z_1 - z)), min(abs(z_2 - z), abs(z_3 - z)))
+                rise = (column - principal_px[0]) * up_x + rise_y + floor[2]
+                height_m = rise * z + floor[3]
+                least_m = floor_margin(z, height_m, floor[3], margin_m, noise_per_square_m)
+                pixels[count] = row * full_width + column
+                count += (
+                    (z > 0.0) & (off < jump_m + jump_per_square_m * z * z) & (height_m > least_m)
+                )
+    return pixels[:count].copy()

@@ -19,7 +19,7 @@ from topview.people.colors import hands_in, skin_share
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
-from topview.people.pieces import with_pieces
+from topview.people.pieces import Pieces
 from topview.people.present import Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance, full_pixels, split_users
@@ -392,15 +392,9 @@ class PeopleFinder:
         is_somebodys = np.zeros(scene.cloud.depth_m.shape, np.bool_)
         for body in bodies:
             is_somebodys |= np.isfinite(body)
+        pieces = Pieces.of(scene, is_somebodys, self.settings.pieces)
         whole = [
-            with_pieces(
-                scene,
-                user.head_camera,
-                max(user.height.height_m, PRIOR_HEIGHT_M),
-                body,
-                is_somebodys,
-                self.settings.pieces,
-            )
+            pieces.joined_to(body, user.head_camera, max(user.height.height_m, PRIOR_HEIGHT_M))
             if user.seen_s == time_s
             else body
             for user, body in zip(self._known, bodies, strict=True)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.pieces import join_pieces, small_pieces
 from topview.people.scene import Scene
 
 Distance = NDArray[np.float32]
@@ -30,42 +31,51 @@ class PieceSettings:
     reach: float = 1.0
 
 
-def with_pieces(
-    scene: Scene,
-    head_camera: NDArray[np.float64],
-    height_m: float,
-    body: Distance,
-    is_somebodys: NDArray[np.bool_],
-    settings: PieceSettings,
-) -> Distance:
-    """A body [h, w] and the loose pieces before it that touch it in the picture and are small and
-    near enough; they are as far from the head as the straight line.
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Small pieces that stand free, are nobody's body, and may be limbs.
 
-    `is_somebodys` [h, w] is everybody's body: no pieces.
+    Attributes:
+        scene: what is seen.
+        settings: which may be limbs.
+        labels: [h, w] number of each pixel's piece, whatever its size, 0 for none.
+        count: of numbers, 0 included.
+        pixels: flat indices of the small ones' pixels.
     """
-    is_body = np.isfinite(body)
-    is_piece = scene.is_free_standing & ~is_somebodys & ~scene.is_bulky
-    beside = cv2.dilate(is_body.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    if not (is_piece & beside).any():
-        return body
-    count, numbers = cv2.connectedComponents(is_piece.astype(np.uint8), connectivity=8)
-    labels = np.asarray(numbers, np.int32)
-    labels[~is_piece] = 0
-    depth = scene.cloud.depth_m
-    area_m2 = np.bincount(labels.ravel(), (depth**2).ravel(), count) / scene.cloud.camera.fx**2
-    is_small = (settings.area_m2[0] < area_m2) & (area_m2 < settings.area_m2[1])
-    is_small[0] = False
 
-    # The body's mean depth around each pixel.
-    body_depth = np.where(is_body, depth, np.float32(0.0))
-    around = cv2.blur(body_depth, (3, 3)) / np.maximum(
-        cv2.blur(is_body.astype(np.float32), (3, 3)), 1e-6
-    )
-    is_before = (depth < around) & (depth > around - settings.gap_m)
-    touches = np.bincount(labels[is_piece & beside & is_before], minlength=count) > 0
+    scene: Scene
+    settings: PieceSettings
+    labels: NDArray[np.int32]
+    count: int
+    pixels: NDArray[np.int32]
 
-    offset = scene.cloud.points_camera - head_camera.astype(np.float32)
-    from_head_m = np.sqrt(np.einsum("ijk,ijk->ij", offset, offset))
-    too_far = np.bincount(labels[from_head_m > settings.reach * height_m], minlength=count) > 0
-    is_limb = (is_small & touches & ~too_far)[labels]
-    return np.where(is_limb, from_head_m, body)
+    @classmethod
+    def of(cls, scene: Scene, is_somebodys: NDArray[np.bool_], settings: PieceSettings) -> Pieces:
+        """`is_somebodys` [h, w]: what is a body already."""
+        is_piece = scene.is_free_standing & ~is_somebodys & ~scene.is_bulky
+        count, numbers = cv2.connectedComponents(is_piece.view(np.uint8), connectivity=8)
+        labels = np.asarray(numbers, np.int32)
+        cloud = scene.cloud
+        pixels = small_pieces(labels, cloud.depth_m, count, cloud.camera.fx, *settings.area_m2)
+        return cls(scene, settings, labels, count, pixels)
+
+    def joined_to(
+        self, body: Distance, head_camera: NDArray[np.float64], height_m: float
+    ) -> Distance:
+        """A body [h, w] and the pieces before it that touch it in the picture and are near enough;
+        they are as far from the head as the straight line."""
+        if not len(self.pixels):
+            return body
+        whole = body.copy()
+        join_pieces(
+            self.pixels,
+            self.labels,
+            self.count,
+            self.scene.cloud.depth_m,
+            self.scene.cloud.points_camera,
+            head_camera.astype(np.float32),
+            self.settings.reach * height_m,
+            self.settings.gap_m,
+            whole,
+        )
+        return whole

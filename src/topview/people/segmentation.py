@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
+from topview.detect.cloud import NOISE_PER_SQUARE_M
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.kernels.segmentation import full_pixels_of, seed_body
-from topview.people.scene import Scene, floor_margin_m
+from topview.people.scene import Scene
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, surface_distance
 
 
@@ -155,20 +156,20 @@ def bone_distance(
 def full_pixels(scene: Scene, is_users: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Flat indices into the full image of what the cloud pixels [h, w] of a user stand for: the
     full pixels around each whose depth is the same surface's."""
-    cloud = scene.cloud
-    full_depth_m, camera = cloud.frame.depth_m, cloud.frame.camera
-    pixels = np.empty(full_depth_m.size, np.int32)
-    count = full_pixels_of(
-        full_depth_m, cloud.depth_m, is_users, cloud.stride, JUMP_M, JUMP_PER_SQUARE_M, pixels
+    cloud, floor = scene.cloud, scene.floor
+    camera = cloud.frame.camera
+    return full_pixels_of(
+        cloud.frame.depth_m,
+        cloud.depth_m,
+        is_users,
+        cloud.stride,
+        JUMP_M,
+        JUMP_PER_SQUARE_M,
+        (camera.fx, camera.fy),
+        (camera.cx, camera.cy),
+        (0.0, 0.0, 0.0, 0.0)
+        if floor is None
+        else (*floor.normal_camera.tolist(), floor.distance_m),
+        -np.inf if floor is None else scene.settings.floor_margin_m,
+        NOISE_PER_SQUARE_M,
     )
-    pixels = pixels[:count].copy()
-    if scene.floor is None:
-        return pixels
-    row, column = np.divmod(pixels, full_depth_m.shape[1])
-    depth_m = full_depth_m.ravel()[pixels]
-    up = scene.floor.normal_camera
-    rise = (column - camera.cx) * (up[0] / camera.fx) + (row - camera.cy) * (up[1] / camera.fy)
-    heights_m = (rise + up[2]) * depth_m + scene.floor.distance_m
-    return pixels[
-        heights_m > floor_margin_m(depth_m, heights_m, scene.floor, scene.settings.floor_margin_m)
-    ]
