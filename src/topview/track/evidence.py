@@ -63,6 +63,18 @@ class Evidence:
         """[3] unit vector: the floor's normal, or the camera's own up where no floor is known."""
         return self.floor[:3] if self.floor.any() else CAMERA_UP
 
+    def is_mine(self, point_camera: NDArray[np.float64]) -> bool:
+        """Whether a [3] point lies, in the image, on the user."""
+        x, y, z = point_camera.tolist()
+        if z <= 0.1:
+            return False
+        u, v = (
+            round(self.view.fx * x / z + self.view.cx),
+            round(self.view.fy * y / z + self.view.cy),
+        )
+        height, width = self.mine.shape
+        return 0 <= u < width and 0 <= v < height and bool(self.mine[v, u])
+
 
 def working_stride(camera: Camera, nearest_m: float) -> int:
     """By how much to thin the image so that neighbouring points lie `WORKING_SPACING_M` apart."""

@@ -19,10 +19,18 @@ from numpy.typing import NDArray
 from topview.body.kinematics import place_part
 from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import (
+    HEAD,
+    LEFT_UPPER_ARM,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_UPPER_ARM,
+    UPPER_TORSO,
+)
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
+from topview.people.identity import assign
 from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Columns, Evidence, columns
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
@@ -84,6 +92,11 @@ class LimbSettings:
         limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
         floor_weight_per_m: of the limb's end below the floor.
         margin: by which another hypothesis must beat the present pose.
+        hand_motion_m, hand_side: a hand that the colour of skin shows is the arm's from whose
+            predicted hand it is few such lengths away; and the weight of its belief in a side.
+        hand_reach: share of the arm's length within which it can be.
+        hand_turns: elbows on its circle.
+        hand_weight, hand_m: of a limb that ends off such a hand, and from where on it is all off.
     """
 
     tolerance_m: float = 0.05
@@ -122,6 +135,12 @@ class LimbSettings:
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
     margin: float = 0.15
+    hand_motion_m: float = 0.15
+    hand_side: float = 0.5
+    hand_reach: float = 1.1
+    hand_turns: int = 12
+    hand_weight: float = 4.0
+    hand_m: float = 0.2
 
 
 def elbows_on_circle(
@@ -172,6 +191,14 @@ class _Scored:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Hand:
+    """A limb's end as it is seen by its colour: [3] metres on the limb's axis, and the belief."""
+
+    palm_camera: Array
+    belief: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Limb:
     """One limb's surroundings in one frame."""
 
@@ -186,6 +213,7 @@ class _Limb:
     fine: _Scored
     coarse: _Scored
     placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
+    hand: _Hand | None  # where the colour of skin shows this arm's
     own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
@@ -218,11 +246,12 @@ class LimbSearch:
             label_points(points, pose, origins, model)
             for points in (evidence.points_camera, evidence.all_points_camera)
         ]
+        hands = self._hands(pose, predicted, model, evidence)
         Rs = pose.Rs.copy()
         best_of: dict[int, Array] = {}
         for upper in LIMBS:
             limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted,
-                                      model, evidence, labelling)  # fmt: skip
+                                      model, evidence, labelling, hands.get(upper))  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
             is_hidden = _hidden_share(limb, current, evidence) > s.hidden_share
@@ -237,7 +266,7 @@ class LimbSearch:
 
     def _surroundings(
         self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,
-        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]],
+        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]], hand: _Hand | None,
     ) -> _Limb:  # fmt: skip
         s = self.settings
         parts = [upper, upper + 1]
@@ -272,9 +301,36 @@ class LimbSearch:
                 model.lengths_m[placed],
                 s.collision_share * model.radii_m[placed],
             ),
+            hand,
             int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
+
+    def _hands(
+        self, pose: Pose, predicted: Pose, model: BodyModel, evidence: Evidence
+    ) -> dict[int, _Hand]:
+        """By upper part, the hands that are seen on the user: each the arm's whose hand was near,
+        and whose side it looks like."""
+        s = self.settings
+        seen = [hand for hand in evidence.hands if evidence.is_mine(hand.palm_camera)]
+        if not seen:
+            return {}
+        palms = np.array([hand.palm_camera for hand in seen])
+        palms += unit(palms) * model.radii_m[LEFT_UPPER_ARM + 1, 0]
+        left = np.clip([hand.left_share for hand in seen], 0.01, 0.99)
+        costs = np.empty((2, len(seen)))
+        origins, predicted_origins = pose.origins(model), predicted.origins(model)
+        for row, (upper, share) in enumerate(((LEFT_UPPER_ARM, left), (RIGHT_UPPER_ARM, 1 - left))):
+            lower = upper + 1
+            end = predicted.Rs[lower, :, 1] * model.lengths_m[lower] + predicted_origins[lower]
+            off_m = np.linalg.norm(palms - end, axis=1)
+            costs[row] = off_m / s.hand_motion_m - s.hand_side * np.log(share)
+            reach_m = s.hand_reach * model.lengths_m[[upper, lower]].sum()
+            costs[row, np.linalg.norm(palms - origins[upper], axis=1) > reach_m] = np.inf
+        return {
+            (LEFT_UPPER_ARM, RIGHT_UPPER_ARM)[arm]: _Hand(palms[hand], seen[hand].confidence)
+            for arm, hand in assign(-costs).items()
+        }
 
     def _hypotheses(
         self,
@@ -334,6 +390,10 @@ class LimbSearch:
                 palms = palms + unit(palms) * limb.radii_m[1]  # from the skin to the axis
                 upper_m, lower_m = limb.lengths_m
                 groups.append(elbows_on_circle(limb.joint_camera, palms, upper_m, lower_m, s.turns))
+        if limb.hand is not None:
+            palm = limb.hand.palm_camera[None]
+            upper_m, lower_m = limb.lengths_m
+            groups.append(elbows_on_circle(limb.joint_camera, palm, upper_m, lower_m, s.hand_turns))
         return np.concatenate(groups)
 
     def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, scored: _Scored) -> Array:
@@ -359,6 +419,10 @@ class LimbSearch:
             )
         explained, turn_upper, turn_lower, beyond, below = verdicts.T
         unexplained = (len(limb.exclusive_points) - explained) / limb.full_count
+        if limb.hand is not None:
+            ends = elbows + axes[:, 1] * limb.lengths_m[1]
+            off_m = np.linalg.norm(ends - limb.hand.palm_camera, axis=1)
+            log_score += s.hand_weight * limb.hand.belief * np.minimum(off_m / s.hand_m, 1.0)
         motion = np.log1p((turn_upper / s.motion_rad) ** 2)
         motion += np.log1p((turn_lower / s.motion_rad) ** 2)
         return (
