@@ -23,6 +23,12 @@ def test_bench_measures_scenes_stages_and_inner_loops(topview, tmp_path):
         # A frame's stages are parts of it, and a person's share is part of a frame.
         assert 0 < time["stages_ms"]["people"] < time["ms_per_frame"]
         assert 0 < time["ms_per_person"] <= time["ms_per_frame"]
+    finding = [(t["people"], t["detector"], t["threads"]) for t in numbers["finding"]]
+    assert finding == [(4, d, n) for d in ("depth", "auto") for n in threads]
+    for time in numbers["finding"]:
+        assert {"scene", "heads", "users"} <= set(time["stages_ms"])
+        assert ("colours" in time["stages_ms"]) == (time["detector"] == "auto")
+        assert 0 < max(time["stages_ms"].values()) < time["ms_per_frame"]
     assert [kernel["threads"] for kernel in numbers["kernels"]] == [
         n for n in threads for _ in "ab"
     ]

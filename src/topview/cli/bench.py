@@ -23,10 +23,11 @@ from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.cli.demo import SCENE, WARM_UP_FRAMES
 from topview.cli.progress import progress_bar
+from topview.detect.detectors import DetectorName
 from topview.geometry.rotations import rotations_from_angles
 from topview.io.writers import prepare_output_folder, write_atomically
 from topview.kernels.threads import use_threads
-from topview.people.finder import PeopleFinder
+from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.records import Camera, Frame, InputError
 from topview.score.utvr import DepthView, placed_parts, score_hypotheses
 from topview.sim import SimulatedRecording, scene_by_name
@@ -38,6 +39,7 @@ from topview.track.refinement import RefinementSettings, refine
 from topview.track.stances import STANDING, stand
 
 KINECT_V1 = Camera(fx=525, fy=525, cx=319.5, cy=239.5, width=640, height=480)  # nominal
+CROWD_SCENE, CROWD = "four_users", 4
 KERNEL_RUNS = 15  # the median of so many is told
 
 
@@ -71,6 +73,20 @@ class TrackingTime:
 
 
 @dataclass(frozen=True, slots=True)
+class FindingTime:
+    """Medians over the frames of one scene, in milliseconds, of finding people without tracking
+    their bodies."""
+
+    width: int
+    height: int
+    people: int
+    detector: DetectorName
+    threads: int
+    ms_per_frame: float
+    stages_ms: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
 class KernelTime:
     """Median of one call, in milliseconds."""
 
@@ -84,8 +100,9 @@ def bench(
 ) -> None:
     """Measure the tracker's speed on the demo's scene, with one thread and with all.
 
-    One person and two, at 320 x 240 and 640 x 480; then the inner loops alone. Compiling is left
-    out. NUMBA_NUM_THREADS, where it is set, limits the threads.
+    One person and two, at 320 x 240 and 640 x 480; then finding four people without tracking
+    them, by depth alone and with colour; then the inner loops alone. Compiling is left out.
+    NUMBA_NUM_THREADS, where it is set, limits the threads.
 
     Args:
         frames: measured in each scene, up to 120.
@@ -103,16 +120,21 @@ def bench(
     for camera, people in product((KINECT_V1_HALF, KINECT_V1), (1, 2)):
         filmed = _filmed(camera, people, frames)
         tracking += [_time_tracking(filmed, people, count) for count in threads]
+    crowd = _filmed(KINECT_V1, CROWD, frames, CROWD_SCENE)
+    finding = [
+        _time_finding(crowd, detector, count)
+        for detector, count in product(("depth", "auto"), threads)
+    ]
     someone = _filmed(KINECT_V1, people=1, frames=0)[0]
     kernels = [time for count in threads for time in _time_kernels(someone, count)]
-    _print(machine, tracking, kernels, Console())
+    _print(machine, tracking, finding, kernels, Console())
     if json_file is not None:
-        _write(json_file, machine, tracking, kernels)
+        _write(json_file, machine, tracking, finding, kernels)
 
 
-def _filmed(camera: Camera, people: int, frames: int) -> list[Frame]:
+def _filmed(camera: Camera, people: int, frames: int, scene_name: str = SCENE) -> list[Frame]:
     """The scene's frames, those to warm up with first."""
-    scene = scene_by_name(SCENE, camera=camera, people=people, frames=WARM_UP_FRAMES + frames)
+    scene = scene_by_name(scene_name, camera=camera, people=people, frames=WARM_UP_FRAMES + frames)
     with progress_bar() as progress:
         return list(progress.track(SimulatedRecording(scene), description="simulating"))
 
@@ -143,6 +165,24 @@ def _timed_updates(tracker: Tracker, frames: Iterator[Frame]) -> Iterator[tuple[
         start = perf_counter()
         found = len(tracker.update(frame))
         yield 1e3 * (perf_counter() - start), found
+
+
+def _time_finding(filmed: Sequence[Frame], detector: DetectorName, threads: int) -> FindingTime:
+    use_threads(threads)
+    finder = PeopleFinder(PeopleSettings(detector=detector))
+    for frame in filmed[:WARM_UP_FRAMES]:
+        finder.update(frame)
+    finder.clock.seconds.clear()
+    times, people = [], 0
+    for frame in filmed[WARM_UP_FRAMES:]:
+        start = perf_counter()
+        people = len(finder.update(frame))
+        times.append(1e3 * (perf_counter() - start))
+    camera = filmed[0].camera
+    stages_ms = {name: 1e3 * median(seconds) for name, seconds in finder.clock.seconds.items()}
+    return FindingTime(
+        camera.width, camera.height, people, detector, threads, median(times), stages_ms
+    )
 
 
 def _time_kernels(frame: Frame, threads: int) -> list[KernelTime]:
@@ -220,12 +260,18 @@ def _cpu_model() -> str:
 def _print(
     machine: Machine,
     tracking: Sequence[TrackingTime],
+    finding: Sequence[FindingTime],
     kernels: Sequence[KernelTime],
     console: Console,
 ) -> None:
     cores = f"{machine.cores} core{'s' if machine.cores > 1 else ''}"
     print(f"{machine.cpu}, {cores}; the kernels may use {machine.threads} of them")
-    for table in (_tracking_table(tracking), _stage_table(tracking), _kernel_table(kernels)):
+    for table in (
+        _tracking_table(tracking),
+        _stage_table(tracking),
+        _finding_table(finding),
+        _kernel_table(kernels),
+    ):
         console.print(table)
 
 
@@ -255,6 +301,17 @@ def _stage_table(tracking: Sequence[TrackingTime]) -> Table:
     return table
 
 
+def _finding_table(finding: Sequence[FindingTime]) -> Table:
+    stages = list(dict.fromkeys(name for time in finding for name in time.stages_ms))
+    columns = ("people", "detector", "threads", "ms/frame", *stages)
+    table = _table("finding people without tracking them, ms per frame", "image", columns)
+    for time in finding:
+        row = [f"{time.stages_ms[name]:.1f}" if name in time.stages_ms else "-" for name in stages]
+        total = f"{time.ms_per_frame:.1f}"
+        table.add_row(*_scene(time), time.detector, str(time.threads), total, *row)
+    return table
+
+
 def _kernel_table(kernels: Sequence[KernelTime]) -> Table:
     table = _table("inner loops, median over the calls", "loop", ("threads", "ms"))
     for time in kernels:
@@ -276,16 +333,21 @@ def _table(title: str, first: str, others: Sequence[str]) -> Table:
     return table
 
 
-def _scene(time: TrackingTime) -> tuple[str, str]:
+def _scene(time: TrackingTime | FindingTime) -> tuple[str, str]:
     return f"{time.width}x{time.height}", str(time.people)
 
 
 def _write(
-    file: Path, machine: Machine, tracking: Sequence[TrackingTime], kernels: Sequence[KernelTime]
+    file: Path,
+    machine: Machine,
+    tracking: Sequence[TrackingTime],
+    finding: Sequence[FindingTime],
+    kernels: Sequence[KernelTime],
 ) -> None:
     numbers = {
         "machine": asdict(machine),
         "tracking": [asdict(time) for time in tracking],
+        "finding": [asdict(time) for time in finding],
         "kernels": [asdict(time) for time in kernels],
     }
     write_atomically(file, (json.dumps(numbers, indent=2) + "\n").encode())
