@@ -14,6 +14,7 @@ from rich.console import Console
 from topview.cli.progress import warn
 from topview.cli.simulate import CAMERAS, Size
 from topview.cli.status import INTERRUPTED
+from topview.detect.detectors import DetectorName
 from topview.evaluate.datasets import (
     EvaluatedRecording,
     find_berkeley_mhad,
@@ -44,6 +45,7 @@ class EvaluateOptions:
     Attributes:
         sequences: globs over the names of the sequences, separated by commas.
         method: the tracker's method.
+        detector: how people's heads are found.
         seed: of every random number.
         json: file for all numbers.
         workers: processes, 0 for one per core; the numbers do not depend on it.
@@ -58,6 +60,7 @@ class EvaluateOptions:
 
     sequences: str = "*"
     method: Method = DEFAULTS.method
+    detector: DetectorName = DEFAULTS.detector
     seed: int = DEFAULTS.seed
     json: Path | None = None
     workers: int = 0
@@ -69,7 +72,7 @@ class EvaluateOptions:
 
     @property
     def settings(self) -> TrackerSettings:
-        return TrackerSettings(method=self.method, seed=self.seed, threads=1)
+        return TrackerSettings(self.method, self.detector, self.seed, threads=1)
 
     def made_by(self) -> dict[str, Any]:
         """What the measured skeletons come from, for the file of numbers."""
