@@ -12,7 +12,13 @@ from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
 from topview.people.background import FRAMES_UNTIL_KNOWN, Background
 from topview.people.floor import FloorPlane
-from topview.people.height import PRIOR_HEIGHT_M, HeightEstimate, measured_height
+from topview.people.height import (
+    MEMORY_FRAMES,
+    PRIOR_HEIGHT_M,
+    QUANTILE,
+    HeightEstimate,
+    measured_height,
+)
 from topview.people.identity import KnownUser, assign
 from topview.people.scene import Scene, SceneSettings
 from topview.people.segmentation import (
@@ -89,6 +95,16 @@ def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measuremen
     for bent in np.linspace(0.0, 0.1, 50):
         estimate.add(1.65 - bent)
     assert estimate.height_m == pytest.approx(1.63, abs=0.02)
+
+
+@given(st.lists(st.floats(1.5, 1.9), min_size=1, max_size=MEMORY_FRAMES + 20))
+@settings(max_examples=20, deadline=None)
+def test_the_estimate_is_a_quantile_of_the_latest_measurements(heights_m: list[float]) -> None:
+    estimate = HeightEstimate()
+    for height_m in heights_m:
+        estimate.add(height_m)
+    expected = np.quantile(np.array(heights_m[-MEMORY_FRAMES:]), QUANTILE)
+    assert estimate.height_m == pytest.approx(expected, abs=1e-12)
 
 
 def test_bone_distance_is_zero_on_the_bones_and_euclidean_beside_them() -> None:

@@ -7,7 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import join_pieces, small_pieces
-from topview.kernels.segmentation import full_pixels_of, geodesic_distance, seed_body
+from topview.kernels.segmentation import (
+    full_pixels_of,
+    geodesic_distance,
+    recall_body,
+    seed_body,
+)
 
 JUMP, JUMP2 = 0.05, 0.004
 
@@ -60,15 +65,13 @@ def test_geodesic_distance_is_the_shortest_way(generator: np.random.Generator) -
     start[5, 5], start[20, 30] = 0.0, 0.1
     allowed[5, 5] = allowed[20, 30] = True
     expected = geodesic_by_relaxation(depth, allowed, 60.0, 0.8, start)
-    out = np.where(allowed, start, np.float32(np.inf))
-    queue = np.empty(depth.size, np.int32)
-    is_queued = np.zeros(depth.shape, np.bool_)
-    geodesic_distance(depth, allowed, 60.0, JUMP, JUMP2, 0.8, queue, is_queued, out)
+    out = np.where(allowed, start, np.float32(-np.inf))
+    geodesic_distance(depth, 60.0, JUMP, JUMP2, 0.8, out)
     # Single precision may fall on the other side of the limit.
     is_clear = ~(np.abs(expected - 0.8) < 1e-4) & ~(np.abs(out - 0.8) < 1e-4)
     np.testing.assert_allclose(out[is_clear], expected[is_clear], rtol=1e-4)
     assert np.isfinite(out).sum() > 50
-    assert not is_queued.any()
+    assert not np.isfinite(out[~allowed]).any()
 
 
 def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
@@ -79,7 +82,7 @@ def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
     free = generator.uniform(size=shape) > 0.2
     bulky = generator.uniform(size=shape) > 0.5
     head = np.array([0.05, -0.1, 0.1], np.float32)
-    allowed, start = np.empty(shape, np.bool_), np.empty(shape, np.float32)
+    start = np.empty(shape, np.float32)
     seed_body(
         points,
         overview,
@@ -93,7 +96,6 @@ def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
         -0.4,
         0.2,
         0.35,
-        allowed,
         start,
     )
     aside = np.hypot(*(overview - head[[0, 2]]).transpose(2, 0, 1))
@@ -101,8 +103,25 @@ def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
     expected = free & ~(bulky & (aside >= 0.35))
     core = (aside < 0.25) & (heights > -0.4) & (heights < 0.2)
     sure = expected & (core | (from_head < 0.15))
-    np.testing.assert_array_equal(allowed, expected)
-    np.testing.assert_allclose(start, np.where(sure, from_head, np.inf), rtol=1e-5)
+    expected_start = np.where(expected, np.where(sure, from_head, np.inf), -np.inf)
+    np.testing.assert_allclose(start, expected_start, rtol=1e-5)
+
+
+@pytest.mark.parametrize("keeps_seeds", [True, False])
+def test_a_body_is_remembered_where_the_depth_has_stayed(
+    generator: np.random.Generator, keeps_seeds: bool
+) -> None:
+    shape = (12, 15)
+    depth = generator.uniform(1.5, 2.5, shape).astype(np.float32)
+    last = depth + generator.normal(0.0, 0.08, shape).astype(np.float32)
+    body = generator.choice([0.4, 0.7, np.inf], shape).astype(np.float32)
+    start = generator.choice([-np.inf, 0.1, np.inf], shape).astype(np.float32)
+    out = start.copy()
+    recall_body(body, last, depth, 0.25, JUMP, JUMP2, keeps_seeds, out)
+    stays = np.abs(depth - last) < JUMP + JUMP2 * depth**2
+    known = np.where(stays, body + 0.25, np.inf)
+    expected = np.where(start == np.inf, known, start) if keeps_seeds else known
+    np.testing.assert_allclose(out, np.where(start < 0.0, start, expected), rtol=1e-6)
 
 
 FLOOR, MARGIN, NOISE = (0.0, -0.8, -0.6, 1.5), 0.035, 0.0015

@@ -6,19 +6,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from topview.kernels.floor import floor_margin
+from topview.kernels.scene import floor_margin
 
 
 @njit(cache=True, nogil=True)
 def geodesic_distance(
     depth_m: NDArray[np.float32],
-    is_allowed: NDArray[np.bool_],
     focal_px: float,
     jump_m: float,
     jump_per_square_m: float,
     limit_m: float,
-    queue: NDArray[np.int32],
-    is_queued: NDArray[np.bool_],
     out_m: NDArray[np.float32],
 ) -> None:
     """Length of the shortest way over the surface to each pixel, in place.
@@ -30,25 +27,26 @@ def geodesic_distance(
 
     Args:
         depth_m: [h, w] metres.
-        is_allowed: [h, w] pixels that may be walked on.
         focal_px: of the depth image.
         jump_m: largest step in depth at depth 0, metres.
         jump_per_square_m: what is added to it with the square of the depth, 1/m.
         limit_m: longer ways are not followed.
-        queue: [h * w] scratch.
-        is_queued: [h, w] scratch, all False.
-        out_m: [h, w] the cost at which each seed starts, infinity elsewhere; replaced by the
-            distances, infinity where there is no way.
+        out_m: [h, w] the cost at which each seed starts, infinity elsewhere, and minus infinity
+            where no way may lead; replaced by the distances, infinity where there is no way.
     """
     height, width = depth_m.shape
     size = height * width
+    queue = np.empty(size, np.int32)
+    is_queued = np.zeros((height, width), np.bool_)
     head, count = 0, 0
     for row in range(height):
         for column in range(width):
-            if out_m[row, column] <= limit_m and is_allowed[row, column]:
+            if 0.0 <= out_m[row, column] <= limit_m:
                 queue[count] = row * width + column
                 is_queued[row, column] = True
                 count += 1
+            elif out_m[row, column] >= 0.0:
+                out_m[row, column] = np.inf
     while count > 0:
         pixel = queue[head]
         head = head + 1 if head + 1 < size else 0
@@ -59,22 +57,27 @@ def geodesic_distance(
         start = out_m[row, column]
         for i in range(max(row - 1, 0), min(row + 2, height)):
             for j in range(max(column - 1, 0), min(column + 2, width)):
-                if not is_allowed[i, j] or not start < out_m[i, j]:
+                known = out_m[i, j]
+                nearer = min(z, depth_m[i, j])
+                across = nearer / focal_px
+                # Even straight ahead it would be no shorter.
+                if start + across >= known:
                     continue
                 dz = depth_m[i, j] - z
-                nearer = min(z, depth_m[i, j])
                 if abs(dz) > jump_m + jump_per_square_m * nearer * nearer:
                     continue
-                across = nearer / focal_px
                 square = across * across * ((i != row) + (j != column))
                 way = np.float32(start + np.sqrt(square + dz * dz))
-                if way < out_m[i, j] and way <= limit_m:
+                if way < known and way <= limit_m:
                     out_m[i, j] = way
                     if not is_queued[i, j]:
                         is_queued[i, j] = True
                         tail = head + count
                         queue[tail if tail < size else tail - size] = i * width + j
                         count += 1
+    for row in range(height):
+        for column in range(width):
+            out_m[row, column] = abs(out_m[row, column])
 
 
 @njit(cache=True, nogil=True)
@@ -91,7 +94,6 @@ def seed_body(
     bottom_m: float,
     top_m: float,
     torso_reach_m: float,
-    out_is_allowed: NDArray[np.bool_],
     out_start_m: NDArray[np.float32],
 ) -> None:
     """Which pixels may be a body's, and how far those that surely are lie from its head.
@@ -113,14 +115,13 @@ def seed_body(
         bottom_m: of the cylinder, along up.
         top_m: of the cylinder, along up.
         torso_reach_m: see above.
-        out_is_allowed: [h, w].
-        out_start_m: [h, w] straight distance from the head where sure, infinity elsewhere.
+        out_start_m: [h, w] straight distance from the head where sure, infinity where allowed,
+            minus infinity elsewhere.
     """
     height, width = heights_m.shape
     for row in range(height):
         for column in range(width):
-            out_start_m[row, column] = np.inf
-            out_is_allowed[row, column] = False
+            out_start_m[row, column] = -np.inf
             if not is_free_standing[row, column]:
                 continue
             right = overview_m[row, column, 0] - head_overview_m[0]
@@ -128,7 +129,7 @@ def seed_body(
             aside_m = np.sqrt(right * right + forward * forward)
             if is_bulky[row, column] and aside_m >= torso_reach_m:
                 continue
-            out_is_allowed[row, column] = True
+            out_start_m[row, column] = np.inf
             x = points_camera[row, column, 0] - head_camera[0]
             y = points_camera[row, column, 1] - head_camera[1]
             z = points_camera[row, column, 2] - head_camera[2]
@@ -136,6 +137,45 @@ def seed_body(
             is_core = aside_m < core_radius_m and bottom_m < heights_m[row, column] < top_m
             if is_core or from_head_m < head_radius_m:
                 out_start_m[row, column] = from_head_m
+
+
+@njit(cache=True, nogil=True)
+def recall_body(
+    body_m: NDArray[np.float32],
+    last_depth_m: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    faded_m: float,
+    jump_m: float,
+    jump_per_square_m: float,
+    keeps_seeds: bool,
+    out_start_m: NDArray[np.float32],
+) -> None:
+    """Start also from where a body is known to have been, as long as the depth there has stayed.
+
+    It has where it differs from the last by less than `jump_m + jump_per_square_m * z^2`.
+
+    Args:
+        body_m: [h, w] its distances from the head in the last frame, infinity elsewhere.
+        last_depth_m: [h, w] the last frame's.
+        depth_m: [h, w].
+        faded_m: what is added to the distances.
+        jump_m: see above.
+        jump_per_square_m: see above.
+        keeps_seeds: whether the seeds (`seed_body`) come before what is remembered; else they are
+            forgotten.
+        out_start_m: [h, w] as `seed_body` gives it.
+    """
+    height, width = depth_m.shape
+    for row in range(height):
+        for column in range(width):
+            start_m = out_start_m[row, column]
+            if start_m < 0.0 or (keeps_seeds and start_m < np.inf):
+                continue
+            z = depth_m[row, column]
+            off_m = abs(z - last_depth_m[row, column])
+            stays = off_m < jump_m + jump_per_square_m * z * z
+            remembered_m = body_m[row, column] + np.float32(faded_m)
+            out_start_m[row, column] = remembered_m if stays else np.inf
 
 
 @njit(cache=True, nogil=True)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import depth_noise_m
+from topview.detect.cloud import NOISE_PER_SQUARE_M
+from topview.kernels.scene import learn_background, shows_background
 
 # All ours: frames until a depth is believed; how much of a new depth goes into the mean; and how
 # far a reading may be from the mean, besides 2.5 standard deviations of the noise.
 FRAMES_UNTIL_KNOWN = 10
 LEARNING_RATE = 0.1
-TOLERANCE_M = 0.05
+TOLERANCE = (0.05, 2.5 * NOISE_PER_SQUARE_M)
 
 
 class Background:
@@ -27,14 +28,9 @@ class Background:
             self._mean_m = np.zeros_like(depth_m)
             self._frames = np.zeros(depth_m.shape, np.int32)
         assert self._frames is not None
-        is_new = (depth_m > 0.0) & ~is_somebodys
-        ahead_m = self._mean_m - depth_m
-        is_farther = is_new & (ahead_m < -_tolerance_m(depth_m))
-        is_steady = is_new & ~is_farther & (ahead_m < _tolerance_m(depth_m))
-        self._mean_m[is_steady] -= LEARNING_RATE * ahead_m[is_steady]
-        self._frames += is_steady
-        self._mean_m[is_farther] = depth_m[is_farther]
-        self._frames[is_farther] = 1
+        learn_background(
+            depth_m, is_somebodys, LEARNING_RATE, *TOLERANCE, self._mean_m, self._frames
+        )
 
     def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
         """Somebody turned out to have been standing there."""
@@ -54,9 +50,8 @@ class Background:
         """[h, w] where a frame shows the known background."""
         if self._mean_m is None or self._frames is None:
             return np.zeros(depth_m.shape, np.bool_)
-        is_known = self._frames >= FRAMES_UNTIL_KNOWN
-        return is_known & (depth_m > self._mean_m - _tolerance_m(depth_m))
-
-
-def _tolerance_m(depth_m: NDArray[np.float32]) -> NDArray[np.floating]:
-    return TOLERANCE_M + 2.5 * depth_noise_m(depth_m)
+        is_seen = np.empty(depth_m.shape, np.bool_)
+        shows_background(
+            depth_m, self._mean_m, self._frames, FRAMES_UNTIL_KNOWN, *TOLERANCE, is_seen
+        )
+        return is_seen

@@ -22,10 +22,9 @@ from topview.people.identity import KnownUser, assign
 from topview.people.pieces import Pieces
 from topview.people.present import Present, Refusal, reached
 from topview.people.scene import Scene
-from topview.people.segmentation import body_distance, full_pixels, split_users
+from topview.people.segmentation import Memory, body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
 from topview.people.stillness import Stillness
-from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M
 from topview.people.users import HandCandidate, User
 from topview.people.validation import is_doubtful, looks_like_person
 from topview.records import Frame, InputError, JointState, Person
@@ -237,25 +236,17 @@ class PeopleFinder:
             user.head_camera,
             max(user.height.height_m, PRIOR_HEIGHT_M),
             self.settings.segmentation,
-            self._remembered(scene, user, FADING_M_PER_S if is_seen else 0.0),
+            self._memory(scene, user, FADING_M_PER_S if is_seen else 0.0),
             from_head=is_seen or is_hidden,
         )
 
-    def _remembered(self, scene: Scene, user: KnownUser, fading_m_per_s: float) -> Distance | None:
-        """[h, w] the distances of the last frame where the depth has stayed.
-
-        They grow by `fading_m_per_s`: a limb whose connection with the body is hidden is out of
-        reach after a while.
-        """
+    def _memory(self, scene: Scene, user: KnownUser, fading_m_per_s: float) -> Memory | None:
+        """The body in the last frame, which seems further away by `fading_m_per_s`: a limb whose
+        connection with the body is hidden is out of reach after a while."""
         if user.body_m is None or self._last_depth_m is None:
             return None
-        is_body = np.isfinite(user.body_m)
-        depth_m, last_m = scene.cloud.depth_m[is_body], self._last_depth_m[is_body]
-        stays = np.abs(depth_m - last_m) < JUMP_M + JUMP_PER_SQUARE_M * depth_m**2
-        faded_m = fading_m_per_s * (scene.cloud.frame.timestamp_s - self._last_s)
-        remembered_m = np.full_like(user.body_m, np.inf)
-        remembered_m[is_body] = np.where(stays, user.body_m[is_body] + faded_m, np.inf)
-        return remembered_m
+        elapsed_s = scene.cloud.frame.timestamp_s - self._last_s
+        return Memory(user.body_m, self._last_depth_m, fading_m_per_s * elapsed_s)
 
     def _correct(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float

@@ -8,11 +8,14 @@ from math import cos, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud, depth_noise_m
+from topview.kernels.scene import plane_moments
 from topview.records import read_only
 
 Points = NDArray[np.float64]
 
+# Ours: what is this near to the floor as it is known, plus the noise, makes up the floor.
+NEAR_M = 0.04
 CAMERA_UP = read_only(np.array([0.0, -1.0, 0.0]))
 
 
@@ -80,8 +83,7 @@ class FloorTracker:
             if self._frames < 5 or self._frames % settings.search_every == 0:
                 self.plane = find_floor(cloud, settings, seed=self._frames)
         else:
-            points = cloud.points_camera[::2, ::2].reshape(-1, 3)
-            points = points[points[:, 2] > 0.0].astype(np.float64)
+            points = cloud.points_camera[::2, ::2].astype(np.float64).reshape(-1, 3)
             refined = _refine(points, self.plane, settings)
             self._lost_frames = 0 if refined is not None else self._lost_frames + 1
             if refined is not None:
@@ -155,13 +157,18 @@ def _level_points(cloud: Cloud, settings: FloorSettings) -> tuple[Points, NDArra
 
 def _refine(points: Points, plane: FloorPlane, settings: FloorSettings) -> FloorPlane | None:
     """Least squares on the points near a plane; None where they do not make up a floor."""
-    tolerance = 0.04 + depth_noise_m(points[:, 2])
-    near = points[np.abs(plane.height_of(points)) < tolerance]
-    if len(near) < settings.min_pixels:
+    mean, spread = np.empty(3), np.empty((3, 3))
+    count = plane_moments(
+        points,
+        plane.normal_camera,
+        plane.distance_m,
+        NEAR_M,
+        NOISE_PER_SQUARE_M,
+        mean,
+        spread,
+    )
+    if count < settings.min_pixels:
         return None
-    weights = 1.0 / near[:, 2] ** 2
-    mean = np.average(near, axis=0, weights=weights)
-    spread = (near - mean).T @ ((near - mean) * weights[:, None]) / weights.sum()
     variances, axes = np.linalg.eigh(spread)
     normal = axes[:, 0] * np.sign(axes[:, 0] @ plane.normal_camera)
     refined = FloorPlane(normal, float(-normal @ mean))

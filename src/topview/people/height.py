@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections import deque
+from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M
+from topview.kernels.scene import share_within
 from topview.people.scene import Scene
 
 # Mean stature of adults, women and men together, in countries that have depth cameras
@@ -27,7 +30,8 @@ class HeightEstimate:
     """What has been measured of one user; the mean of all people before that."""
 
     def __init__(self) -> None:
-        self._measured_m: deque[float] = deque(maxlen=MEMORY_FRAMES)
+        self._measured_m: deque[float] = deque()
+        self._in_order_m: list[float] = []
         self.height_m = PRIOR_HEIGHT_M
 
     @property
@@ -37,9 +41,16 @@ class HeightEstimate:
 
     def add(self, height_m: float | None) -> None:
         """What `measured_height` gave for one frame."""
-        if height_m is not None:
-            self._measured_m.append(height_m)
-            self.height_m = float(np.quantile(np.array(self._measured_m), QUANTILE))
+        if height_m is None:
+            return
+        self._measured_m.append(height_m)
+        insort(self._in_order_m, height_m)
+        if len(self._measured_m) > MEMORY_FRAMES:
+            oldest = bisect_left(self._in_order_m, self._measured_m.popleft())
+            del self._in_order_m[oldest]
+        place = QUANTILE * (len(self._in_order_m) - 1)
+        lower, upper = (self._in_order_m[round_(place)] for round_ in (floor, ceil))
+        self.height_m = upper - (upper - lower) * (1.0 - place % 1.0)
 
 
 def measured_height(
@@ -50,23 +61,25 @@ def measured_height(
     The ground is the floor, or where none is in view the lowest of the body's pixels [h, w], if
     they end by themselves: not at the picture's border nor behind something nearer.
     """
-    if not is_body.any():
-        return None
     top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
     ground_m = 0.0 if scene.floor is not None else _lowest(scene, is_body)
     if ground_m is None:
         return None
     height_m = top_m - ground_m
-    right, forward = (scene.overview_m[is_body] - scene.overview_of(head_camera)).T
-    aside_m = np.hypot(right, forward)
-    is_upright = (aside_m < UPRIGHT_ASIDE * height_m).mean() > 0.9
-    return height_m if is_upright and MIN_HEIGHT_M < height_m < MAX_HEIGHT_M else None
+    if not MIN_HEIGHT_M < height_m < MAX_HEIGHT_M:
+        return None
+    right, forward = scene.overview_of(head_camera).tolist()
+    upright = share_within(scene.overview_m, is_body, right, forward, UPRIGHT_ASIDE * height_m)
+    return height_m if upright > 0.9 else None
 
 
 def _lowest(scene: Scene, is_body: NDArray[np.bool_]) -> float | None:
     """Height of the body's lowest pixels, None where they are cut off."""
     depth_m = scene.cloud.depth_m
-    last = int(np.flatnonzero(is_body.any(1))[-1])
+    rows = np.flatnonzero(is_body.any(1))
+    if not len(rows):
+        return None
+    last = int(rows[-1])
     if last + 2 >= depth_m.shape[0]:
         return None
     columns = np.flatnonzero(is_body[last])

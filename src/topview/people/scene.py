@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, right_of
+from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
-from topview.people.surfaces import bulky_surfaces, inset_of_surfaces
+from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,19 +71,30 @@ class Scene:
     ) -> Scene:
         """`is_background` [h, w]: what is known to be the room's."""
         up_camera = CAMERA_UP if floor is None else floor.normal_camera
-        points = cloud.points_camera
-        heights_m = points @ up_camera.astype(np.float32)
-        is_free_standing = cloud.has_reading & ~is_background
-        if floor is not None:
-            heights_m += np.float32(floor.distance_m)
-            margin = floor_margin_m(cloud.depth_m, heights_m, floor, settings.floor_margin_m)
-            is_free_standing = is_free_standing & (heights_m > margin)
-        inset_m = inset_of_surfaces(cloud, is_free_standing)
-        is_bulky, is_huge = bulky_surfaces(
-            cloud, is_free_standing, inset_m, settings.bulk_radius_m, settings.huge_core_m2
-        )
-        is_free_standing = is_free_standing & ~is_huge
         basis_camera = overview_basis(up_camera)
+        shape = cloud.depth_m.shape
+        heights_m = np.empty(shape, np.float32)
+        overview_m = np.empty((*shape, 2), np.float32)
+        is_free_standing = np.empty(shape, np.bool_)
+        is_inner = np.empty(shape, np.uint8)
+        set_up(
+            cloud.points_camera,
+            is_background,
+            np.vstack([basis_camera, up_camera]).astype(np.float32),
+            0.0 if floor is None else floor.distance_m,
+            -np.inf if floor is None else settings.floor_margin_m,
+            NOISE_PER_SQUARE_M,
+            JUMP_M,
+            JUMP_PER_SQUARE_M,
+            heights_m,
+            overview_m,
+            is_free_standing,
+            is_inner,
+        )
+        inset_m, is_bulky, is_huge = bulky_surfaces(
+            cloud, is_free_standing, is_inner, settings.bulk_radius_m, settings.huge_core_m2
+        )
+        is_free_standing &= ~is_huge
         return cls(
             cloud,
             settings,
@@ -90,7 +102,7 @@ class Scene:
             up_camera,
             basis_camera,
             heights_m,
-            points @ basis_camera.T.astype(np.float32),
+            overview_m,
             is_free_standing,
             inset_m,
             is_bulky,
@@ -147,19 +159,8 @@ class Scene:
         return bool(in_view and 0.0 < depth_m < point_camera[2] - 2 * HEAD_RADIUS_M)
 
 
-def floor_margin_m(
-    depth_m: NDArray[np.float32],
-    heights_m: NDArray[np.floating],
-    floor: FloorPlane,
-    margin_m: float,
-) -> NDArray[np.floating]:
-    """How high a reading of the floor may seem to be: the noise lies along the ray, so that it
-    moves a point up by the share of the ray's own descent."""
-    drop_per_m = np.abs(heights_m - np.float32(floor.distance_m)) / np.maximum(depth_m, 0.1)
-    return margin_m + 2.0 * depth_noise_m(depth_m) * drop_per_m
-
-
 def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     """[2, 3] unit vectors along the floor: to the camera's right, and forward."""
     right = right_of(up_camera)
-    return np.stack([right, np.cross(up_camera, right)])
+    (x, y, z), (right_x, right_y, _) = up_camera, right
+    return np.stack([right, np.array([-z * right_y, z * right_x, x * right_y - y * right_x])])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from topview.body.parts import JOINTS
 from topview.detect.cloud import NOISE_PER_SQUARE_M
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
-from topview.kernels.segmentation import full_pixels_of, seed_body
+from topview.kernels.segmentation import full_pixels_of, recall_body, seed_body
 from topview.people.scene import Scene
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, surface_distance
 
@@ -39,12 +39,27 @@ class SegmentationSettings:
     share_m: float = 0.06
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Memory:
+    """A user's body as it was last known.
+
+    Attributes:
+        body_m: [h, w] how far each of its pixels was from the head, infinity elsewhere.
+        depth_m: [h, w] what was seen then.
+        faded_m: how much further away than then it is taken to be.
+    """
+
+    body_m: NDArray[np.float32]
+    depth_m: NDArray[np.float32]
+    faded_m: float
+
+
 def body_distance(
     scene: Scene,
     head_camera: NDArray[np.float64],
     height_m: float,
     settings: SegmentationSettings,
-    remembered_m: NDArray[np.float32] | None = None,
+    memory: Memory | None = None,
     *,
     from_head: bool = True,
 ) -> NDArray[np.float32]:
@@ -55,8 +70,7 @@ def body_distance(
         head_camera: [3] the head's centre.
         height_m: the user's stature.
         settings: sizes.
-        remembered_m: [h, w] how far the pixels that are known to be the user's are, infinity
-            elsewhere.
+        memory: what is known of the user: it counts where the depth has stayed.
         from_head: whether what is seen at the head and under it is the user's; else only what is
             remembered, and what hangs together with it.
     """
@@ -64,7 +78,6 @@ def body_distance(
     height_along_up_m = scene.height_of(head_camera)
     head_height_m = height_along_up_m if scene.floor is not None else 0.7 * height_m
     top_m = height_along_up_m + HEAD_HALF_HEIGHT_M
-    is_allowed = np.empty(cloud.depth_m.shape, np.bool_)
     start_m = np.empty(cloud.depth_m.shape, np.float32)
     seed_body(
         cloud.points_camera,
@@ -79,14 +92,22 @@ def body_distance(
         top_m - 1.1 * height_m,
         top_m,
         torso_reach_m(head_height_m, height_m),
-        is_allowed,
         start_m,
     )
-    if remembered_m is not None:
-        start_m = np.where(np.isfinite(start_m) & from_head, start_m, remembered_m)
+    if memory is not None:
+        recall_body(
+            memory.body_m,
+            memory.depth_m,
+            cloud.depth_m,
+            memory.faded_m,
+            JUMP_M,
+            JUMP_PER_SQUARE_M,
+            from_head,
+            start_m,
+        )
     elif not from_head:
-        start_m[:] = np.inf
-    return surface_distance(cloud, is_allowed, start_m, settings.reach * height_m)
+        return np.full_like(start_m, np.inf)
+    return surface_distance(cloud, start_m, settings.reach * height_m)
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
+from topview.kernels.scene import find_cores
 from topview.kernels.segmentation import geodesic_distance
 
 # Depths of neighbouring pixels on one surface differ by up to this, plus three standard deviations
@@ -15,65 +16,54 @@ JUMP_M = 0.04
 JUMP_PER_SQUARE_M = 0.0035
 
 
-def inset_of_surfaces(cloud: Cloud, is_allowed: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """[h, w] metres from each pixel to the nearest depth edge, hole or forbidden pixel."""
-    depth = cloud.depth_m
-    jump = JUMP_M + JUMP_PER_SQUARE_M * depth * depth
-    is_inner = is_allowed.astype(np.uint8)
-    is_inner[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > jump[:, 1:]] = 0
-    is_inner[1:][np.abs(depth[1:] - depth[:-1]) > jump[1:]] = 0
-    inset_px = cv2.distanceTransform(is_inner, cv2.DIST_L2, 3)
-    inset_px = np.minimum(inset_px, max(inset_px.shape))  # without an edge it is all but infinite
-    return inset_px * depth / np.float32(cloud.camera.fx)
-
-
 def bulky_surfaces(
     cloud: Cloud,
     is_allowed: NDArray[np.bool_],
-    inset_m: NDArray[np.float32],
+    is_inner: NDArray[np.uint8],
     bulk_radius_m: float,
     huge_core_m2: float,
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """[h, w] what a disc of `bulk_radius_m` fits into between depth edges (a morphological
-    opening), and what of it is part of something larger than any person."""
-    pixel_m = cloud.depth_m / np.float32(cloud.camera.fx)
-    is_core = inset_m > bulk_radius_m
-    is_bulky = np.isfinite(surface_distance(cloud, is_allowed, _at(is_core), bulk_radius_m))
-    _, numbers = cv2.connectedComponents(is_core.astype(np.uint8), connectivity=4)
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """[h, w] metres from each pixel to the nearest depth edge, hole or forbidden pixel, which are
+    not `is_inner`; what a disc of `bulk_radius_m` fits into between them (a morphological opening);
+    and what of it is part of something larger than any person."""
+    inset_m = np.empty_like(cloud.depth_m)
+    is_core = np.empty(inset_m.shape, np.bool_)
+    core_m2 = find_cores(
+        np.asarray(cv2.distanceTransform(is_inner, cv2.DIST_L2, 3), np.float32),
+        cloud.depth_m,
+        cloud.camera.fx,
+        bulk_radius_m,
+        inset_m,
+        is_core,
+    )
+    is_bulky = _within(cloud, is_allowed, is_core, bulk_radius_m)
+    if core_m2 <= huge_core_m2:
+        return inset_m, is_bulky, np.zeros_like(is_bulky)
+    _, numbers = cv2.connectedComponents(is_core.view(np.uint8), connectivity=4)
     labels = np.asarray(numbers, np.int32)
+    pixel_m = cloud.depth_m / np.float32(cloud.camera.fx)
     area_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel())
     area_m2[0] = 0.0
     is_huge_core = (area_m2 > huge_core_m2)[labels]
-    if not is_huge_core.any():
-        return is_bulky, np.zeros_like(is_bulky)
-    return is_bulky, np.isfinite(
-        surface_distance(cloud, is_allowed, _at(is_huge_core), bulk_radius_m)
-    )
+    return inset_m, is_bulky, _within(cloud, is_allowed, is_huge_core, bulk_radius_m)
+
+
+def _within(
+    cloud: Cloud, is_allowed: NDArray[np.bool_], is_seed: NDArray[np.bool_], limit_m: float
+) -> NDArray[np.bool_]:
+    """[h, w] what can be reached from the seeds over the allowed surface."""
+    if not is_seed.any():
+        return np.zeros_like(is_seed)
+    start_m = np.where(is_allowed, np.float32(np.inf), np.float32(-np.inf))
+    start_m[is_seed] = 0.0
+    return np.isfinite(surface_distance(cloud, start_m, limit_m))
 
 
 def surface_distance(
-    cloud: Cloud,
-    is_allowed: NDArray[np.bool_],
-    start_m: NDArray[np.float32],
-    limit_m: float,
+    cloud: Cloud, start_m: NDArray[np.float32], limit_m: float
 ) -> NDArray[np.float32]:
-    """[h, w] length of the shortest way over the allowed surface from where `start_m` [h, w] is
-    finite, added to it; infinity where there is none up to `limit_m`."""
-    distance_m = np.where(is_allowed & (start_m <= limit_m), start_m, np.float32(np.inf))
-    geodesic_distance(
-        cloud.depth_m,
-        is_allowed,
-        cloud.camera.fx,
-        JUMP_M,
-        JUMP_PER_SQUARE_M,
-        limit_m,
-        np.empty(distance_m.size, np.int32),
-        np.zeros(distance_m.shape, np.bool_),
-        distance_m,
-    )
-    return distance_m
-
-
-def _at(is_seed: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """[h, w] 0 at the seeds, infinity elsewhere."""
-    return np.where(is_seed, np.float32(0.0), np.float32(np.inf))
+    """[h, w] length of the shortest way over the surface from where `start_m` [h, w] is finite,
+    added to it; infinity where there is none up to `limit_m`, none leads where it is minus
+    infinity. `start_m` is replaced by it."""
+    geodesic_distance(cloud.depth_m, cloud.camera.fx, JUMP_M, JUMP_PER_SQUARE_M, limit_m, start_m)
+    return start_m

@@ -1,0 +1,257 @@
+"""What a depth image shows, with up and down: heights, the overview, the floor, the room."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True)
+def floor_margin(
+    depth_m: float,
+    height_m: float,
+    camera_height_m: float,
+    margin_m: float,
+    noise_per_square_m: float,
+) -> float:
+    """How high a reading of the floor may seem to be: the noise lies along the ray, so that it
+    moves a point up by the share of the ray's own descent.
+
+    Two standard deviations of it, `noise_per_square_m` times the square of the depth each, are
+    added to `margin_m`.
+    """
+    drop_per_m = abs(height_m - camera_height_m) / max(depth_m, 0.1)
+    return margin_m + 2.0 * noise_per_square_m * depth_m * depth_m * drop_per_m
+
+
+@njit(cache=True, nogil=True)
+def set_up(
+    points_camera: NDArray[np.float32],
+    is_background: NDArray[np.bool_],
+    axes_camera: NDArray[np.float32],
+    camera_height_m: float,
+    margin_m: float,
+    noise_per_square_m: float,
+    jump_m: float,
+    jump_per_square_m: float,
+    out_heights_m: NDArray[np.float32],
+    out_overview_m: NDArray[np.float32],
+    out_is_free_standing: NDArray[np.bool_],
+    out_is_inner: NDArray[np.uint8],
+) -> None:
+    """Heights and overview of a cloud, what of it stands free, and what of that has no depth edge.
+
+    Args:
+        points_camera: [h, w, 3] metres, zeros where there is no reading.
+        is_background: [h, w].
+        axes_camera: [3, 3] to the right, forward, and up.
+        camera_height_m: what is added to the heights.
+        margin_m: see `floor_margin`; -inf where there is no floor.
+        noise_per_square_m: see `floor_margin`.
+        jump_m: an edge is where the depth differs from the left or the upper neighbour's by more
+            than this plus
+        jump_per_square_m: times the square of the depth.
+        out_heights_m: [h, w] along up.
+        out_overview_m: [h, w, 2] right and forward.
+        out_is_free_standing: [h, w] has a reading and is neither background nor floor.
+        out_is_inner: [h, w] 1 where it stands free and there is no edge.
+    """
+    height, width = is_background.shape
+    for row in range(height):
+        for column in range(width):
+            x, y, z = points_camera[row, column]
+            for axis in range(2):
+                right_or_forward = axes_camera[axis]
+                out_overview_m[row, column, axis] = (
+                    x * right_or_forward[0] + y * right_or_forward[1] + z * right_or_forward[2]
+                )
+            up = axes_camera[2]
+            height_m = x * up[0] + y * up[1] + z * up[2] + np.float32(camera_height_m)
+            out_heights_m[row, column] = height_m
+            is_free_standing = z > 0.0 and not is_background[row, column]
+            if is_free_standing:
+                is_free_standing = height_m > floor_margin(
+                    z, height_m, camera_height_m, margin_m, noise_per_square_m
+                )
+            jump = jump_m + jump_per_square_m * z * z
+            left_m = points_camera[row, max(column - 1, 0), 2]
+            above_m = points_camera[max(row - 1, 0), column, 2]
+            out_is_free_standing[row, column] = is_free_standing
+            out_is_inner[row, column] = (
+                is_free_standing & (abs(z - left_m) <= jump) & (abs(z - above_m) <= jump)
+            )
+
+
+@njit(cache=True, nogil=True)
+def find_cores(
+    inset_px: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    focal_px: float,
+    core_inset_m: float,
+    out_inset_m: NDArray[np.float32],
+    out_is_core: NDArray[np.bool_],
+) -> float:
+    """How far each pixel is from what surrounds its surface, in metres; which are further than
+    `core_inset_m`, the cores; and what area those have, in square metres.
+
+    Args:
+        inset_px: [h, w] the same in pixels.
+        depth_m: [h, w].
+        focal_px: of the depth image.
+        core_inset_m: see above.
+        out_inset_m: [h, w].
+        out_is_core: [h, w].
+    """
+    height, width = depth_m.shape
+    # Without an edge it is all but infinite.
+    most_px = np.float32(max(height, width))
+    area_m2 = 0.0
+    for row in range(height):
+        for column in range(width):
+            pixel_m = depth_m[row, column] / np.float32(focal_px)
+            inset_m = min(inset_px[row, column], most_px) * pixel_m
+            out_inset_m[row, column] = inset_m
+            out_is_core[row, column] = inset_m > core_inset_m
+            if inset_m > core_inset_m:
+                area_m2 += pixel_m * pixel_m
+    return area_m2
+
+
+@njit(cache=True, nogil=True)
+def plane_moments(
+    points_camera: NDArray[np.float64],
+    normal_camera: NDArray[np.float64],
+    distance_m: float,
+    tolerance_m: float,
+    noise_per_square_m: float,
+    out_mean: NDArray[np.float64],
+    out_covariance: NDArray[np.float64],
+) -> int:
+    """How many points lie near a plane, their mean and their covariance, weighted by 1 / z^2.
+
+    Args:
+        points_camera: [N, 3] metres; those with z = 0 do not count.
+        normal_camera: [3] the plane's unit normal.
+        distance_m: points p of the plane have normal @ p + distance = 0.
+        tolerance_m: how far from it is near, and
+        noise_per_square_m: what is added to that with the square of the depth, 1/m.
+        out_mean: [3], left alone where there are no points, as is
+        out_covariance: [3, 3].
+    """
+    near = np.empty(points_camera.shape[0], np.int64)
+    count = 0
+    total, mean_x, mean_y, mean_z = 0.0, 0.0, 0.0, 0.0
+    for n in range(points_camera.shape[0]):
+        x, y, z = points_camera[n]
+        off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
+        if z > 0.0 and abs(off_m) < tolerance_m + noise_per_square_m * z * z:
+            near[count] = n
+            count += 1
+            weight = 1.0 / (z * z)
+            total += weight
+            mean_x += weight * x
+            mean_y += weight * y
+            mean_z += weight * z
+    if count == 0:
+        return 0
+    mean_x, mean_y, mean_z = mean_x / total, mean_y / total, mean_z / total
+    xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for n in near[:count]:
+        x, y, z = points_camera[n]
+        weight = 1.0 / (z * z)
+        x, y, z = x - mean_x, y - mean_y, z - mean_z
+        xx += weight * x * x
+        xy += weight * x * y
+        xz += weight * x * z
+        yy += weight * y * y
+        yz += weight * y * z
+        zz += weight * z * z
+    out_mean[:] = (mean_x, mean_y, mean_z)
+    out_covariance[0] = (xx, xy, xz)
+    out_covariance[1] = (xy, yy, yz)
+    out_covariance[2] = (xz, yz, zz)
+    out_covariance /= total
+    return count
+
+
+@njit(cache=True, nogil=True)
+def learn_background(
+    depth_m: NDArray[np.float32],
+    is_somebodys: NDArray[np.bool_],
+    rate: float,
+    tolerance_m: float,
+    tolerance_per_square_m: float,
+    out_mean_m: NDArray[np.float32],
+    out_frames: NDArray[np.int32],
+) -> None:
+    """Where a frame shows nobody, blend a steady depth into the mean, and start again with one
+    that is further away; nearer ones hide the room.
+
+    Args:
+        depth_m: [h, w] metres, 0 where there is no reading.
+        is_somebodys: [h, w].
+        rate: share of the new depth in the mean.
+        tolerance_m: steady is what differs by less than this, and
+        tolerance_per_square_m: times the square of the depth, 1/m.
+        out_mean_m: [h, w] so far, updated.
+        out_frames: [h, w] for how many frames it has been steady, updated.
+    """
+    height, width = depth_m.shape
+    for row in range(height):
+        for column in range(width):
+            z = depth_m[row, column]
+            if z == 0.0 or is_somebodys[row, column]:
+                continue
+            ahead_m = out_mean_m[row, column] - z
+            tolerance = tolerance_m + tolerance_per_square_m * z * z
+            if ahead_m < -tolerance:
+                out_mean_m[row, column] = z
+                out_frames[row, column] = 1
+            elif ahead_m < tolerance:
+                out_mean_m[row, column] -= np.float32(rate) * ahead_m
+                out_frames[row, column] += 1
+
+
+@njit(cache=True, nogil=True)
+def shows_background(
+    depth_m: NDArray[np.float32],
+    mean_m: NDArray[np.float32],
+    frames: NDArray[np.int32],
+    frames_until_known: int,
+    tolerance_m: float,
+    tolerance_per_square_m: float,
+    out_is_seen: NDArray[np.bool_],
+) -> None:
+    """[h, w] where the background is known and what is seen is no nearer than it; the arguments
+    are those of `learn_background`."""
+    height, width = depth_m.shape
+    for row in range(height):
+        for column in range(width):
+            z = depth_m[row, column]
+            tolerance = tolerance_m + tolerance_per_square_m * z * z
+            out_is_seen[row, column] = (frames[row, column] >= frames_until_known) & (
+                z > mean_m[row, column] - tolerance
+            )
+
+
+@njit(cache=True, nogil=True)
+def share_within(
+    overview_m: NDArray[np.float32],
+    is_body: NDArray[np.bool_],
+    right_m: float,
+    forward_m: float,
+    radius_m: float,
+) -> float:
+    """Share of a body's pixels [h, w] that are nearer than `radius_m` to a place, seen from above
+    (`overview_m`, [h, w, 2]); NaN if it has none."""
+    height, width = is_body.shape
+    pixels, within = 0, 0
+    for row in range(height):
+        for column in range(width):
+            if is_body[row, column]:
+                right = overview_m[row, column, 0] - right_m
+                forward = overview_m[row, column, 1] - forward_m
+                pixels += 1
+                within += right * right + forward * forward < radius_m * radius_m
+    return within / pixels if pixels else np.nan

@@ -1,0 +1,125 @@
+"""What a cloud shows, with up and down: each kernel against its definition in NumPy."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from topview.kernels.scene import (
+    find_cores,
+    learn_background,
+    plane_moments,
+    set_up,
+    share_within,
+    shows_background,
+)
+
+SHAPE = (20, 25)
+AXES = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]], np.float32)
+CAMERA_HEIGHT_M, NOISE, JUMP, JUMP2 = 1.3, 0.0015, 0.05, 0.004
+
+
+@pytest.fixture(params=range(3))
+def generator(request: pytest.FixtureRequest) -> np.random.Generator:
+    return np.random.default_rng(request.param)
+
+
+def cloud(generator: np.random.Generator) -> NDArray[np.float32]:
+    points = generator.uniform([-1.0, -0.5, 2.0], [1.0, 1.8, 2.1], (*SHAPE, 3))
+    points[generator.random(SHAPE) < 0.1] = 0.0
+    return points.astype(np.float32)
+
+
+@pytest.mark.parametrize("margin_m", [0.035, -np.inf])
+def test_a_scene_is_set_up_as_defined(generator: np.random.Generator, margin_m: float) -> None:
+    points = cloud(generator)
+    background = generator.random(SHAPE) < 0.2
+    heights, overview = np.empty(SHAPE, np.float32), np.empty((*SHAPE, 2), np.float32)
+    free, inner = np.empty(SHAPE, np.bool_), np.empty(SHAPE, np.uint8)
+    set_up(
+        points, background, AXES, CAMERA_HEIGHT_M, margin_m, NOISE, JUMP, JUMP2,
+        heights, overview, free, inner,
+    )  # fmt: skip
+    along = points @ AXES.T
+    np.testing.assert_allclose(overview, along[..., :2], atol=1e-5)
+    np.testing.assert_allclose(heights, along[..., 2] + CAMERA_HEIGHT_M, atol=1e-5)
+    z = points[..., 2]
+    descent = np.abs(heights - CAMERA_HEIGHT_M) / np.maximum(z, 0.1)
+    is_floor = heights <= margin_m + 2.0 * NOISE * z**2 * descent
+    np.testing.assert_array_equal(free, (z > 0.0) & ~background & ~is_floor)
+    assert (margin_m > 0.0) == bool((is_floor & (z > 0.0)).any())
+    jump = JUMP + JUMP2 * z**2
+    is_edge = np.zeros(SHAPE, np.bool_)
+    is_edge[:, 1:] |= np.abs(np.diff(z, axis=1)) > jump[:, 1:]
+    is_edge[1:] |= np.abs(np.diff(z, axis=0)) > jump[1:]
+    np.testing.assert_array_equal(inner, free & ~is_edge)
+    assert 20 < inner.sum() < free.sum()
+
+
+@pytest.mark.parametrize("side", [0, 3, 9])
+def test_cores_are_far_from_what_surrounds_them(side: int) -> None:
+    inner = np.zeros(SHAPE, np.uint8)
+    inner[4 : 4 + side, 5 : 5 + side] = 1
+    depth = np.full(SHAPE, 2.0, np.float32)
+    inset_px = np.asarray(cv2.distanceTransform(inner, cv2.DIST_L2, 3), np.float32)
+    inset, core = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.bool_)
+    core_m2 = find_cores(inset_px, depth, 20.0, 0.25, inset, core)
+    # A pixel is 0.1 m wide: three and more pixels from the outside.
+    expected = np.zeros(SHAPE, np.bool_)
+    if side > 4:
+        expected[6 : 2 + side, 7 : 3 + side] = True
+    np.testing.assert_array_equal(core, expected)
+    assert core_m2 == pytest.approx(0.01 * expected.sum())
+    np.testing.assert_allclose(inset, inset_px * 0.1, rtol=1e-6)
+
+
+def test_an_image_without_edges_has_a_finite_inset() -> None:
+    inset, core = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.bool_)
+    far_px = np.full(SHAPE, 3e38, np.float32)
+    find_cores(far_px, np.full(SHAPE, 2.0, np.float32), 20.0, 0.25, inset, core)
+    np.testing.assert_allclose(inset, max(SHAPE) * 0.1)
+
+
+def test_moments_are_those_of_the_points_near_the_plane(generator: np.random.Generator) -> None:
+    points = generator.uniform([-1.0, 0.9, 1.0], [1.0, 1.1, 4.0], (300, 3))
+    points[::10] = 0.0
+    normal, distance_m = np.array([0.0, -1.0, 0.0]), 1.0
+    mean, covariance = np.empty(3), np.empty((3, 3))
+    count = plane_moments(points, normal, distance_m, 0.04, NOISE, mean, covariance)
+    off = np.abs(points @ normal + distance_m)
+    near = points[(points[:, 2] > 0.0) & (off < 0.04 + NOISE * points[:, 2] ** 2)]
+    weights = near[:, 2] ** -2
+    assert count == len(near) > 50
+    np.testing.assert_allclose(mean, np.average(near, axis=0, weights=weights))
+    expected = np.cov(near.T, aweights=weights, bias=True)
+    np.testing.assert_allclose(covariance, expected, atol=1e-12)
+
+
+def test_no_points_have_no_moments() -> None:
+    moments = np.empty(3), np.empty((3, 3))
+    assert plane_moments(np.zeros((5, 3)), np.array([0.0, -1.0, 0.0]), 0.0, 0.1, 0.0, *moments) == 0
+
+
+def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> None:
+    mean = np.array([[2.0, 2.0, 2.0, 2.0, 2.0]], np.float32)
+    frames = np.full((1, 5), 7, np.int32)
+    # Steady, nearer, further away, nothing, somebody.
+    depth = np.array([[1.98, 1.5, 2.5, 0.0, 2.0]], np.float32)
+    somebody = np.array([[False, False, False, False, True]])
+    learn_background(depth, somebody, 0.1, 0.05, 0.004, mean, frames)
+    np.testing.assert_allclose(mean, [[1.998, 2.0, 2.5, 2.0, 2.0]])
+    np.testing.assert_array_equal(frames, [[8, 7, 1, 7, 7]])
+    seen = np.empty((1, 5), np.bool_)
+    shows_background(depth, mean, frames, 7, 0.05, 0.004, seen)
+    np.testing.assert_array_equal(seen, [[True, False, False, False, True]])
+
+
+def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) -> None:
+    overview = generator.uniform(-1.0, 1.0, (*SHAPE, 2)).astype(np.float32)
+    body = generator.random(SHAPE) < 0.5
+    aside = np.hypot(overview[body, 0] - 0.1, overview[body, 1] + 0.2)
+    share = share_within(overview, body, 0.1, -0.2, 0.6)
+    assert share == pytest.approx((aside < 0.6).mean())
+    assert np.isnan(share_within(overview, np.zeros(SHAPE, np.bool_), 0.1, -0.2, 0.6))
