@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from topview.detect.ellipses import Ellipse
@@ -23,9 +23,10 @@ def filled(ellipse: Ellipse) -> np.ndarray:
     """[N, 2] the pixels inside."""
     rows, columns = np.mgrid[:200, :200]
     points = np.stack([columns, rows], axis=-1).astype(np.float64)
-    return points[ellipse.distance(points) <= 1.0]
+    return points[ellipse.distance(points) <= 1.0].astype(np.float32)
 
 
+@settings(deadline=None)  # compiles a kernel
 @given(ellipses)
 def test_a_filled_ellipse_is_recovered_from_its_moments(ellipse: Ellipse) -> None:
     found = Ellipse.of_pixels(filled(ellipse))
@@ -62,6 +63,6 @@ def test_the_ends_lie_on_the_major_axis() -> None:
 
 
 def test_one_pixel_is_a_round_ellipse() -> None:
-    ellipse = Ellipse.of_pixels(np.array([[3.0, 4.0]]))
+    ellipse = Ellipse.of_pixels(np.array([[3.0, 4.0]], np.float32))
     assert ellipse.major == pytest.approx(ellipse.minor)
     assert ellipse.minor > 0.5

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NOISE_PER_SQUARE_M
-from topview.detect.seeing import ColorView
+from topview.detect.seeing import ColorView, averaged
 
 Mask = NDArray[np.bool_]
 
@@ -25,6 +25,11 @@ LEVELS: Final = 2.0 / NOISE_PER_SQUARE_M
 # colour that nothing has.
 NEVER_SEEN_LEVEL: Final = 0.0
 NEVER_SEEN_RGB: Final = (255, 0, 255)
+# Ours: so many frames at the start are all learnt; so many lessons tell more than later ones.
+FIRST_LESSONS: Final = 4
+EARLY_LESSONS: Final = 20
+# OpenCV's default: frames that a mixture remembers, where no rate of learning is given.
+HISTORY: Final = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,21 +39,51 @@ class BackgroundSettings:
     Attributes:
         memory_s: how long something must stand still to become part of the room, roughly a tenth
             of it where the place was seen empty before.
-        learn_every: frames from one lesson to the next; between them the room is only looked at.
+        lesson_s: from one lesson to the next; between them the room is only looked at.
         distance: from a mean of the mixture, in standard deviations, beyond which a pixel shows
             something else (OpenCV's default).
         nearer_m: besides the noise, what is before the room is at least this far before it.
         lamp_share: of the pixels that nobody covers, from which a change of colour means that
             the light has changed, not that somebody came.
         lamp_memory_s: how long the new light takes to be learnt.
+        lamp_coarseness: pixels of the small image per mixture of a `LampWatch`, in both directions.
     """
 
     memory_s: float = 20.0
-    learn_every: int = 4
+    lesson_s: float = 0.125
     distance: float = 4.0
     nearer_m: float = 0.03
     lamp_share: float = 0.5
     lamp_memory_s: float = 0.5
+    lamp_coarseness: int = 4
+
+
+class Lessons:
+    """When to learn a room, and how much of it."""
+
+    def __init__(self, settings: BackgroundSettings) -> None:
+        self._settings = settings
+        self._count = 0
+        self._last_s = 0.0
+
+    def is_due(self, view: ColorView, light_changed: bool) -> bool:
+        """Whether the view is to be learnt."""
+        elapsed_s = view.frame.timestamp_s - self._last_s
+        # Time stamps are rounded; and they may start anew.
+        is_time = not 0.0 <= elapsed_s < self._settings.lesson_s - 0.002
+        return self._count < FIRST_LESSONS or light_changed or is_time
+
+    def start(self, view: ColorView) -> float:
+        """Start the next one; gives the seconds since the last."""
+        elapsed_s = max(view.frame.timestamp_s - self._last_s, 0.0)
+        self._count, self._last_s = self._count + 1, view.frame.timestamp_s
+        return elapsed_s
+
+    def rate(self, share: float) -> float:
+        """Of learning, for a lesson that should tell this share of the whole; the first tell
+        more."""
+        rate = max(share, 1.0 / (2.0 * self._count)) if self._count < EARLY_LESSONS else share
+        return float(min(max(rate, 1e-6), 1.0))
 
 
 class BackgroundMixtures:
@@ -63,15 +98,11 @@ class BackgroundMixtures:
         self._forget()
 
     def _forget(self) -> None:
-        square = self.settings.distance**2
-        self._color = cv2.createBackgroundSubtractorMOG2(500, square, detectShadows=False)
-        self._depth = cv2.createBackgroundSubtractorMOG2(500, square, detectShadows=False)
+        self._color, self._depth = _mixture(self.settings), _mixture(self.settings)
         self._last_rgb: NDArray[np.uint8] | None = None
         self._last_level: NDArray[np.float32] | None = None
         self._room_level: NDArray[np.float32] | None = None
-        self._lessons = 0
-        self._frames = 0
-        self._learnt_s = 0.0
+        self._lessons = Lessons(self.settings)
         self.light_changed = False
 
     def foreground(self, view: ColorView) -> Mask:
@@ -86,43 +117,71 @@ class BackgroundMixtures:
             return np.ones(view.depth_m.shape, np.bool_)
         level = inverse_depth(view.depth_m)
         has_reading = level > 0.0
-        is_new = np.asarray(self._depth.apply(level, learningRate=0.0)) > 0
-        is_nearer = level > self._room_level + _margin(level, self.settings.nearer_m)
-        color_is_new = np.asarray(self._color.apply(view.rgb, learningRate=0.0)) > 0
-        is_before = is_new & is_nearer
-        is_empty = ~is_before & has_reading
-        changed = np.count_nonzero(color_is_new & is_empty)
-        empty = np.count_nonzero(is_empty)
-        self.light_changed = bool(empty > 0 and changed > self.settings.lamp_share * empty)
-        if self.light_changed:
-            return is_before | ~has_reading
-        return np.where(has_reading, is_before, color_is_new)
+        is_before = _is_new(self._depth, level)
+        is_before &= level > self._room_level + _margin(level, self.settings.nearer_m)
+        color_is_new = _is_new(self._color, view.rgb)
+        self.light_changed = _is_lamp(color_is_new, has_reading & ~is_before, self.settings)
+        unread = np.bool_(True) if self.light_changed else color_is_new
+        return np.where(has_reading, is_before, unread)
+
+    def is_lesson_due(self, view: ColorView) -> bool:
+        """Whether `learn` would learn the view."""
+        return self._lessons.is_due(view, self.light_changed)
 
     def learn(self, view: ColorView, is_somebodys: Mask) -> None:
-        """Learn a frame where it is nobody's ([h, w], e.g. the users' areas)."""
+        """Learn a frame, if it is time to, where it is nobody's ([h, w], e.g. the users' areas)."""
+        if not self.is_lesson_due(view):
+            return
         level = inverse_depth(view.depth_m)
         if self._last_level is None or self._last_rgb is None:
             self._last_level = np.full_like(level, NEVER_SEEN_LEVEL)
-            self._last_rgb = np.empty_like(view.rgb)
-            self._last_rgb[:] = NEVER_SEEN_RGB
+            self._last_rgb = _never_seen(view.rgb)
         is_free = ~is_somebodys
-        np.copyto(self._last_rgb, view.rgb, where=is_free[..., None])
+        self._last_rgb[is_free] = view.rgb[is_free]
         np.copyto(self._last_level, level, where=is_free & (level > 0.0))
-        self._frames += 1
-        is_start = self._lessons < self.settings.learn_every
-        if not (is_start or self.light_changed or self._frames % self.settings.learn_every == 0):
-            return
-        now_s = view.frame.timestamp_s
-        elapsed_s = max(now_s - self._learnt_s, 0.0)
-        self._lessons, self._learnt_s = self._lessons + 1, now_s
-        self._teach(self._depth, self._last_level, elapsed_s / self.settings.memory_s)
-        memory_s = self.settings.lamp_memory_s if self.light_changed else self.settings.memory_s
-        self._teach(self._color, self._last_rgb, elapsed_s / memory_s)
+        elapsed_s, settings = self._lessons.start(view), self.settings
+        memory_s = settings.lamp_memory_s if self.light_changed else settings.memory_s
+        self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
+        depth_rate = self._lessons.rate(elapsed_s / settings.memory_s)
+        self._depth.apply(self._last_level, learningRate=depth_rate)
         self._room_level = np.asarray(self._depth.getBackgroundImage(), np.float32)
 
-    def _teach(self, mixture: cv2.BackgroundSubtractorMOG2, image: Any, share: float) -> None:
-        rate = max(share, 1.0 / (2.0 * self._lessons)) if self._lessons < 10 else share
-        mixture.apply(image, learningRate=float(min(max(rate, 1e-6), 1.0)))
+
+class LampWatch:
+    """Notices that the light changes, by a coarse mixture over the room's colours alone."""
+
+    def __init__(self, settings: BackgroundSettings | None = None) -> None:
+        self.settings = settings or BackgroundSettings()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._color = _mixture(self.settings)
+        self._last_rgb: NDArray[np.uint8] | None = None
+        self._lessons = Lessons(self.settings)
+        self.light_changed = False
+
+    def is_lesson_due(self, view: ColorView) -> bool:
+        """Whether `learn` would look at the view."""
+        return self._lessons.is_due(view, self.light_changed)
+
+    def learn(self, view: ColorView, is_somebodys: Mask) -> None:
+        """Look at a frame, if it is time to, where it is nobody's ([h, w]), and learn it."""
+        if not self.is_lesson_due(view):
+            return
+        step = min(self.settings.lamp_coarseness, *view.depth_m.shape)
+        rgb = averaged(view.rgb, step)
+        height, width = rgb.shape[:2]
+        is_free = ~is_somebodys[::step, ::step][:height, :width]
+        if self._last_rgb is not None and self._last_rgb.shape != rgb.shape:
+            self._forget()
+        if self._last_rgb is None:
+            self._last_rgb = _never_seen(rgb)
+        else:
+            self.light_changed = _is_lamp(_is_new(self._color, rgb), is_free, self.settings)
+        self._last_rgb[is_free] = rgb[is_free]
+        elapsed_s, settings = self._lessons.start(view), self.settings
+        memory_s = settings.lamp_memory_s if self.light_changed else settings.memory_s
+        self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
 
 
 def inverse_depth(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -135,3 +194,24 @@ def inverse_depth(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
 def _margin(level: NDArray[np.float32], nearer_m: float) -> NDArray[np.float32]:
     """[h, w] levels by which a surface rises when it comes nearer by `nearer_m`."""
     return level * level * np.float32(nearer_m / LEVELS)
+
+
+def _mixture(settings: BackgroundSettings) -> cv2.BackgroundSubtractorMOG2:
+    return cv2.createBackgroundSubtractorMOG2(HISTORY, settings.distance**2, detectShadows=False)
+
+
+def _is_new(mixture: cv2.BackgroundSubtractorMOG2, image: NDArray[Any]) -> Mask:
+    """[h, w] what is not of the mixture, which learns nothing."""
+    return np.asarray(mixture.apply(image, learningRate=0.0), np.uint8) > 0
+
+
+def _is_lamp(color_is_new: Mask, is_empty: Mask, settings: BackgroundSettings) -> bool:
+    """Whether so much of the empty room has another colour that a lamp must have been switched."""
+    empty = np.count_nonzero(is_empty)
+    return bool(np.count_nonzero(color_is_new & is_empty) > settings.lamp_share * empty)
+
+
+def _never_seen(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    image = np.empty_like(rgb)
+    image[:] = NEVER_SEEN_RGB
+    return image

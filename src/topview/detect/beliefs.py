@@ -8,7 +8,7 @@ give places relative to the person; and what is neither face nor hand has a clas
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from io import BytesIO
 from pathlib import Path
@@ -101,6 +101,7 @@ class BeliefTables:
     prior: Vector
     tables: Mapping[str, Vector]
     trained_on: str
+    _columns: Mapping[str, list[Vector]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, table in (("prior", self.prior[None]), *self.tables.items()):
@@ -110,14 +111,16 @@ class BeliefTables:
                     f"table of {name} is {table.shape}; it must be {shape} with rows of sum 1"
                 )
             read_only(table)
+        columns = {name: list(np.ascontiguousarray(table.T)) for name, table in self.tables.items()}
+        object.__setattr__(self, "_columns", columns)
 
     def likelihood(self, features: Features) -> Vector:
         """[4] P(O | kind), the product over the features that are known (Eq. 4.10)."""
         likelihood = np.ones(len(Kind))
         for name, value in features.items():
-            table = self.tables.get(name)
-            if table is not None:
-                likelihood = likelihood * table[:, FEATURES[name].bin(value)]
+            columns = self._columns.get(name)
+            if columns is not None:
+                likelihood *= columns[FEATURES[name].bin(value)]
         return likelihood
 
     def updated(self, belief: Vector | None, features: Features, elapsed_s: float) -> Vector:

@@ -8,14 +8,16 @@ hypotheses for multiple objects tracking (ISVC 2009): a blob's pixels move on wi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.ellipses import Ellipse
+from topview.detect.ellipses import Ellipse, Moments
 from topview.detect.seeing import ColorView
 from topview.detect.skin import SkinRegion
+from topview.kernels.skin import count_values, paint, share_pixels
 
 Pixels = NDArray[np.float32]
 
@@ -58,7 +60,8 @@ class Blob:
     Attributes:
         id: lasts while it lives, counted from 1.
         pixels: [N, 2] (x, y) in the small image.
-        ellipse: of them.
+        moments: of them.
+        ellipse: of these.
         velocity_px_s: [2].
         depth_m: median of its pixels' readings, 0 if not known.
         born_s, seen_s: when it first and last had support.
@@ -69,6 +72,7 @@ class Blob:
 
     id: int
     pixels: Pixels
+    moments: Moments
     ellipse: Ellipse
     depth_m: float
     born_s: float
@@ -80,8 +84,13 @@ class Blob:
 
     def move(self, elapsed_s: float, spread_px: float) -> None:
         """Propagate its pixels; the ellipse is as much wider as their places are uncertain."""
-        self.pixels = self.pixels + (self.velocity_px_s * elapsed_s).astype(np.float32)
-        self.ellipse = Ellipse.of_pixels(self.pixels, spread_px)
+        self.shift(*(self.velocity_px_s * elapsed_s).tolist())
+        self.ellipse = Ellipse.of_moments(self.moments, spread_px)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move its pixels."""
+        self.pixels = self.pixels + np.array([dx, dy], np.float32)
+        self.moments = self.moments.moved(dx, dy)
 
 
 class BlobTracker:
@@ -109,8 +118,8 @@ class BlobTracker:
             self._follow(view, regions[r], blobs, elapsed_s)
         for blob in self.blobs:
             if blob.region is None:
-                blob.velocity_px_s *= np.exp(-elapsed_s / self.settings.coasting_s)
-                blob.ellipse = Ellipse.of_pixels(blob.pixels)
+                blob.velocity_px_s *= exp(-elapsed_s / self.settings.coasting_s)
+                blob.ellipse = Ellipse.of_moments(blob.moments)
         self._eliminate(now_s)
         for r, region in enumerate(regions):
             if r not in supports and not any(
@@ -120,10 +129,17 @@ class BlobTracker:
         return self.blobs
 
     def _new(self, region: SkinRegion, now_s: float) -> Blob:
-        ellipse = Ellipse.of_pixels(region.pixels)
+        moments = Moments.of_pixels(region.pixels)
         blob = Blob(
-            self._next_id, region.pixels, ellipse, region.depth_m, now_s, now_s, region
-        )  # fmt: skip
+            id=self._next_id,
+            pixels=region.pixels,
+            moments=moments,
+            ellipse=Ellipse.of_moments(moments),
+            depth_m=region.depth_m,
+            born_s=now_s,
+            seen_s=now_s,
+            region=region,
+        )
         self._next_id += 1
         return blob
 
@@ -133,51 +149,49 @@ class BlobTracker:
         A blob keeps the region on which most of its propagated pixels land, or takes the one with
         which its ellipse shares most pixels.
         """
-        height, width = view.depth_m.shape
-        region_of = np.zeros((height, width), np.int32)
+        region_of = np.zeros(view.depth_m.shape, np.int32)
         for r, region in enumerate(regions):
-            columns, rows = region.pixels.astype(np.intp).T
-            region_of[rows, columns] = r + 1
+            paint(region.pixels, r + 1, region_of)
         supports: dict[int, list[Blob]] = {}
         for blob in self.blobs:
-            columns, rows = np.rint(blob.pixels).astype(np.intp).T
-            is_in = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
-            landed = np.bincount(region_of[rows[is_in], columns[is_in]], minlength=2)[1:]
-            if not landed.any():
-                landed = np.array(
-                    [blob.ellipse.count(region.pixels, region.box) for region in regions] or [0]
-                )
-            if landed.any():
-                supports.setdefault(int(np.argmax(landed)), []).append(blob)
+            counts = np.zeros(len(regions) + 1, np.int64)
+            count_values(blob.pixels, region_of, counts)
+            landed = counts[1:].tolist()
+            if not any(landed):
+                landed = [blob.ellipse.count(region.pixels, region.box) for region in regions]
+            if any(landed):
+                supports.setdefault(landed.index(max(landed)), []).append(blob)
         return supports
 
     def _follow(
         self, view: ColorView, region: SkinRegion, blobs: list[Blob], elapsed_s: float
     ) -> None:
         """Share a region's pixels among its blobs and move each to its own."""
+        now_s = view.frame.timestamp_s
+        if len(blobs) == 1:
+            self._see(blobs[0], region, region.pixels, region.depth_m, 0.0, elapsed_s, now_s)
+            return
         belongs = self._share(view, region, blobs)
         claims = belongs.sum(axis=0)
         for blob, is_its in zip(blobs, belongs, strict=True):
-            if not is_its.any():
-                continue
-            overlap = float((claims[is_its] > 1).mean())
-            self._see(blob, region, region.pixels[is_its], overlap, elapsed_s, view)
+            if is_its.any():
+                overlap = float((claims[is_its] > 1).mean())
+                own = region.pixels[is_its]
+                depth_m = view.depth_of(own) or region.depth_m
+                self._see(blob, region, own, depth_m, overlap, elapsed_s, now_s)
 
     def _share(self, view: ColorView, region: SkinRegion, blobs: list[Blob]) -> NDArray[np.bool_]:
         """[K, N] which of a region's pixels belong to which of its blobs: to all in whose
         ellipses they lie, else to the nearest one's; of those at its depth, if there are any."""
-        if len(blobs) == 1:
-            return np.ones((1, len(region.pixels)), np.bool_)
-        distance = np.stack([blob.ellipse.distance(region.pixels) for blob in blobs])
-        columns, rows = region.pixels.astype(np.intp).T
-        depth_m = view.depth_m[rows, columns]
-        of_blobs_m = np.array([blob.depth_m for blob in blobs])[:, None]
-        is_near = np.abs(depth_m - of_blobs_m) < self.settings.same_depth_m
-        is_near |= (depth_m == 0.0) | (of_blobs_m == 0.0)
-        distance[~is_near & is_near.any(axis=0)] = np.inf
-        belongs = distance <= 1.0
-        is_outside = ~belongs.any(axis=0)
-        belongs[distance.argmin(axis=0)[is_outside], np.nonzero(is_outside)[0]] = True
+        belongs = np.empty((len(blobs), len(region.pixels)), np.bool_)
+        share_pixels(
+            region.pixels,
+            view.depth_m,
+            np.array([astuple(blob.ellipse) for blob in blobs]),
+            np.array([blob.depth_m for blob in blobs]),
+            self.settings.same_depth_m,
+            belongs,
+        )
         return belongs
 
     def _see(
@@ -185,29 +199,25 @@ class BlobTracker:
         blob: Blob,
         region: SkinRegion,
         pixels: Pixels,
+        depth_m: float,
         overlap: float,
         elapsed_s: float,
-        view: ColorView,
+        now_s: float,
     ) -> None:
         settings = self.settings
-        predicted = blob.pixels.mean(axis=0, dtype=np.float64)
-        moved = pixels.mean(axis=0, dtype=np.float64) - predicted
+        seen = Moments.of_pixels(pixels)
+        moved = seen.x - blob.moments.x, seen.y - blob.moments.y
         if overlap > settings.shared:
             gain = max(1.0 - overlap, settings.least_gain)
-            blob.pixels = blob.pixels + (gain * moved).astype(np.float32)
-            blob.velocity_px_s *= np.exp(-elapsed_s * overlap / settings.coasting_s)
+            blob.shift(gain * moved[0], gain * moved[1])
+            blob.velocity_px_s *= exp(-elapsed_s * overlap / settings.coasting_s)
         else:
-            blob.pixels = pixels
+            blob.pixels, blob.moments, blob.depth_m = pixels, seen, depth_m
             if elapsed_s > 0.0:
                 share = elapsed_s / (settings.velocity_s + elapsed_s)
-                blob.velocity_px_s = blob.velocity_px_s + share * moved / elapsed_s
-            columns, rows = pixels.astype(np.intp).T
-            depths = view.depth_m[rows, columns]
-            depths = depths[depths > 0.0]
-            blob.depth_m = float(np.median(depths)) if len(depths) else region.depth_m
-        blob.ellipse = Ellipse.of_pixels(blob.pixels)
-        blob.region, blob.overlap = region, overlap
-        blob.seen_s = view.frame.timestamp_s
+                blob.velocity_px_s = blob.velocity_px_s + np.array(moved) * (share / elapsed_s)
+        blob.ellipse = Ellipse.of_moments(blob.moments)
+        blob.region, blob.overlap, blob.seen_s = region, overlap, now_s
 
     def _eliminate(self, now_s: float) -> None:
         """Let go what has had no support for long, or none of its own inside an older one."""

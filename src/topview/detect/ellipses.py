@@ -5,17 +5,39 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.skin import moments
+
+Pixels = NDArray[np.float32]
 Points = NDArray[np.floating]
 Box = tuple[int, int, int, int]
 """Left, top, right, bottom; all inside."""
 
 PIXEL_VARIANCE: Final = 1.0 / 12.0
 """Of the places within one square pixel."""
+
+
+class Moments(NamedTuple):
+    """Of pixels: the means of x and y, and of the squares and the product of the deviations."""
+
+    x: float
+    y: float
+    xx: float
+    yy: float
+    xy: float
+
+    @classmethod
+    def of_pixels(cls, pixels: Pixels) -> Moments:
+        """Of [N, 2] (x, y)."""
+        return cls(*moments(pixels))
+
+    def moved(self, dx: float, dy: float) -> Moments:
+        """Those of the same pixels elsewhere."""
+        return Moments(self.x + dx, self.y + dy, self.xx, self.yy, self.xy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,23 +57,25 @@ class Ellipse:
     angle: float
 
     @classmethod
-    def of_pixels(cls, pixels: Points, spread_px: float = 0.0) -> Ellipse:
-        """The filled ellipse that has the second moments of [N, 2] pixels (x, y).
+    def of_pixels(cls, pixels: Pixels) -> Ellipse:
+        """The filled ellipse that has the second moments of [N, 2] pixels (x, y)."""
+        return cls.of_moments(Moments.of_pixels(pixels))
+
+    @classmethod
+    def of_moments(cls, moments: Moments, spread_px: float = 0.0) -> Ellipse:
+        """The filled ellipse that has these.
 
         The semi-axes are 2 sqrt(lambda), of which Eq. 4.6 leaves out the 2; in Eq. 4.7 the sign
         before 4 s_xy^2 is plus. `spread_px` is a standard deviation with which each pixel's place
         is uncertain.
         """
-        x, y = pixels.mean(axis=0, dtype=np.float64).tolist()
-        dx, dy = (pixels - (x, y)).T.astype(np.float64)
         more = PIXEL_VARIANCE + spread_px * spread_px
-        s_xx = float(dx @ dx) / len(dx) + more
-        s_yy = float(dy @ dy) / len(dy) + more
-        s_xy = float(dx @ dy) / len(dx)
+        s_xx, s_yy, s_xy = moments.xx + more, moments.yy + more, moments.xy
         root = sqrt((s_xx - s_yy) ** 2 + 4.0 * s_xy * s_xy)
         large, small = 0.5 * (s_xx + s_yy + root), 0.5 * (s_xx + s_yy - root)
         angle = 0.5 * atan2(2.0 * s_xy, s_xx - s_yy)
-        return cls(x, y, 2.0 * sqrt(large), 2.0 * sqrt(max(small, more)), angle)
+        axes = 2.0 * sqrt(large), 2.0 * sqrt(max(small, more))
+        return cls(moments.x, moments.y, *axes, angle)
 
     @property
     def center(self) -> NDArray[np.float64]:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import pi
+from math import hypot, pi
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.background import BackgroundMixtures, BackgroundSettings
+from topview.detect.background import BackgroundMixtures, BackgroundSettings, LampWatch
 from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.blobs import Blob, BlobSettings, BlobTracker
 from topview.detect.ellipses import Ellipse
 from topview.detect.heads import CENTER_BEHIND_SURFACE_M
-from topview.detect.seeing import ColorView, Light
+from topview.detect.seeing import ColorView, Light, Place
 from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
+from topview.kernels.skin import paint, perimeter
 from topview.records import Frame
 
 Vector = NDArray[np.float64]
@@ -83,7 +83,8 @@ class Sight:
         light: whether they tell anything; where it is not usable, there are no blobs.
         blobs: faces, hands and others.
         stride: full pixels per pixel of the masks.
-        is_foreground: [h, w] before the room, or not known to be the room.
+        is_foreground: [h, w] where skin was sought: the candidates, or what stands before the room
+            or is not known to be the room.
         skin: [h, w] P(s|c) in 1/255, in the foreground.
         is_skin: [h, w] regions of skin.
         light_changed: a lamp was switched, say; the room is being learnt anew.
@@ -116,7 +117,8 @@ class FacesAndHands:
     """Finds faces and hands in one frame after the other.
 
     `update` looks at a frame; `learn_room` is told, once people are found in it, where they are.
-    Without that nothing is ever background, and skin is sought in the whole image.
+    Without that nothing is ever background, and skin is sought in the whole image. Where somebody
+    else knows the background, and gives the candidates, only the lamps are watched.
     """
 
     def __init__(
@@ -126,7 +128,9 @@ class FacesAndHands:
         tables: BeliefTables | None = None,
     ) -> None:
         self.settings = settings or FacesAndHandsSettings()
-        self._room = BackgroundMixtures(self.settings.background)
+        self._mixtures = BackgroundMixtures(self.settings.background)
+        self._lamps = LampWatch(self.settings.background)
+        self._room: BackgroundMixtures | LampWatch = self._mixtures
         self._skin = SkinColor(histograms, self.settings.skin)
         self._tables = tables or BeliefTables.load()
         self._tracker = BlobTracker(self.settings.blobs)
@@ -147,17 +151,16 @@ class FacesAndHands:
             frame: maybe without colour.
             heads_camera: [3] each, centres of heads that are known (from depth, say): they tell
                 whose hand is where.
-            is_candidate: [H, W] of the full image, where skin may be at all; everywhere if None.
+            is_candidate: [H, W] of the full image, or of the size of the masks, where somebody may
+                be; before the room if None.
         """
         self._view = view = ColorView.from_frame(frame)
         if view is None or view.light != Light.USABLE:
             return Sight(Light.ABSENT if view is None else view.light)
-        is_foreground = self._room.foreground(view)
-        where = is_foreground
-        if is_candidate is not None:
-            height, width = view.depth_m.shape
-            stride = view.stride
-            where = where & is_candidate[::stride, ::stride][:height, :width]
+        if is_candidate is None:
+            self._room, where = self._mixtures, self._mixtures.foreground(view)
+        else:
+            self._room, where = self._lamps, view.small(is_candidate)
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings.skin)
         blobs = self._tracker.update(view, regions)
@@ -167,20 +170,23 @@ class FacesAndHands:
             view.light,
             tuple(self._described(view, blob) for blob in blobs),
             view.stride,
-            is_foreground,
+            where,
             probability,
             is_skin,
             self._room.light_changed,
         )
 
     def learn_room(self, is_somebodys: Mask) -> None:
-        """Learn the room from the frame that was looked at last, where it is nobody's ([H, W])."""
+        """Learn the room from the frame that was looked at last, where it is nobody's ([H, W], or
+        of the size of the masks); does nothing unless `learns_room`."""
+        if self._view is not None and self.learns_room:
+            self._room.learn(self._view, self._view.small(is_somebodys))
+
+    @property
+    def learns_room(self) -> bool:
+        """Whether the frame that was looked at last has something to teach of the room."""
         view = self._view
-        if view is None or view.light != Light.USABLE:
-            return
-        height, width = view.depth_m.shape
-        stride = view.stride
-        self._room.learn(view, is_somebodys[::stride, ::stride][:height, :width])
+        return view is not None and view.light == Light.USABLE and self._room.is_lesson_due(view)
 
     def _believe(
         self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Vector]
@@ -188,10 +194,11 @@ class FacesAndHands:
         now_s = view.frame.timestamp_s
         elapsed_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
         beliefs, self._features = {}, {}
+        heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
         for blob in blobs:
             belief = self._beliefs.get(blob.id)
             if belief is None or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP):
-                features = self._features[blob.id] = features_of(view, blob, heads_camera)
+                features = self._features[blob.id] = features_of(view, blob, heads)
                 belief = self._tables.updated(belief, features, elapsed_s)
             beliefs[blob.id] = belief
         self._beliefs = beliefs
@@ -202,17 +209,18 @@ class FacesAndHands:
         for blob in blobs:
             sure = 1.0 - self._beliefs[blob.id][Kind.OTHER]
             if blob.region is not None and sure >= TEACHING_BELIEF:
-                columns, rows = blob.region.pixels.astype(np.intp).T
-                is_sure[rows, columns] = True
+                paint(blob.region.pixels, True, is_sure)
         self._skin.adapt(view, is_sure, where)
 
     def _described(self, view: ColorView, blob: Blob) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
         surface = ends = None
         if blob.depth_m > 0.0:
-            places = np.vstack([blob.ellipse.center, blob.ellipse.ends])
-            points = view.points_camera(places, np.full(3, blob.depth_m))
-            surface, ends = points[0], points[1:]
+            ellipse = blob.ellipse
+            surface = np.array(view.point_camera(ellipse.x, ellipse.y, blob.depth_m))
+            ends = np.array(
+                [view.point_camera(x, y, blob.depth_m) for x, y in ellipse.ends.tolist()]
+            )
         return SkinBlob(
             id=blob.id,
             belief=self._beliefs[blob.id],
@@ -227,16 +235,16 @@ class FacesAndHands:
         )
 
 
-def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Vector] = ()) -> Features:
+def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ()) -> Features:
     """The observation O_t of a blob (Sec. 4.1.4), and what depth adds where it is known."""
     camera, ellipse = view.camera, blob.ellipse
     depth_m = blob.depth_m
     metres_per_px = (depth_m or BlobSettings().usual_depth_m) / camera.fx
-    speed_mps = np.abs(blob.velocity_px_s) * metres_per_px
+    horizontal_px_s, vertical_px_s = blob.velocity_px_s.tolist()
     features = {
-        "complexity": _complexity(blob),
-        "horizontal_mps": float(speed_mps[0]),
-        "vertical_mps": float(speed_mps[1]),
+        "complexity": perimeter(blob.pixels) ** 2 / (4.0 * pi * len(blob.pixels)),
+        "horizontal_mps": abs(horizontal_px_s) * metres_per_px,
+        "vertical_mps": abs(vertical_px_s) * metres_per_px,
         "orientation_rad": ellipse.angle,
         "image_x": ellipse.x / camera.width,
         "image_y": ellipse.y / camera.height,
@@ -244,20 +252,9 @@ def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Vector] = ()
     if depth_m > 0.0:
         features["major_m"] = ellipse.major * metres_per_px
         features["minor_m"] = ellipse.minor * metres_per_px
-        center = view.points_camera(ellipse.center, np.array(depth_m))
-        offsets = [center - head for head in heads_camera]
-        nearest = min(offsets, key=lambda offset: float(offset @ offset), default=None)
-        if nearest is not None and np.linalg.norm(nearest) < REACH_M:
-            features["right_of_head_m"], features["below_head_m"] = nearest[:2].tolist()
+        x, y, z = view.point_camera(ellipse.x, ellipse.y, depth_m)
+        offsets = ((x - head[0], y - head[1], z - head[2]) for head in heads_camera)
+        nearest = min(offsets, key=lambda offset: hypot(*offset), default=None)
+        if nearest is not None and hypot(*nearest) < REACH_M:
+            features["right_of_head_m"], features["below_head_m"], _ = nearest
     return features
-
-
-def _complexity(blob: Blob) -> float:
-    """Perimeter^2 / (4 pi area) of a blob's pixels, 1 for a disc."""
-    columns, rows = np.rint(blob.pixels).astype(np.intp).T
-    left, top = int(columns.min()), int(rows.min())
-    mask = np.zeros((int(rows.max()) - top + 3, int(columns.max()) - left + 3), np.uint8)
-    mask[rows - top + 1, columns - left + 1] = 1
-    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    perimeter = sum(cv2.arcLength(contour, True) for contour in contours)
-    return float(perimeter * perimeter / (4.0 * pi * max(len(blob.pixels), 1)))

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from topview.records import Camera, Frame
 
+Mask = NDArray[np.bool_]
+Place = tuple[float, float, float]
+
 # Ours: a hand of 9 cm at 4 m is then 6 pixels wide, which is enough for an ellipse.
 TARGET_FOCAL_LENGTH_PX: Final = 262.5
 
@@ -22,7 +25,7 @@ GREY_SPREAD: Final = 6.0
 DARK_LEVEL: Final = 40.0
 CLIPPED_LEVEL: Final = 250
 CLIPPED_SHARE: Final = 0.4
-JUDGED_STRIDE: Final = 4
+JUDGED_STRIDE: Final = 8
 
 
 class Light(StrEnum):
@@ -66,11 +69,7 @@ class ColorView:
         stride = max(1, round(full.fx / TARGET_FOCAL_LENGTH_PX))
         stride = min(stride, full.width, full.height)
         width, height = full.width // stride, full.height // stride
-        rows, columns = slice(0, height * stride), slice(0, width * stride)
-        rgb = frame.color[rows, columns]
-        if stride > 1:
-            small = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA)
-            rgb = np.asarray(small, np.uint8)
+        rgb = averaged(frame.color, stride)
         center = (stride - 1) / 2
         camera = Camera(
             full.fx / stride,
@@ -80,29 +79,37 @@ class ColorView:
             width,
             height,
         )
-        yuv = np.asarray(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2YUV), np.uint8)
-        depth_m = frame.depth_m[rows, columns][::stride, ::stride]
-        return cls(
-            frame, stride, camera, rgb, yuv, np.ascontiguousarray(depth_m), light_of(rgb, yuv)
-        )
+        yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
+        depth_m = np.ascontiguousarray(frame.depth_m[::stride, ::stride][:height, :width])
+        return cls(frame, stride, camera, rgb, yuv, depth_m, light_of(rgb, yuv))
 
-    def full_px(self, small_px: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Places in the full image of [..., 2] places (x, y) in the small one."""
-        return small_px * self.stride + (self.stride - 1) / 2
+    def small(self, mask: Mask) -> Mask:
+        """[h, w] of a mask that is so already, or of the full image ([H, W])."""
+        height, width = self.depth_m.shape
+        if mask.shape == (height, width):
+            return mask
+        return mask[:: self.stride, :: self.stride][:height, :width]
 
-    def points_camera(
-        self, pixels: NDArray[np.floating], depth_m: NDArray[np.floating]
-    ) -> NDArray[np.float64]:
-        """[N, 3] metres of [N, 2] small pixels (x, y) at [N] depths."""
+    def depth_of(self, pixels: NDArray[np.float32]) -> float:
+        """Median reading in metres of [N, 2] pixels (x, y), 0 where there is none."""
+        columns, rows = pixels.astype(np.intp).T
+        depths = self.depth_m[rows, columns]
+        depths = depths[depths > 0.0]
+        return float(np.median(depths)) if len(depths) else 0.0
+
+    def point_camera(self, x: float, y: float, depth_m: float) -> Place:
+        """Metres, of a place in the small image at a depth."""
         camera = self.camera
-        return np.stack(
-            [
-                (pixels[..., 0] - camera.cx) / camera.fx * depth_m,
-                (pixels[..., 1] - camera.cy) / camera.fy * depth_m,
-                np.asarray(depth_m, np.float64),
-            ],
-            axis=-1,
-        )
+        return (x - camera.cx) / camera.fx * depth_m, (y - camera.cy) / camera.fy * depth_m, depth_m
+
+
+def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
+    """[H // step, W // step, 3] means over `step` x `step` pixels of [H, W, 3]."""
+    if step == 1:
+        return np.ascontiguousarray(rgb)
+    height, width = rgb.shape[0] // step, rgb.shape[1] // step
+    whole = rgb[: height * step, : width * step]
+    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
@@ -110,12 +117,16 @@ def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
     few = slice(None, None, JUDGED_STRIDE)
     pixels = rgb[few, few].reshape(-1, 3)
     is_there = pixels.any(axis=1)
-    if not is_there.any():
+    count = np.count_nonzero(is_there)
+    if count == 0:
         return Light.UNDEREXPOSED
     y, u, v = yuv[few, few].reshape(-1, 3)[is_there].T
-    if (y < DARK_LEVEL).mean() > 0.9:
+    if np.count_nonzero(y < DARK_LEVEL) > 0.9 * count:
         return Light.UNDEREXPOSED
-    if (pixels[is_there].min(axis=1) >= CLIPPED_LEVEL).mean() > CLIPPED_SHARE:
+    is_clipped = pixels.min(axis=1) >= CLIPPED_LEVEL
+    if np.count_nonzero(is_clipped) > CLIPPED_SHARE * count:
         return Light.OVEREXPOSED
-    low, high = np.percentile(np.stack([u, v]), (1, 99), axis=1)
-    return Light.GREY if (high - low).max() <= GREY_SPREAD else Light.USABLE
+    rare = count // 100
+    tints = np.partition(np.stack([u, v]), (rare, count - 1 - rare), axis=1)
+    spread = int((tints[:, count - 1 - rare] - tints[:, rare]).max())
+    return Light.GREY if spread <= GREY_SPREAD else Light.USABLE

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from topview.detect.ellipses import Box
 from topview.detect.seeing import ColorView
+from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
 from topview.records import InputError, read_only
 
 Mask = NDArray[np.bool_]
-Counts = NDArray[np.float64]
+Counts = NDArray[np.floating]
 
 SHIFT: Final = 2
 BINS: Final = 256 >> SHIFT
@@ -103,18 +104,11 @@ def _smooth(counts: Counts) -> Counts:
     return np.asarray(cv2.GaussianBlur(counts, (0, 0), SMOOTHING_BINS), np.float64)
 
 
-def color_bins(yuv: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """[...] flat index into the U-V plane of [..., 3] colours."""
-    u = (yuv[..., 1] >> SHIFT).astype(np.uint16)
-    u *= BINS
-    u += yuv[..., 2] >> SHIFT
-    return u
-
-
 def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
     """[BINS, BINS] how many of the pixels `where` have each colour."""
-    counts = np.bincount(color_bins(yuv[where]), minlength=BINS * BINS)
-    return counts.reshape(BINS, BINS).astype(np.float64)
+    counts = np.zeros((BINS, BINS))
+    count_bins(yuv, where, SHIFT, counts)
+    return counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,14 +145,14 @@ class SkinColor:
     ) -> None:
         self.settings = settings or SkinSettings()
         self._trained = (histograms or SkinHistograms.load()).probability
-        self._window: deque[tuple[Counts, Counts]] = deque(maxlen=self.settings.window_frames)
-        self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8).ravel()
+        self._window: deque[tuple[Counts, Counts]] = deque()
+        self._skin, self._seen = np.zeros((BINS, BINS)), np.zeros((BINS, BINS))
+        self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8)
 
     def probability(self, view: ColorView, where: Mask) -> NDArray[np.uint8]:
         """[h, w] P(s|c) in 1/255, 0 outside of `where` and where it is too dark for colour."""
-        probability = self._table[color_bins(view.yuv)]
-        probability[~where] = 0
-        probability[view.yuv[..., 0] < DARK_LEVEL] = 0
+        probability = np.empty(where.shape, np.uint8)
+        look_up_levels(view.yuv, where, self._table, SHIFT, DARK_LEVEL, probability)
         return probability
 
     def adapt(self, view: ColorView, is_skin: Mask, where: Mask) -> None:
@@ -166,16 +160,21 @@ class SkinColor:
 
         A colour that was not in view lately keeps its trained probability.
         """
-        self._window.append((count_colors(view.yuv, is_skin), count_colors(view.yuv, where)))
-        skin = np.sum([counts for counts, _ in self._window], axis=0)
-        seen = np.sum([counts for _, counts in self._window], axis=0)
+        skin, seen = count_colors(view.yuv, is_skin), count_colors(view.yuv, where)
+        self._window.append((skin, seen))
+        self._skin += skin
+        self._seen += seen
+        if len(self._window) > self.settings.window_frames:
+            skin, seen = self._window.popleft()
+            self._skin -= skin
+            self._seen -= seen
         mixed = self._trained
-        if skin.sum() >= self.settings.least_pixels_learnt:
+        if self._skin.sum() >= self.settings.least_pixels_learnt:
             gamma = self.settings.gamma
             # The trained probability weighs as much as one pixel per bin, against chance.
-            recent = (_smooth(skin) + self._trained) / (_smooth(seen) + 1.0)
+            recent = (_smooth(self._skin) + self._trained) / (_smooth(self._seen) + 1.0)
             mixed = gamma * self._trained + (1.0 - gamma) * np.minimum(recent, 1.0)
-        self._table = np.asarray(np.rint(255.0 * mixed), np.uint8).ravel()
+        self._table = np.asarray(np.rint(255.0 * mixed), np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,12 +214,11 @@ def skin_regions(
             levels = cut(view, levels, settings)
         is_too_large = np.zeros(probability.shape, np.bool_)
         for region in _connected(view, levels, settings):
-            columns, rows = region.pixels.astype(np.intp).T
-            if region.area_m2 > settings.greatest_area_m2:
-                is_too_large[rows, columns] = cut is None or region.area_m2 < PERSON_M2
-            else:
+            if region.area_m2 <= settings.greatest_area_m2:
                 regions.append(region)
-                is_skin[rows, columns] = True
+                paint(region.pixels, True, is_skin)
+            elif cut is None or region.area_m2 < PERSON_M2:
+                paint(region.pixels, True, is_too_large)
         if not is_too_large.any():
             break
         levels = np.where(is_too_large, probability, np.uint8(0))
@@ -253,29 +251,28 @@ def _connected(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> Iterator[SkinRegion]:
     """Connected pixels above T_min with a seed among them, that are not too small."""
-    is_candidate = probability > 255.0 * settings.growth_probability
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        is_candidate.view(np.uint8), connectivity=8
+    most = probability.size // settings.least_pixels + 1
+    pixels = np.empty((probability.size, 2), np.float32)
+    starts = np.zeros(most + 1, np.int32)
+    boxes, means = np.empty((most, 4), np.int32), np.empty((most, 3))
+    count = connected_regions(
+        probability,
+        view.depth_m,
+        int(255.0 * settings.growth_probability),
+        int(255.0 * settings.seed_probability),
+        settings.least_pixels,
+        np.zeros(probability.shape, np.bool_),
+        pixels,
+        starts,
+        boxes,
+        means,
     )
-    labels = np.asarray(labels, np.int32)
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
-    is_large = np.asarray(stats)[:, cv2.CC_STAT_AREA] >= settings.least_pixels
-    for label in np.nonzero(is_large)[0].tolist():
-        if label == 0:  # what is no candidate
-            continue
-        left, top, width, height, area = np.asarray(stats)[label].tolist()
-        window = slice(top, top + height), slice(left, left + width)
-        is_region = labels[window] == label
-        levels = probability[window][is_region]
-        if levels.max() <= 255.0 * settings.seed_probability:
-            continue
-        depths = view.depth_m[window][is_region]
-        depths = depths[depths > 0.0]
-        depth_m = float(np.median(depths)) if len(depths) >= LEAST_READ * area else 0.0
-        area_m2 = area * depth_m * depth_m * m2_per_px_at_1_m
-        if 0.0 < area_m2 < settings.least_area_m2:
-            continue
-        rows, columns = np.nonzero(is_region)
-        pixels = np.stack([columns + left, rows + top], axis=1).astype(np.float32)
-        box = left, top, left + width - 1, top + height - 1
-        yield SkinRegion(pixels, box, depth_m, area_m2, float(levels.mean()) / 255.0)
+    ends = starts.tolist()
+    for k, (level, read, median_m) in enumerate(means[:count].tolist()):
+        own = pixels[ends[k] : ends[k + 1]].copy()
+        depth_m = median_m if read >= LEAST_READ else 0.0
+        area_m2 = len(own) * depth_m * depth_m * m2_per_px_at_1_m
+        if area_m2 == 0.0 or area_m2 >= settings.least_area_m2:
+            left, top, right, bottom = boxes[k].tolist()
+            yield SkinRegion(own, (left, top, right, bottom), depth_m, area_m2, level / 255.0)

@@ -1,0 +1,231 @@
+"""Skin in an image: levels by a table, connected regions, and the forms of blobs of pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True)
+def look_up_levels(
+    yuv: NDArray[np.uint8],
+    is_sought: NDArray[np.bool_],
+    table: NDArray[np.uint8],
+    shift: int,
+    dark_level: int,
+    out_level: NDArray[np.uint8],
+) -> None:
+    """A level of each colour's U and V, 0 where none is sought or Y is below `dark_level`.
+
+    Args:
+        yuv: [h, w, 3].
+        is_sought: [h, w].
+        table: [B, B] by U and V, each `>> shift`.
+        shift: see above.
+        dark_level: see above.
+        out_level: [h, w].
+    """
+    for row in range(yuv.shape[0]):
+        for column in range(yuv.shape[1]):
+            out_level[row, column] = 0
+            if is_sought[row, column] and yuv[row, column, 0] >= dark_level:
+                u, v = yuv[row, column, 1] >> shift, yuv[row, column, 2] >> shift
+                out_level[row, column] = table[u, v]
+
+
+@njit(cache=True, nogil=True)
+def count_bins(
+    yuv: NDArray[np.uint8],
+    is_counted: NDArray[np.bool_],
+    shift: int,
+    out_counts: NDArray[np.float64],
+) -> None:
+    """Add one to `out_counts` [B, B] for every pixel ([h, w]) that is counted, by its U and V."""
+    for row in range(yuv.shape[0]):
+        for column in range(yuv.shape[1]):
+            if is_counted[row, column]:
+                out_counts[yuv[row, column, 1] >> shift, yuv[row, column, 2] >> shift] += 1.0
+
+
+@njit(cache=True, nogil=True)
+def connected_regions(
+    level: NDArray[np.uint8],
+    depth_m: NDArray[np.float32],
+    low: int,
+    high: int,
+    least_pixels: int,
+    is_visited: NDArray[np.bool_],
+    out_pixels: NDArray[np.float32],
+    out_starts: NDArray[np.int32],
+    out_boxes: NDArray[np.int32],
+    out_means: NDArray[np.float64],
+) -> int:
+    """Regions of 8-connected pixels above `low`, at least one of them above `high`.
+
+    Args:
+        level: [h, w].
+        depth_m: [h, w] metres, 0 where there is no reading.
+        low: see above.
+        high: see above.
+        least_pixels: of a region.
+        is_visited: [h, w] scratch, all False.
+        out_pixels: [h * w, 2] (x, y) of one region after the other.
+        out_starts: [K + 1] where each region's pixels start, and where the last one's end.
+        out_boxes: [K, 4] left, top, right, bottom; all inside.
+        out_means: [K, 3] mean level, share of pixels with a reading, median reading (0: none).
+
+    Returns:
+        How many there are, in the order of their first pixels.
+    """
+    height, width = level.shape
+    readings_m = np.empty(level.size, np.float32)
+    count, end = 0, 0
+    out_starts[0] = 0
+    for first_row in range(height):
+        for first_column in range(width):
+            if level[first_row, first_column] <= low or is_visited[first_row, first_column]:
+                continue
+            start = end
+            left, top, right, bottom = first_column, first_row, first_column, first_row
+            highest, total, readings = 0, 0, 0
+            is_visited[first_row, first_column] = True
+            out_pixels[end, 0], out_pixels[end, 1] = first_column, first_row
+            end += 1
+            at = start
+            while at < end:  # the region's pixels are their own queue
+                column, row = int(out_pixels[at, 0]), int(out_pixels[at, 1])
+                at += 1
+                left, right, bottom = min(left, column), max(right, column), max(bottom, row)
+                highest, total = max(highest, level[row, column]), total + level[row, column]
+                if depth_m[row, column] > 0.0:
+                    readings_m[readings] = depth_m[row, column]
+                    readings += 1
+                for i in range(max(row - 1, 0), min(row + 2, height)):
+                    for j in range(max(column - 1, 0), min(column + 2, width)):
+                        if level[i, j] > low and not is_visited[i, j]:
+                            is_visited[i, j] = True
+                            out_pixels[end, 0], out_pixels[end, 1] = j, i
+                            end += 1
+            size = end - start
+            if size < least_pixels or highest <= high:
+                end = start
+                continue
+            out_boxes[count, 0], out_boxes[count, 1] = left, top
+            out_boxes[count, 2], out_boxes[count, 3] = right, bottom
+            out_means[count, 0], out_means[count, 1] = total / size, readings / size
+            out_means[count, 2] = np.median(readings_m[:readings]) if readings > 0 else 0.0
+            count += 1
+            out_starts[count] = end
+    return count
+
+
+@njit(cache=True, nogil=True)
+def paint(pixels: NDArray[np.float32], value: int, out: NDArray[np.generic]) -> None:
+    """Set [h, w] `out` to a value at [N, 2] pixels (x, y), all inside."""
+    for n in range(len(pixels)):
+        out[int(pixels[n, 1]), int(pixels[n, 0])] = value
+
+
+@njit(cache=True, nogil=True)
+def count_values(
+    pixels: NDArray[np.float32], image: NDArray[np.int32], out_counts: NDArray[np.int64]
+) -> None:
+    """Add up how many of [N, 2] places (x, y) land on each value of [h, w] an image; what lands
+    outside does not count."""
+    height, width = image.shape
+    for n in range(len(pixels)):
+        column, row = int(np.floor(pixels[n, 0] + 0.5)), int(np.floor(pixels[n, 1] + 0.5))
+        if 0 <= row < height and 0 <= column < width:
+            out_counts[image[row, column]] += 1
+
+
+@njit(cache=True, nogil=True)
+def moments(pixels: NDArray[np.float32]) -> tuple[float, float, float, float, float]:
+    """Means of x and y, and means of the squares and the product of their deviations, of [N, 2]."""
+    x = y = 0.0
+    for n in range(len(pixels)):
+        x += pixels[n, 0]
+        y += pixels[n, 1]
+    x /= len(pixels)
+    y /= len(pixels)
+    s_xx = s_yy = s_xy = 0.0
+    for n in range(len(pixels)):
+        dx, dy = pixels[n, 0] - x, pixels[n, 1] - y
+        s_xx += dx * dx
+        s_yy += dy * dy
+        s_xy += dx * dy
+    return x, y, s_xx / len(pixels), s_yy / len(pixels), s_xy / len(pixels)
+
+
+@njit(cache=True, nogil=True)
+def perimeter(pixels: NDArray[np.float32]) -> float:
+    """Length of the outline, holes included, of [N, 2] pixels (x, y), in pixels.
+
+    By the formula of Cauchy and Crofton from the lines of pixels in four directions: right for a
+    large disc, and for squares whichever way they are turned, to 11 %.
+    """
+    left, top = pixels[0, 0], pixels[0, 1]
+    right, bottom = left, top
+    for n in range(len(pixels)):
+        left, right = min(left, pixels[n, 0]), max(right, pixels[n, 0])
+        top, bottom = min(top, pixels[n, 1]), max(bottom, pixels[n, 1])
+    is_its = np.zeros((int(bottom - top + 0.5) + 3, int(right - left + 0.5) + 3), np.bool_)
+    for n in range(len(pixels)):
+        is_its[int(pixels[n, 1] - top + 0.5) + 1, int(pixels[n, 0] - left + 0.5) + 1] = True
+    straight, diagonal = 0, 0
+    for row in range(1, is_its.shape[0] - 1):
+        for column in range(1, is_its.shape[1] - 1):
+            if not is_its[row, column]:
+                continue
+            for i in (-1, 1):
+                straight += not is_its[row + i, column]
+                straight += not is_its[row, column + i]
+                diagonal += not is_its[row + i, column + i]
+                diagonal += not is_its[row + i, column - i]
+    return np.pi / 8.0 * (straight + diagonal / np.sqrt(2.0))
+
+
+@njit(cache=True, nogil=True)
+def share_pixels(
+    pixels: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    ellipses: NDArray[np.float64],
+    depths_m: NDArray[np.float64],
+    same_depth_m: float,
+    out_belongs: NDArray[np.bool_],
+) -> None:
+    """Which pixels belong to which ellipse: to all in which they lie, else to the nearest one; of
+    those at a pixel's depth, if there are any.
+
+    Args:
+        pixels: [N, 2] (x, y), all inside the image.
+        depth_m: [h, w] metres, 0 where there is no reading, which is at every depth.
+        ellipses: [K, 5] x, y, major and minor semi-axis, angle.
+        depths_m: [K] of the ellipses, 0 where not known, which is at every depth.
+        same_depth_m: what differs by less is at the same depth.
+        out_belongs: [K, N].
+    """
+    count = len(ellipses)
+    cosines, sines = np.cos(ellipses[:, 4]), np.sin(ellipses[:, 4])
+    is_near = np.zeros(count, np.bool_)
+    for n in range(len(pixels)):
+        z = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
+        for k in range(count):
+            is_near[k] = z == 0.0 or depths_m[k] == 0.0 or abs(z - depths_m[k]) < same_depth_m
+        is_any_near = is_near.any()
+        nearest, least, is_inside_any = 0, np.inf, False
+        for k in range(count):
+            out_belongs[k, n] = False
+            if is_any_near and not is_near[k]:
+                continue
+            dx, dy = pixels[n, 0] - ellipses[k, 0], pixels[n, 1] - ellipses[k, 1]
+            along = (cosines[k] * dx + sines[k] * dy) / ellipses[k, 2]
+            across = (cosines[k] * dy - sines[k] * dx) / ellipses[k, 3]
+            square = along * along + across * across
+            if square <= 1.0:
+                out_belongs[k, n] = is_inside_any = True
+            if square < least:
+                nearest, least = k, square
+        if not is_inside_any:
+            out_belongs[nearest, n] = True
