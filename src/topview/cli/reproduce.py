@@ -21,6 +21,7 @@ def reproduce(
     out: Path = Path("reproduced"),
     quick: Annotated[bool, Parameter(negative="")] = False,
     mhad: Path | None = None,
+    bridge: Path | None = None,
     seed: int = 0,
     workers: int = 0,
 ) -> int:
@@ -34,11 +35,13 @@ def reproduce(
         out: folder of the report.
         quick: shorter and fewer recordings, a few minutes instead of half an hour.
         mhad: folder of Berkeley MHAD, for Tables 6.1 and 6.2.
+        bridge: folder of another system's skeletons, NAME.npz for each of the rivals' recordings,
+            which are in OUT/recordings after a first call: see docs/bridge.md.
         seed: of all scenes; the tracker's stays.
         workers: processes, 0 for one per core; the numbers do not depend on it.
     """
     check_seed(seed)
-    made = make_report(names, Context(out, quick, seed, mhad), workers)
+    made = make_report(names, Context(out, quick, seed, mhad, bridge), workers)
     warn(*made.report.problems)
     _print_verdicts(made.report)
     print(f"written to {out / PAGE} and {out / MARKDOWN}")

@@ -13,6 +13,7 @@ from topview.evaluate.reproduce.factors import runs_6_3, table_6_3
 from topview.evaluate.reproduce.finding import Search
 from topview.evaluate.reproduce.hypotheses import figure_6_3, runs_figure_6_3
 from topview.evaluate.reproduce.mhad import runs_6_1, runs_6_2, table_6_1, table_6_2
+from topview.evaluate.reproduce.rivals import rivals, runs_of_rivals
 from topview.evaluate.reproduce.runs import Measured, Run
 from topview.evaluate.reproduce.score_surfaces import figure_5_4
 from topview.evaluate.reproduce.section import Section
@@ -48,6 +49,7 @@ EXPERIMENTS: Final[dict[str, Experiment]] = {
     "figure-6.3": Experiment(figure_6_3, runs_figure_6_3),
     "table-6.4": Experiment(table_6_4, runs_6_4),
     "users": Experiment(users, runs_of_users),
+    "rivals": Experiment(rivals, runs_of_rivals),
 }
 ALL: Final = "all"
 

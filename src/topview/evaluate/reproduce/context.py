@@ -22,12 +22,14 @@ class Context:
         quick: smaller, for a first look.
         seed: shifts the seeds of all scenes; the tracker's stays.
         mhad: folder of Berkeley MHAD, or None for its simulated counterparts.
+        bridge: folder of another system's skeletons of the rivals' recordings, or None.
     """
 
     out: Path
     quick: bool = False
     seed: int = 0
     mhad: Path | None = None
+    bridge: Path | None = None
 
     def size(self, full: int, quick: int) -> int:
         """How many of something."""

@@ -32,7 +32,7 @@ RIVALS: Final[dict[str, Variant]] = {
     "pPSO, as topview has it": Variant("ppso"),
 }
 """Swarms as `topview.track.swarm` has them; left out of the quick form."""
-OPEN: Final = ("HYBRID on our recordings",)
+OPEN: Final = ("HYBRID on our recordings: wants NiTE, a closed binary",)
 SUBJECT: Final = 9
 """Of Table 6.2, counted from 1."""
 

@@ -22,6 +22,7 @@ from topview.track.body_tracker import BodySettings
 from topview.track.limbs import LimbSettings
 from topview.track.part_by_part import PartByPartSettings
 from topview.track.settings import Method
+from topview.track.swarm import EQUAL_TIME, SwarmSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +33,13 @@ class Variant:
         method: "thesis" is Sec. 5.3 as printed, "utvr" this project's default.
         factors: of f_uTVR that choose the hypotheses; the thesis's method alone can leave some out.
         n_best: hypotheses that are propagated, the method's own number if None.
+        equal_time: swarms have as much time as the default tracker takes.
     """
 
     method: Method
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
+    equal_time: bool = False
 
     @property
     def settings(self) -> TrackerSettings:
@@ -45,7 +48,8 @@ class Variant:
     def __call__(self, recording: Recording, settings: TrackerSettings) -> TrackingResult:
         limbs = LimbSettings() if self.n_best is None else LimbSettings(kept=self.n_best)
         part_by_part = PartByPartSettings(factors=self.factors, n_best=self.n_best)
-        tracker = Tracker(settings, BodySettings(limbs=limbs), part_by_part)
+        swarm = EQUAL_TIME if self.equal_time else SwarmSettings()
+        tracker = Tracker(settings, BodySettings(limbs=limbs), part_by_part, swarm)
         return track_recording(recording, tracker=tracker)
 
 
