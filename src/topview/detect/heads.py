@@ -195,6 +195,11 @@ TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
 # Ours: two heads are not nearer to each other than two heads' breadths.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
+# Ours: the head of somebody seen from the side is so far above what of the near shoulder looks like
+# a head, up to so far aside and at least so far behind.
+ABOVE_SHOULDER_M: Final = (0.15, 0.45)
+ASIDE_SHOULDER_M: Final = 0.3
+BEHIND_SHOULDER_M: Final = 0.04
 # Ours: what is above a head in the image is further away by more than this.
 STEP_M: Final = 0.12
 # Ours: a head is the mean of its candidates that have more than this share of the best one's
@@ -227,7 +232,9 @@ class DepthHeadDetector:
         tilt = np.repeat(np.arange(len(ups)), len(tops))[is_on_surface]
         evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
         upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
-        heads = _strongest(centers, upright * evidence.confidence, self.min_confidence)
+        confidence = upright * evidence.confidence
+        confidence[_is_shoulder(centers, confidence >= self.min_confidence, up_camera)] = 0.0
+        heads = _strongest(centers, confidence, self.min_confidence)
         alone = upright * evidence.inside * evidence.free
         is_lone = alone >= self.min_confidence
         is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
@@ -242,6 +249,22 @@ class DepthHeadDetector:
                 for head in heads
             )
         ]
+
+
+def _is_shoulder(
+    centers_camera: Vector, is_good: NDArray[np.bool_], up_camera: Vector
+) -> NDArray[np.bool_]:
+    """[N] which of the good ones are the near shoulder of somebody seen from the side: there is
+    another right above and behind."""
+    is_shoulder = np.zeros(len(centers_camera), np.bool_)
+    good = np.flatnonzero(is_good)
+    offset = centers_camera[good] - centers_camera[good, None]
+    above_m = offset @ up_camera
+    aside_m = np.linalg.norm(offset - above_m[..., None] * up_camera, axis=-1)
+    is_head = (above_m > ABOVE_SHOULDER_M[0]) & (above_m < ABOVE_SHOULDER_M[1])
+    is_head &= (aside_m < ASIDE_SHOULDER_M) & (offset[..., 2] > BEHIND_SHOULDER_M)
+    is_shoulder[good] = is_head.any(1)
+    return is_shoulder
 
 
 def _strongest(

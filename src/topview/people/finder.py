@@ -52,6 +52,10 @@ BRIEFLY_S = 0.15
 FOLLOWED_S = 0.5
 # Ours: what may be furniture and has not moved for so long is.
 DOUBTED_S = 5.0
+# Ours: one who was in doubt and has not been for so many frames is somebody.
+UNDOUBTED_FRAMES = 5
+# Ours: a head this much of which is hidden does not go down by more than this in a frame.
+COVERED, SLIP_M = 0.15, 0.03
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
 # Why heads are refused, besides what their bodies lack.
@@ -217,16 +221,27 @@ class PeopleFinder:
                 present.person_under(scene, head, self.settings) is None
             ):
                 continue
+            if self._slips(scene, user, head, time_s):
+                continue
             user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
             bodies[index] = self._body_of(scene, user)
             present.add(user.head_camera, bodies[index])
         for index, user in enumerate(known):
             if index not in bodies:
-                user.miss(time_s, is_empty=scene.is_empty_at(user.predicted(time_s)))
+                user.miss(
+                    time_s, scene.up_camera, is_empty=scene.is_empty_at(user.predicted(time_s))
+                )
                 bodies[index] = self._body_of(scene, user)
         taken = {matches[index] for index in matches if known[index].seen_s == time_s}
         left = [head for i, head in enumerate(heads) if i not in taken]
         return left, [bodies[index] for index in range(len(known))]
+
+    def _slips(self, scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
+        """Whether it seems to go down as something comes before it: it is the shoulder then that
+        still is to be seen."""
+        expected = user.predicted(time_s)
+        down_m = (expected - head.center_camera) @ scene.up_camera
+        return bool(down_m > SLIP_M and scene.covered_share(expected) > COVERED)
 
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
         is_seen = user.seen_s == scene.cloud.frame.timestamp_s
@@ -288,7 +303,8 @@ class PeopleFinder:
         ]
         waiting: list[KnownUser] = []
         present = Present([user.head_camera for user in self._known], list(bodies))
-        for head in heads:
+        # What is hardly like a head takes nobody's place.
+        for head in sorted(heads, key=lambda head: head.by_shape < settings.new_confidence):
             center = head.center_camera
             if any(reached(scene, center, body) < np.inf for body in doubtful):
                 present.refusals.append(Refusal(head, OWN_HEAD))  # see `_correct`
@@ -326,12 +342,24 @@ class PeopleFinder:
         for user, body in zip(list(self._known), list(bodies), strict=True):
             if user.stillness is None:
                 continue
-            if user.stillness.is_broken_in(scene.cloud.depth_m):
+            has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
+            if user.seen_s == time_s and (has_moved or self._is_undoubted(scene, user, bodies)):
                 self._name(user)
             elif time_s - user.first_s > DOUBTED_S:
                 index = self._known.index(user)
                 self._background.learn(scene.cloud.depth_m, np.isfinite(body))
                 del self._known[index], bodies[index]
+
+    def _is_undoubted(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
+        """Whether who was in doubt, half hidden say, looks like a person for long enough."""
+        head = HeadCandidate(user.head_camera, user.confidence_now)
+        index = self._known.index(user)
+        own = Present([], bodies[:index] + bodies[index + 1 :]).left_of(bodies[index])
+        is_like = head.confidence >= self.settings.new_confidence and not is_doubtful(
+            scene, head, own, self.settings.limits, 1
+        )
+        user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
+        return user.undoubted_frames >= UNDOUBTED_FRAMES
 
     def _take_out(
         self, scene: Scene, head: HeadCandidate, body: Distance, own: Distance

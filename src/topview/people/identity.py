@@ -49,6 +49,7 @@ class KnownUser:
         body_m: [h, w] distance of the user's points from the head in the last frame, or None.
         rival_frames: for how long something else has looked more like it.
         doubted_frames: in how many it looked as furniture may, before it was followed.
+        undoubted_frames: in how many it lately has not.
         stillness: of one who may be furniture until something of it has moved, else None.
     """
 
@@ -64,7 +65,7 @@ class KnownUser:
         self.height = HeightEstimate()
         self.face = FaceMemory()
         self.rival_frames = 0
-        self.doubted_frames = 0
+        self.doubted_frames = self.undoubted_frames = 0
         self.stillness: Stillness | None = None
         self.body_m: NDArray[np.float32] | None = None
 
@@ -112,11 +113,12 @@ class KnownUser:
         self.time_s = self.seen_s = time_s
         self.rival_frames = 0
 
-    def miss(self, time_s: float, is_empty: bool) -> None:
-        """The head has not been measured: go on as predicted, or, where that is seen to be empty
-        space, stay."""
+    def miss(self, time_s: float, up_camera: Vector, is_empty: bool) -> None:
+        """The head has not been measured: go on as predicted, as high as it was, or, where that is
+        seen to be empty space, stay."""
         ahead_s = max(time_s - self.time_s, 0.0)
         self.confidence_now = 0.0
+        self.velocity = self.velocity - (self.velocity @ up_camera) * up_camera
         if is_empty:
             self.velocity = np.zeros(3)
         self.head_camera = self.predicted(time_s)

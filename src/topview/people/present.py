@@ -18,6 +18,8 @@ from topview.people.validation import unlike_person
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
 
+# Ours: below it nothing is taken for a head.
+SUSPECT = 0.6
 # Ours: closer together are no two heads' centres.
 SAME_HEAD_M = 0.2
 # Ours: what is this near to somebody's head over the surface is that person's, if it is not
@@ -92,7 +94,7 @@ class Present:
             return TOO_NEAR
         if head.torso_is_unread:
             return None
-        if head.confidence < settings.new_confidence:
+        if head.confidence < SUSPECT:
             return "hardly like a head"
         upright = head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0]
         return "not upright" if upright < settings.upright_confidence else None

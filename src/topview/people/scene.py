@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
-from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, right_of
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
@@ -152,6 +152,14 @@ class Scene:
         depth_m, in_view = self.cloud.lookup(point_camera)
         is_free = depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M
         return bool(in_view and is_free)
+
+    def covered_share(self, head_camera: NDArray[np.float64]) -> float:
+        """Share of a head at a [3] place that something nearer hides or that is out of view."""
+        right = right_of(self.up_camera)
+        points = head_camera + INSIDE[:, :1] * right + INSIDE[:, 1:] * self.up_camera
+        depth_m, in_view = self.cloud.lookup(points.T)
+        is_hidden = (depth_m > 0.0) & (depth_m < points[:, 2] - 2 * HEAD_RADIUS_M)
+        return float((is_hidden | ~in_view).mean())
 
     def is_hidden_at(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether something nearer hides a head's place."""

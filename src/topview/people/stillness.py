@@ -15,11 +15,19 @@ FIRST_FRAMES = 5
 RATE = 0.2
 # Readings that differ more are another surface's, which has come before or left free a pixel.
 SAME_M = 0.15
-# Of furniture at 4.4 m to 5 m the mean depth wanders by up to 4 mm, a tenth of the noise, and that
-# of each pixel by 14 mm, 0.4 of the noise; of one who sits at 3 m by 5 mm within a third of a
-# second, and of one who walks there by 30 mm.
-SHIFTED_M, SHIFTED_NOISE = 0.002, 0.15
-CHANGED_M, CHANGED_NOISE = 0.02, 0.5
+# A mean over a body, or a pixel's, has changed if it differs by this much, by this share of the
+# noise and by so many of its own usual steps from one frame to the next. Each frame's noise alone
+# makes the difference 0.4 of a step: of furniture in the simulator and in a real room, watched for
+# five seconds, it never was as large, but for what a passer-by's shadow fell on.
+SHIFTED_M, SHIFTED_NOISE, SHIFTED_STEPS = 0.001, 0.15, 2.4
+CHANGED_M, CHANGED_NOISE, CHANGED_STEPS = 0.002, 0.2, 0.6
+# The mean of so few pixels' changes that they are this number's square is twice as large by chance.
+FEW = 2.0
+# Before there are many steps, those of a body's mean are taken to be this share of the noise, as if
+# that had been seen for so many frames.
+USUAL_STEP, USUAL_FRAMES = 0.09, 10
+# The median of the squares of normal numbers is this share of their mean.
+MEDIAN_SQUARE = 0.455
 # Less of a body says nothing of that, as readings beside what hides the rest are off.
 LEAST_SHARE = 0.7
 # What stands still leaves no pixels free for what is behind it, save along its outline.
@@ -36,6 +44,9 @@ class Stillness:
         self._sum_m = self._start_m.copy()
         self._count = np.ones(len(self._start_m), np.int32)
         self._recent_m = self._start_m.copy()
+        self._last_m = self._start_m.copy()
+        self._steps_m: list[float] = []
+        self._square_steps: list[float] = []
         self._frames = 1
 
     def is_broken_in(self, depth_m: NDArray[np.float32]) -> bool:
@@ -46,12 +57,36 @@ class Stillness:
         if self._frames <= FIRST_FRAMES:
             self._sum_m[is_same] += seen_m[is_same]
             self._count += is_same
+        self._step(seen_m, is_same)
         self._recent_m[is_same] += np.float32(RATE) * (seen_m - self._recent_m)[is_same]
         if (seen_m > self._start_m + SAME_M).mean() > LEFT_SHARE:
             return True
         if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
             return False
         change_m = (self._recent_m - self._sum_m / self._count)[is_same]
-        is_shifted = abs(change_m.mean()) > SHIFTED_M + SHIFTED_NOISE * self._noise_m
-        is_changed = np.abs(change_m).mean() > CHANGED_M + CHANGED_NOISE * self._noise_m
+        step_m, mean_step_m = self._usual_steps_m()
+        is_shifted = abs(change_m.mean()) > (
+            SHIFTED_M + SHIFTED_NOISE * self._noise_m + SHIFTED_STEPS * mean_step_m
+        )
+        is_changed = np.abs(change_m).mean() > (1.0 + FEW / np.sqrt(len(change_m))) * (
+            CHANGED_M + CHANGED_NOISE * self._noise_m + CHANGED_STEPS * step_m
+        )
         return bool(is_shifted or is_changed)
+
+    def _step(self, seen_m: NDArray[np.float32], is_same: NDArray[np.bool_]) -> None:
+        """Remember by how much readings have changed since the last frame."""
+        steps_m = (seen_m - self._last_m)[is_same & (np.abs(self._last_m - self._start_m) < SAME_M)]
+        self._last_m = seen_m
+        if len(steps_m):
+            self._steps_m.append(float(np.abs(steps_m).mean()))
+            self._square_steps.append(float(steps_m.mean()) ** 2)
+
+    def _usual_steps_m(self) -> tuple[float, float]:
+        """Of a pixel: the mean; of the mean of all: the standard deviation."""
+        if not self._steps_m:
+            return 0.0, USUAL_STEP * self._noise_m
+        count = len(self._square_steps)
+        square = float(np.median(self._square_steps)) / MEDIAN_SQUARE
+        usual = (USUAL_STEP * self._noise_m) ** 2
+        blend = (count * square + USUAL_FRAMES * usual) / (count + USUAL_FRAMES)
+        return float(np.median(self._steps_m)), float(np.sqrt(blend))

@@ -43,8 +43,8 @@ class PersonLimits:
 
     top_over_floor_m: tuple[float, float] = (0.6, 2.2)
     bust_m2: tuple[float, float] = (0.035, 0.14)
-    bust_edges: float = 3.4
-    torso_radius_m: float = 0.09
+    bust_edges: tuple[float, float] = (3.4, 5.0)
+    torso_radius_m: tuple[float, float] = (0.055, 0.09)
     border_m: float = 0.1
     above_m2: float = 0.1
     area_m2: float = 1.2
@@ -108,20 +108,17 @@ def unlike_person(
     right, forward = (scene.overview_m[is_body] - scene.overview_of(head_camera)).T
     aside_m = np.hypot(right, forward)
     bust_m2 = area[distance_m[is_body] < BUST_M].sum()
-    is_bust = distance_m < BUST_M
     camera = scene.cloud.camera
     column = head_camera[0] / head_camera[2] * camera.fx + camera.cx
     border_px = limits.border_m / head_camera[2] * camera.fx
     low_m, high_m = limits.top_over_floor_m
-    edges = _edges(scene.cloud.depth_m)[is_bust].sum() / np.sqrt(max(is_bust.sum(), 1))
-    torso_m = scene.inset_m[distance_m < TORSO_M].max(initial=0.0)
     is_good = {
         "too low or too high": scene.floor is None or low_m < top_m < high_m,
         "head and chest too small": bust_m2 > limits.bust_m2[0],
         "head and chest too large": bust_m2 < lenience * limits.bust_m2[1],
         "cut off by the border": border_px < column < camera.width - border_px,
-        "rough outline": edges < lenience * limits.bust_edges,
-        "no torso": torso_m > limits.torso_radius_m,
+        "rough outline": _roughness(scene, distance_m) < limits.bust_edges[1],
+        "no torso": _torso_radius_m(scene, distance_m) > limits.torso_radius_m[0],
         "too much above": area[heights > top_m + 0.1].sum() < lenience**3 * limits.above_m2,
         "too large": area.sum() < lenience * limits.area_m2,
         "too short": top_m - np.min(heights) > limits.below_top_m,
@@ -142,6 +139,12 @@ def is_doubtful(
     of them; most furniture is."""
     if head.torso_is_unread:
         return False
+    lenience = LENIENCE if head.confidence > SURE else 1.0
+    if (
+        _roughness(scene, distance_m) > lenience * limits.bust_edges[0]
+        or _torso_radius_m(scene, distance_m) < limits.torso_radius_m[1]
+    ):
+        return True
     top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
     noise_m = float(depth_noise_m(head.center_camera[2]))
     is_very_low, is_low = (scene.floor is not None and top_m < low_m for low_m in limits.low_m)
@@ -153,6 +156,18 @@ def is_doubtful(
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
     is_unsure = head.by_shape < UNSURE
     return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
+
+
+def _roughness(scene: Scene, distance_m: NDArray[np.float32]) -> float:
+    """Of the bust's outline: `PersonLimits.bust_edges`."""
+    is_bust = distance_m < BUST_M
+    count = np.count_nonzero(is_bust)
+    return float(_edges(scene.cloud.depth_m)[is_bust].sum()) / float(np.sqrt(max(count, 1)))
+
+
+def _torso_radius_m(scene: Scene, distance_m: NDArray[np.float32]) -> float:
+    """Of the largest disc that fits into head and chest."""
+    return float(scene.inset_m[distance_m < TORSO_M].max(initial=0.0))
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
