@@ -21,18 +21,16 @@ from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import (
     HEAD,
-    LEFT_UPPER_ARM,
     LOWER_TORSO,
     PARTS,
-    RIGHT_UPPER_ARM,
     UPPER_TORSO,
 )
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
-from topview.people.identity import assign
 from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Columns, Evidence, columns
+from topview.track.hands import Hand, hands_of_arms
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
 from topview.track.refinement import label_points
 
@@ -92,10 +90,7 @@ class LimbSettings:
         limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
         floor_weight_per_m: of the limb's end below the floor.
         margin: by which another hypothesis must beat the present pose.
-        hand_motion_m, hand_side: a hand that the colour of skin shows is the arm's from whose
-            predicted hand it is few such lengths away; and the weight of its belief in a side.
-        hand_reach: share of the arm's length within which it can be.
-        hand_turns: elbows on its circle.
+        hand_turns: elbows on the circle of a hand that the colour of skin shows.
         hand_weight, hand_m: of a limb that ends off such a hand, and from where on it is all off.
     """
 
@@ -135,9 +130,6 @@ class LimbSettings:
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
     margin: float = 0.15
-    hand_motion_m: float = 0.15
-    hand_side: float = 0.5
-    hand_reach: float = 1.1
     hand_turns: int = 12
     hand_weight: float = 4.0
     hand_m: float = 0.2
@@ -191,14 +183,6 @@ class _Scored:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Hand:
-    """A limb's end as it is seen by its colour: [3] metres on the limb's axis, and the belief."""
-
-    palm_camera: Array
-    belief: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Limb:
     """One limb's surroundings in one frame."""
 
@@ -213,7 +197,7 @@ class _Limb:
     fine: _Scored
     coarse: _Scored
     placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
-    hand: _Hand | None  # where the colour of skin shows this arm's
+    hand: Hand | None  # where the colour of skin shows this arm's
     own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
@@ -246,7 +230,7 @@ class LimbSearch:
             label_points(points, pose, origins, model)
             for points in (evidence.points_camera, evidence.all_points_camera)
         ]
-        hands = self._hands(pose, predicted, model, evidence)
+        hands = hands_of_arms(pose, predicted, model, evidence)
         Rs = pose.Rs.copy()
         best_of: dict[int, Array] = {}
         for upper in LIMBS:
@@ -266,7 +250,7 @@ class LimbSearch:
 
     def _surroundings(
         self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,
-        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]], hand: _Hand | None,
+        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]], hand: Hand | None,
     ) -> _Limb:  # fmt: skip
         s = self.settings
         parts = [upper, upper + 1]
@@ -305,32 +289,6 @@ class LimbSearch:
             int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
-
-    def _hands(
-        self, pose: Pose, predicted: Pose, model: BodyModel, evidence: Evidence
-    ) -> dict[int, _Hand]:
-        """By upper part, the hands that are seen on the user: each the arm's whose hand was near,
-        and whose side it looks like."""
-        s = self.settings
-        seen = [hand for hand in evidence.hands if evidence.is_mine(hand.palm_camera)]
-        if not seen:
-            return {}
-        palms = np.array([hand.palm_camera for hand in seen])
-        palms += unit(palms) * model.radii_m[LEFT_UPPER_ARM + 1, 0]
-        left = np.clip([hand.left_share for hand in seen], 0.01, 0.99)
-        costs = np.empty((2, len(seen)))
-        origins, predicted_origins = pose.origins(model), predicted.origins(model)
-        for row, (upper, share) in enumerate(((LEFT_UPPER_ARM, left), (RIGHT_UPPER_ARM, 1 - left))):
-            lower = upper + 1
-            end = predicted.Rs[lower, :, 1] * model.lengths_m[lower] + predicted_origins[lower]
-            off_m = np.linalg.norm(palms - end, axis=1)
-            costs[row] = off_m / s.hand_motion_m - s.hand_side * np.log(share)
-            reach_m = s.hand_reach * model.lengths_m[[upper, lower]].sum()
-            costs[row, np.linalg.norm(palms - origins[upper], axis=1) > reach_m] = np.inf
-        return {
-            (LEFT_UPPER_ARM, RIGHT_UPPER_ARM)[arm]: _Hand(palms[hand], seen[hand].confidence)
-            for arm, hand in assign(-costs).items()
-        }
 
     def _hypotheses(
         self,
