@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from topview.kernels.bodies import measure_body, share_within
 from topview.kernels.scene import (
     find_cores,
     learn_background,
     plane_moments,
     set_up,
-    share_within,
     shows_background,
 )
 
@@ -62,23 +62,25 @@ def test_a_scene_is_set_up_as_defined(generator: np.random.Generator, margin_m: 
 def test_cores_are_far_from_what_surrounds_them(side: int) -> None:
     inner = np.zeros(SHAPE, np.uint8)
     inner[4 : 4 + side, 5 : 5 + side] = 1
+    allowed = inner > 0
+    allowed[0] = True
     depth = np.full(SHAPE, 2.0, np.float32)
     inset_px = np.asarray(cv2.distanceTransform(inner, cv2.DIST_L2, 3), np.float32)
-    inset, core = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.bool_)
-    core_m2 = find_cores(inset_px, depth, 20.0, 0.25, inset, core)
+    inset, start = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.float32)
+    core_m2 = find_cores(inset_px, depth, allowed, 20.0, 0.25, inset, start)
     # A pixel is 0.1 m wide: three and more pixels from the outside.
-    expected = np.zeros(SHAPE, np.bool_)
+    expected = np.where(allowed, np.inf, -np.inf)
     if side > 4:
-        expected[6 : 2 + side, 7 : 3 + side] = True
-    np.testing.assert_array_equal(core, expected)
-    assert core_m2 == pytest.approx(0.01 * expected.sum())
+        expected[6 : 2 + side, 7 : 3 + side] = 0.0
+    np.testing.assert_array_equal(start, expected)
+    assert core_m2 == pytest.approx(0.01 * (expected == 0.0).sum())
     np.testing.assert_allclose(inset, inset_px * 0.1, rtol=1e-6)
 
 
 def test_an_image_without_edges_has_a_finite_inset() -> None:
-    inset, core = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.bool_)
-    far_px = np.full(SHAPE, 3e38, np.float32)
-    find_cores(far_px, np.full(SHAPE, 2.0, np.float32), 20.0, 0.25, inset, core)
+    inset, start = np.empty(SHAPE, np.float32), np.empty(SHAPE, np.float32)
+    far_px, depth = np.full(SHAPE, 3e38, np.float32), np.full(SHAPE, 2.0, np.float32)
+    find_cores(far_px, depth, np.ones(SHAPE, np.bool_), 20.0, 0.25, inset, start)
     np.testing.assert_allclose(inset, max(SHAPE) * 0.1)
 
 
@@ -123,3 +125,24 @@ def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) ->
     share = share_within(overview, body, 0.1, -0.2, 0.6)
     assert share == pytest.approx((aside < 0.6).mean())
     assert np.isnan(share_within(overview, np.zeros(SHAPE, np.bool_), 0.1, -0.2, 0.6))
+
+
+def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
+    depth = generator.choice([2.0, 2.06, 2.5], SHAPE).astype(np.float32)
+    heights, inset = generator.uniform(0.0, 2.0, (2, *SHAPE)).astype(np.float32)
+    distance = generator.choice([0.1, 0.4, 0.8, np.inf], SHAPE).astype(np.float32)
+    area_m2, over_m2, bust_m2, lowest_m, roughness, radius_m = measure_body(
+        distance, depth, heights, inset, 20.0, 1.5, 0.3, 0.5, JUMP, JUMP2
+    )
+    body, bust = distance < np.inf, distance < 0.3
+    pixel_m2 = (depth / 20.0) ** 2
+    jump = JUMP + JUMP2 * depth**2
+    edge = np.zeros(SHAPE, np.bool_)
+    edge[:, 1:] |= np.abs(np.diff(depth, axis=1)) > jump[:, 1:]
+    edge[1:] |= np.abs(np.diff(depth, axis=0)) > jump[1:]
+    assert area_m2 == pytest.approx(pixel_m2[body].sum(), rel=1e-5)
+    assert over_m2 == pytest.approx(pixel_m2[body & (heights > 1.5)].sum(), rel=1e-5)
+    assert bust_m2 == pytest.approx(pixel_m2[bust].sum(), rel=1e-5)
+    assert lowest_m == heights[body].min()
+    assert roughness == pytest.approx((edge & bust).sum() / np.sqrt(bust.sum()))
+    assert radius_m == inset[distance < 0.5].max()

@@ -9,20 +9,16 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def floor_margin(
-    depth_m: float,
-    height_m: float,
-    camera_height_m: float,
-    margin_m: float,
-    noise_per_square_m: float,
+    depth_m: float, above_camera_m: float, margin_m: float, noise_per_square_m: float
 ) -> float:
-    """How high a reading of the floor may seem to be: the noise lies along the ray, so that it
-    moves a point up by the share of the ray's own descent.
+    """How high a reading of the floor may seem to be: two standard deviations of the noise more
+    than `margin_m`.
 
-    Two standard deviations of it, `noise_per_square_m` times the square of the depth each, are
-    added to `margin_m`.
+    The noise, `noise_per_square_m` times the square of the depth, lies along the ray, so that it
+    moves a point up by the share of the ray's own descent, which is that of `above_camera_m` (less
+    than zero) in the depth.
     """
-    drop_per_m = abs(height_m - camera_height_m) / max(depth_m, 0.1)
-    return margin_m + 2.0 * noise_per_square_m * depth_m * depth_m * drop_per_m
+    return margin_m + 2.0 * noise_per_square_m * depth_m * abs(above_camera_m)
 
 
 @njit(cache=True, nogil=True)
@@ -67,12 +63,13 @@ def set_up(
                     x * right_or_forward[0] + y * right_or_forward[1] + z * right_or_forward[2]
                 )
             up = axes_camera[2]
-            height_m = x * up[0] + y * up[1] + z * up[2] + np.float32(camera_height_m)
+            above_camera_m = x * up[0] + y * up[1] + z * up[2]
+            height_m = above_camera_m + np.float32(camera_height_m)
             out_heights_m[row, column] = height_m
             is_free_standing = z > 0.0 and not is_background[row, column]
             if is_free_standing:
                 is_free_standing = height_m > floor_margin(
-                    z, height_m, camera_height_m, margin_m, noise_per_square_m
+                    z, above_camera_m, margin_m, noise_per_square_m
                 )
             jump = jump_m + jump_per_square_m * z * z
             left_m = points_camera[row, max(column - 1, 0), 2]
@@ -87,21 +84,24 @@ def set_up(
 def find_cores(
     inset_px: NDArray[np.float32],
     depth_m: NDArray[np.float32],
+    is_allowed: NDArray[np.bool_],
     focal_px: float,
     core_inset_m: float,
     out_inset_m: NDArray[np.float32],
-    out_is_core: NDArray[np.bool_],
+    out_start_m: NDArray[np.float32],
 ) -> float:
     """How far each pixel is from what surrounds its surface, in metres; which are further than
     `core_inset_m`, the cores; and what area those have, in square metres.
 
     Args:
-        inset_px: [h, w] the same in pixels.
+        inset_px: [h, w] the same in pixels, 0 where not allowed.
         depth_m: [h, w].
+        is_allowed: [h, w].
         focal_px: of the depth image.
         core_inset_m: see above.
         out_inset_m: [h, w].
-        out_is_core: [h, w].
+        out_start_m: [h, w] 0 in cores, infinity where allowed, minus infinity elsewhere, as
+            `topview.kernels.segmentation.geodesic_distance` takes it.
     """
     height, width = depth_m.shape
     # Without an edge it is all but infinite.
@@ -112,8 +112,9 @@ def find_cores(
             pixel_m = depth_m[row, column] / np.float32(focal_px)
             inset_m = min(inset_px[row, column], most_px) * pixel_m
             out_inset_m[row, column] = inset_m
-            out_is_core[row, column] = inset_m > core_inset_m
+            out_start_m[row, column] = np.inf if is_allowed[row, column] else -np.inf
             if inset_m > core_inset_m:
+                out_start_m[row, column] = 0.0
                 area_m2 += pixel_m * pixel_m
     return area_m2
 
@@ -233,25 +234,3 @@ def shows_background(
             out_is_seen[row, column] = (frames[row, column] >= frames_until_known) & (
                 z > mean_m[row, column] - tolerance
             )
-
-
-@njit(cache=True, nogil=True)
-def share_within(
-    overview_m: NDArray[np.float32],
-    is_body: NDArray[np.bool_],
-    right_m: float,
-    forward_m: float,
-    radius_m: float,
-) -> float:
-    """Share of a body's pixels [h, w] that are nearer than `radius_m` to a place, seen from above
-    (`overview_m`, [h, w, 2]); NaN if it has none."""
-    height, width = is_body.shape
-    pixels, within = 0, 0
-    for row in range(height):
-        for column in range(width):
-            if is_body[row, column]:
-                right = overview_m[row, column, 0] - right_m
-                forward = overview_m[row, column, 1] - forward_m
-                pixels += 1
-                within += right * right + forward * forward < radius_m * radius_m
-    return within / pixels if pixels else np.nan

@@ -237,12 +237,13 @@ def full_pixels_of(
                 continue
             for column in range(j * stride, min((j + 1) * stride, full_width)):
                 z = full_depth_m[row, column]
-                off = min(min(abs(z_0 - z), abs(z_1 - z)), min(abs(z_2 - z), abs(z_3 - z)))
-                rise = (column - principal_px[0]) * up_x + rise_y + floor[2]
-                height_m = rise * z + floor[3]
-                least_m = floor_margin(z, height_m, floor[3], margin_m, noise_per_square_m)
+                off_m = min(min(abs(z_0 - z), abs(z_1 - z)), min(abs(z_2 - z), abs(z_3 - z)))
+                above_camera_m = ((column - principal_px[0]) * up_x + rise_y + floor[2]) * z
+                least_m = floor_margin(z, above_camera_m, margin_m, noise_per_square_m)
                 pixels[count] = row * full_width + column
                 count += (
-                    (z > 0.0) & (off < jump_m + jump_per_square_m * z * z) & (height_m > least_m)
+                    (z > 0.0)
+                    & (off_m < jump_m + jump_per_square_m * z * z)
+                    & (above_camera_m + floor[3] > least_m)
                 )
     return pixels[:count].copy()

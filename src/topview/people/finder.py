@@ -195,7 +195,7 @@ class PeopleFinder:
         """Tell every known user where the head is now; gives the detected heads that nobody took,
         and the users' bodies."""
         known, options = self._known, list(heads)
-        scores = [[user.score(head, scene.up_camera, time_s) for head in heads] for user in known]
+        scores = [user.scores(heads, scene.up_camera, time_s) for user in known]
         for index, user in enumerate(known):
             is_lost = time_s - user.seen_s > FOLLOWED_S
             if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M
-from topview.kernels.scene import share_within
+from topview.kernels.bodies import share_within
 from topview.people.scene import Scene
 
 # Mean stature of adults, women and men together, in countries that have depth cameras

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -76,16 +79,27 @@ class KnownUser:
             1.0 - np.exp(-ahead_s / VELOCITY_DECAY_S)
         )
 
-    def score(self, head: HeadCandidate, up_camera: Vector, time_s: float) -> float:
-        """How well a head continues this user's: its confidence less its distance from the
+    def scores(
+        self, heads: Sequence[HeadCandidate], up_camera: Vector, time_s: float
+    ) -> list[float]:
+        """How well each head continues this user's: its confidence less its distance from the
         prediction in gates; -inf outside of the gate."""
+        expected = self.predicted(time_s)
         hidden_s = max(time_s - self.seen_s, 0.0)
         gate_m = min(JITTER_M + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
-        offset = head.center_camera - self.predicted(time_s)
-        moved_m = float(np.linalg.norm(offset))
-        is_level = abs(offset @ up_camera) < LEVEL_M + RISING_M_PER_S * hidden_s
-        is_near = is_level and moved_m < (gate_m if head.confidence > SURE else JITTER_M)
-        return head.confidence - moved_m / gate_m if is_near else -np.inf
+        level_m = LEVEL_M + RISING_M_PER_S * hidden_s
+        scores: list[float] = []
+        for head in heads:
+            offset = head.center_camera - expected
+            moved_m = sqrt(offset @ offset)
+            is_near = moved_m < (gate_m if head.confidence > SURE else JITTER_M)
+            is_near = is_near and abs(offset @ up_camera) < level_m
+            scores.append(head.confidence - moved_m / gate_m if is_near else -np.inf)
+        return scores
+
+    def score(self, head: HeadCandidate, up_camera: Vector, time_s: float) -> float:
+        """The same of one head."""
+        return self.scores([head], up_camera, time_s)[0]
 
     def see(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         """The head has been measured."""

@@ -67,7 +67,10 @@ class Present:
 
     def left_of(self, body: Distance) -> Distance:
         """[h, w] what of a body is not nearer to another's head."""
-        return np.where(np.minimum.reduce([body, *self.bodies]) < body, np.float32(np.inf), body)
+        own = body.copy()
+        for other in self.bodies:
+            own[other < body] = np.inf
+        return own
 
     def person_under(
         self, scene: Scene, head: HeadCandidate, settings: PeopleSettings
@@ -87,11 +90,10 @@ class Present:
         self, scene: Scene, head: HeadCandidate, settings: PeopleSettings
     ) -> str | None:
         center = head.center_camera
-        if any(
-            np.linalg.norm(scene.overview_of(center - other)) < settings.least_apart_m
-            for other in self.heads
-        ):
-            return TOO_NEAR
+        if self.heads:
+            aside_m = np.hypot(*scene.overview_of(center - np.array(self.heads)).T)
+            if aside_m.min() < settings.least_apart_m:
+                return TOO_NEAR
         if head.torso_is_unread:
             return None
         if head.confidence < SUSPECT:

@@ -26,37 +26,40 @@ def bulky_surfaces(
     """[h, w] metres from each pixel to the nearest depth edge, hole or forbidden pixel, which are
     not `is_inner`; what a disc of `bulk_radius_m` fits into between them (a morphological opening);
     and what of it is part of something larger than any person."""
-    inset_m = np.empty_like(cloud.depth_m)
-    is_core = np.empty(inset_m.shape, np.bool_)
+    inset_m, start_m = np.empty_like(cloud.depth_m), np.empty_like(cloud.depth_m)
     core_m2 = find_cores(
         np.asarray(cv2.distanceTransform(is_inner, cv2.DIST_L2, 3), np.float32),
         cloud.depth_m,
+        is_allowed,
         cloud.camera.fx,
         bulk_radius_m,
         inset_m,
-        is_core,
+        start_m,
     )
-    is_bulky = _within(cloud, is_allowed, is_core, bulk_radius_m)
-    if core_m2 <= huge_core_m2:
+    if core_m2 == 0.0:
+        nowhere = np.zeros_like(is_allowed)
+        return inset_m, nowhere, nowhere
+    huge_start_m = _only_huge(cloud, start_m, huge_core_m2) if core_m2 > huge_core_m2 else None
+    is_bulky = np.isfinite(surface_distance(cloud, start_m, bulk_radius_m))
+    if huge_start_m is None:
         return inset_m, is_bulky, np.zeros_like(is_bulky)
+    return inset_m, is_bulky, np.isfinite(surface_distance(cloud, huge_start_m, bulk_radius_m))
+
+
+def _only_huge(
+    cloud: Cloud, start_m: NDArray[np.float32], huge_core_m2: float
+) -> NDArray[np.float32] | None:
+    """[h, w] `start_m` without the cores that are not huge; None if none is left."""
+    is_core = start_m == 0.0
     _, numbers = cv2.connectedComponents(is_core.view(np.uint8), connectivity=4)
     labels = np.asarray(numbers, np.int32)
     pixel_m = cloud.depth_m / np.float32(cloud.camera.fx)
     area_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel())
-    area_m2[0] = 0.0
-    is_huge_core = (area_m2 > huge_core_m2)[labels]
-    return inset_m, is_bulky, _within(cloud, is_allowed, is_huge_core, bulk_radius_m)
-
-
-def _within(
-    cloud: Cloud, is_allowed: NDArray[np.bool_], is_seed: NDArray[np.bool_], limit_m: float
-) -> NDArray[np.bool_]:
-    """[h, w] what can be reached from the seeds over the allowed surface."""
-    if not is_seed.any():
-        return np.zeros_like(is_seed)
-    start_m = np.where(is_allowed, np.float32(np.inf), np.float32(-np.inf))
-    start_m[is_seed] = 0.0
-    return np.isfinite(surface_distance(cloud, start_m, limit_m))
+    area_m2[0] = np.inf
+    is_small_core = (area_m2 <= huge_core_m2)[labels]
+    if np.array_equal(is_small_core, is_core):
+        return None
+    return np.where(is_small_core, np.float32(np.inf), start_m)
 
 
 def surface_distance(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from topview.detect.cloud import depth_noise_m
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
+from topview.kernels.bodies import measure_body, share_within
 from topview.people.scene import Scene
 from topview.people.surfaces import JUMP_PER_SQUARE_M
 
@@ -57,6 +58,8 @@ class PersonLimits:
 # How far over the surface from the head's centre the bust and the chest reach; ours.
 BUST_M = 0.3
 TORSO_M = 0.55
+# What is so far over the head's top is higher than the head; ours.
+ABOVE_HEAD_M = 0.1
 # Smaller jumps than between limbs count as roughness; ours.
 EDGE_M = 0.03
 # How far below the top a head and a chest are at their broadest; ours.
@@ -78,6 +81,49 @@ UNSURE = 0.8
 LENIENCE = 1.4
 
 
+@dataclass(frozen=True, slots=True)
+class _Measures:
+    """What is compared with `PersonLimits`, and named as there.
+
+    Attributes:
+        top_m: of the head.
+        area_m2: of the whole body.
+        above_m2: of what is higher than the head.
+        bust_m2: of head and shoulders.
+        bottom_m: the lowest height.
+        bust_edges: how rough head and shoulders are.
+        torso_radius_m: of the largest disc that fits into head and chest.
+    """
+
+    top_m: float
+    area_m2: float
+    above_m2: float
+    bust_m2: float
+    bottom_m: float
+    bust_edges: float
+    torso_radius_m: float
+
+    @classmethod
+    def of(cls, scene: Scene, head: HeadCandidate, distance_m: NDArray[np.float32]) -> _Measures:
+        """Of a body (`body_distance`, [h, w]) under a head."""
+        top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
+        return cls(
+            top_m,
+            *measure_body(
+                distance_m,
+                scene.cloud.depth_m,
+                scene.heights_m,
+                scene.inset_m,
+                scene.cloud.camera.fx,
+                top_m + ABOVE_HEAD_M,
+                BUST_M,
+                TORSO_M,
+                EDGE_M,
+                JUMP_PER_SQUARE_M,
+            ),
+        )
+
+
 def looks_like_person(
     scene: Scene,
     head: HeadCandidate,
@@ -96,33 +142,29 @@ def unlike_person(
 ) -> str | None:
     """What of the body found from a head (`body_distance`, [h, w]) does not measure like a
     person's, in a few words; None if all does."""
-    head_camera = head.center_camera
-    lenience = LENIENCE if head.confidence > SURE else 1.0
-    is_body = np.isfinite(distance_m)
-    if not is_body.any():
+    body = _Measures.of(scene, head, distance_m)
+    if not body.area_m2:
         return "no body below"
-    depth = scene.cloud.depth_m[is_body]
-    area = (depth / scene.cloud.camera.fx) ** 2
-    heights = scene.heights_m[is_body]
-    top_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-    right, forward = (scene.overview_m[is_body] - scene.overview_of(head_camera)).T
-    aside_m = np.hypot(right, forward)
-    bust_m2 = area[distance_m[is_body] < BUST_M].sum()
+    lenience = LENIENCE if head.confidence > SURE else 1.0
+    x, _, z = head.center_camera.tolist()
     camera = scene.cloud.camera
-    column = head_camera[0] / head_camera[2] * camera.fx + camera.cx
-    border_px = limits.border_m / head_camera[2] * camera.fx
+    column = x / z * camera.fx + camera.cx
+    border_px = limits.border_m / z * camera.fx
     low_m, high_m = limits.top_over_floor_m
+    right, forward = scene.overview_of(head.center_camera).tolist()
+    is_body = distance_m < np.inf
+    near = share_within(scene.overview_m, is_body, right, forward, limits.aside_m)
     is_good = {
-        "too low or too high": scene.floor is None or low_m < top_m < high_m,
-        "head and chest too small": bust_m2 > limits.bust_m2[0],
-        "head and chest too large": bust_m2 < lenience * limits.bust_m2[1],
+        "too low or too high": scene.floor is None or low_m < body.top_m < high_m,
+        "head and chest too small": body.bust_m2 > limits.bust_m2[0],
+        "head and chest too large": body.bust_m2 < lenience * limits.bust_m2[1],
         "cut off by the border": border_px < column < camera.width - border_px,
-        "rough outline": _roughness(scene, distance_m) < limits.bust_edges[1],
-        "no torso": _torso_radius_m(scene, distance_m) > limits.torso_radius_m[0],
-        "too much above": area[heights > top_m + 0.1].sum() < lenience**3 * limits.above_m2,
-        "too large": area.sum() < lenience * limits.area_m2,
-        "too short": top_m - np.min(heights) > limits.below_top_m,
-        "too spread out": (aside_m < limits.aside_m).mean() > 0.9,
+        "rough outline": body.bust_edges < limits.bust_edges[1],
+        "no torso": body.torso_radius_m > limits.torso_radius_m[0],
+        "too much above": body.above_m2 < lenience**3 * limits.above_m2,
+        "too large": body.area_m2 < lenience * limits.area_m2,
+        "too short": body.top_m - body.bottom_m > limits.below_top_m,
+        "too spread out": near > 0.9,
     }
     return next((fault for fault, good in is_good.items() if not good), None)
 
@@ -139,13 +181,14 @@ def is_doubtful(
     of them; most furniture is."""
     if head.torso_is_unread:
         return False
+    body = _Measures.of(scene, head, distance_m)
     lenience = LENIENCE if head.confidence > SURE else 1.0
     if (
-        _roughness(scene, distance_m) > lenience * limits.bust_edges[0]
-        or _torso_radius_m(scene, distance_m) < limits.torso_radius_m[1]
+        body.bust_edges > lenience * limits.bust_edges[0]
+        or body.torso_radius_m < limits.torso_radius_m[1]
     ):
         return True
-    top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
+    top_m = body.top_m
     noise_m = float(depth_noise_m(head.center_camera[2]))
     is_very_low, is_low = (scene.floor is not None and top_m < low_m for low_m in limits.low_m)
     below_top_m = np.where(np.isfinite(distance_m), top_m - scene.heights_m, np.float32(-1.0))
@@ -156,18 +199,6 @@ def is_doubtful(
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
     is_unsure = head.by_shape < UNSURE
     return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
-
-
-def _roughness(scene: Scene, distance_m: NDArray[np.float32]) -> float:
-    """Of the bust's outline: `PersonLimits.bust_edges`."""
-    is_bust = distance_m < BUST_M
-    count = np.count_nonzero(is_bust)
-    return float(_edges(scene.cloud.depth_m)[is_bust].sum()) / float(np.sqrt(max(count, 1)))
-
-
-def _torso_radius_m(scene: Scene, distance_m: NDArray[np.float32]) -> float:
-    """Of the largest disc that fits into head and chest."""
-    return float(scene.inset_m[distance_m < TORSO_M].max(initial=0.0))
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
@@ -203,12 +234,3 @@ def _relief_m(scene: Scene, is_body: NDArray[np.bool_]) -> float:
         cv2.blur(is_inner.astype(np.float64), (3, 3)), 0.1
     )
     return float(around[is_inner].std())
-
-
-def _edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """[h, w] pixels whose depth is not their left and upper neighbours', or who have none."""
-    jump = EDGE_M + JUMP_PER_SQUARE_M * depth_m * depth_m
-    is_edge = depth_m == 0.0
-    is_edge[:, 1:] |= np.abs(depth_m[:, 1:] - depth_m[:, :-1]) > jump[:, 1:]
-    is_edge[1:] |= np.abs(depth_m[1:] - depth_m[:-1]) > jump[1:]
-    return is_edge
