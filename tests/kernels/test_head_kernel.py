@@ -12,6 +12,7 @@ from topview.kernels.heads import (
     EMPTY,
     HIDDEN,
     THERE,
+    below_others,
     fit_template,
     look_at,
     lowest,
@@ -134,6 +135,19 @@ def test_the_strongest_is_the_mean_of_its_like() -> None:
     found, best = strongest(centers, np.array([0.8, 0.9, 0.7, 0.9]), 0.4, 0.1, 0.85)
     np.testing.assert_allclose(found, [[0.025, 0.0, 2.0]])
     np.testing.assert_array_equal(best, [0.9])
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_below_others_is_what_has_another_right_above_and_behind(seed: int) -> None:
+    centers = np.random.default_rng(seed).uniform(0.0, 0.8, (12, 3))
+    up = np.array([0.0, -0.8, -0.6])
+    offset = centers - centers[:, None]
+    above_m = offset @ up
+    aside_m = np.linalg.norm(offset - above_m[..., None] * up, axis=-1)
+    is_other = (above_m > 0.15) & (above_m < 0.45) & (aside_m < 0.3) & (offset[..., 2] > 0.04)
+    below = below_others(centers, up, (0.15, 0.45), 0.3, 0.04)
+    np.testing.assert_array_equal(below, is_other.any(1))
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
-from topview.kernels.heads import fit_template, median_about, strongest, tops_of
+from topview.kernels.heads import below_others, fit_template, median_about, strongest, tops_of
 
 Vector = NDArray[np.float64]
 
@@ -233,14 +233,15 @@ class DepthHeadDetector:
         evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
         upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
         confidence = upright * evidence.confidence
-        confidence[_is_shoulder(centers, confidence >= self.min_confidence, up_camera)] = 0.0
-        heads = _strongest(centers, confidence, self.min_confidence)
+        is_good = confidence >= self.min_confidence
+        is_good[is_good] = ~_is_shoulder(centers[is_good], up_camera)
+        heads = _strongest(centers[is_good], confidence[is_good])
         alone = upright * evidence.inside * evidence.free
         is_lone = alone >= self.min_confidence
         is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
         if is_lone.any():
             is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], ups[tilt[is_lone]])
-        lone_heads = _strongest(centers[is_lone], alone[is_lone], self.min_confidence)
+        lone_heads = _strongest(centers[is_lone], alone[is_lone])
         return heads + [
             replace(lone, torso_is_unread=True)
             for lone in lone_heads
@@ -251,30 +252,17 @@ class DepthHeadDetector:
         ]
 
 
-def _is_shoulder(
-    centers_camera: Vector, is_good: NDArray[np.bool_], up_camera: Vector
-) -> NDArray[np.bool_]:
-    """[N] which of the good ones are the near shoulder of somebody seen from the side: there is
+def _is_shoulder(centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
+    """[N] which of [N, 3] candidates are the near shoulder of somebody seen from the side: there is
     another right above and behind."""
-    is_shoulder = np.zeros(len(centers_camera), np.bool_)
-    good = np.flatnonzero(is_good)
-    offset = centers_camera[good] - centers_camera[good, None]
-    above_m = offset @ up_camera
-    aside_m = np.linalg.norm(offset - above_m[..., None] * up_camera, axis=-1)
-    is_head = (above_m > ABOVE_SHOULDER_M[0]) & (above_m < ABOVE_SHOULDER_M[1])
-    is_head &= (aside_m < ASIDE_SHOULDER_M) & (offset[..., 2] > BEHIND_SHOULDER_M)
-    is_shoulder[good] = is_head.any(1)
-    return is_shoulder
-
-
-def _strongest(
-    centers_camera: Vector, confidence: NDArray[np.float64], min_confidence: float
-) -> list[HeadCandidate]:
-    """One candidate per head: the best of those within a head's size, averaged with its like."""
-    is_good = confidence >= min_confidence
-    centers, best = strongest(
-        centers_camera[is_good], confidence[is_good], LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE
+    return below_others(
+        centers_camera, up_camera, ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M
     )
+
+
+def _strongest(centers_camera: Vector, confidence: NDArray[np.float64]) -> list[HeadCandidate]:
+    """One candidate per head: the best of those within a head's size, averaged with its like."""
+    centers, best = strongest(centers_camera, confidence, LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE)
     return [HeadCandidate(*found) for found in zip(centers, best.tolist(), strict=True)]
 
 

@@ -155,6 +155,33 @@ def tops_of(
 
 
 @njit(cache=True, nogil=True)
+def below_others(
+    centers_camera: NDArray[np.float64],
+    up_camera: NDArray[np.float64],
+    above_m: tuple[float, float],
+    aside_m: float,
+    behind_m: float,
+) -> NDArray[np.bool_]:
+    """[N] which of [N, 3] centres have another above them, by between the two of `above_m`, that
+    is less than `aside_m` aside and more than `behind_m` further away from the camera."""
+    count = len(centers_camera)
+    is_below = np.zeros(count, np.bool_)
+    for n in range(count):
+        for other in range(count):
+            z = centers_camera[other, 2] - centers_camera[n, 2]
+            if z <= behind_m:
+                continue
+            x = centers_camera[other, 0] - centers_camera[n, 0]
+            y = centers_camera[other, 1] - centers_camera[n, 1]
+            up_m = x * up_camera[0] + y * up_camera[1] + z * up_camera[2]
+            aside_square = x * x + y * y + z * z - up_m * up_m
+            if above_m[0] < up_m < above_m[1] and aside_square < aside_m * aside_m:
+                is_below[n] = True
+                break
+    return is_below
+
+
+@njit(cache=True, nogil=True)
 def strongest(
     centers_camera: NDArray[np.float64],
     confidence: NDArray[np.float64],
