@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from detect_scenes import SHIRT_RGB, Disc, frame_of, view_of
 
-from topview.detect.background import BackgroundMixtures
+from topview.detect.background import BackgroundMixtures, LampWatch
 
 PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
 FAR_PERSON: Disc = (80.0, 60.0, 20.0, 2.85, SHIRT_RGB)
@@ -106,3 +107,34 @@ def test_another_image_size_starts_anew() -> None:
     room = learnt()
     camera = type(frame_of().camera)(262.5, 262.5, 39.5, 29.5, 80, 60)
     assert room.foreground(view_of(frame_of(camera=camera))).all()
+
+
+@pytest.mark.parametrize("fps", [30.0, 10.0])
+def test_a_lamp_is_noticed_without_a_look_at_the_room(fps: float) -> None:
+    lamps, truth = LampWatch(), is_person(PERSON)
+    noticed = []
+    for index in range(120):
+        gain = 1.5 if index >= 60 else 1.0
+        lamps.learn(view_of(frame_of([PERSON], index=index, fps=fps, gain=gain)), truth)
+        noticed.append(lamps.light_changed)
+    assert not any(noticed[:60])
+    assert any(noticed[60 : 60 + int(0.3 * fps)])
+    assert not any(noticed[90:])
+
+
+def test_who_walks_by_is_no_lamp() -> None:
+    lamps = LampWatch()
+    for index in range(80):
+        walker: Disc = (3.0 * index - 40.0, 60.0, 30.0, 2.0, SHIRT_RGB)
+        lamps.learn(view_of(frame_of([walker], index=index)), NOBODY)
+        assert not lamps.light_changed
+
+
+def test_lessons_are_eight_a_second_at_any_rate_of_frames() -> None:
+    for fps in (120.0, 30.0, 8.0):
+        room, lessons = BackgroundMixtures(), 0
+        for index in range(int(4 * fps)):
+            view = view_of(frame_of(index=index, fps=fps))
+            lessons += room.is_lesson_due(view)
+            room.learn(view, NOBODY)
+        assert 30 <= lessons <= 36

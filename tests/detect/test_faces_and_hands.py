@@ -80,6 +80,22 @@ def test_only_candidates_are_searched() -> None:
     assert [round(blob.ellipse.x) for blob in sight.blobs] == [45]
 
 
+def test_candidates_may_be_of_the_small_size_and_then_the_room_is_not_needed() -> None:
+    camera = Camera(525.0, 525.0, 159.5, 119.5, 320, 240)
+    discs: list[Disc] = [(2 * x + 0.5, 2 * y + 0.5, 2 * r, z, c) for x, y, r, z, c in PERSON]
+    small = np.zeros((120, 160), np.bool_)
+    small[:, :60] = True
+    large = np.repeat(np.repeat(small, 2, axis=0), 2, axis=1)
+    for mask in (small, large):
+        finder, lessons = FacesAndHands(), 0
+        for index in range(12):
+            sight = finder.update(frame_of(discs, index=index, camera=camera), (), mask)
+            lessons += finder.learns_room
+            finder.learn_room(mask)
+            assert [round(blob.ellipse.x) for blob in sight.blobs] == [90]
+        assert lessons == 6
+
+
 @pytest.mark.parametrize(
     ("gain", "offset", "saturation", "light"),
     [
@@ -135,6 +151,34 @@ def test_the_cascade_finds_the_turning_mans_face_while_it_is_in_view(shared: Pat
     assert face.head_camera is not None
     assert np.linalg.norm(face.head_camera - head.center_camera) < 0.06
     assert not faces.detect(Cloud.from_frame(back), UP)
+
+
+def test_a_known_head_is_looked_at_alone(shared: Path) -> None:
+    faces = CascadeFaces()
+    frames = list(open_recording(shared / "recordings" / "turning_man"))
+    (head,) = faces.detect(Cloud.from_frame(frames[0]), UP)
+    center = head.center_camera
+    assert faces.look_at(frames[0], center) is True
+    assert faces.look_at(frames[-1], center) is False
+    beside = center + np.array([0.3, 0.0, 0.0])
+    assert [faces.look_round(frames[0], [center, beside]) for _ in range(3)] == [
+        (0, True),
+        (1, False),
+        (0, True),
+    ]
+    assert faces.look_round(frames[0], []) is None
+
+
+def test_heads_that_cannot_be_judged_are_told(shared: Path) -> None:
+    faces = CascadeFaces()
+    frame = next(iter(open_recording(shared / "recordings" / "turning_man")))
+    head = faces.detect(Cloud.from_frame(frame), UP)[0].center_camera
+    assert frame.color is not None
+    assert faces.look_at(recolored(frame, frame.color // 8), head) is None
+    assert faces.look_at(frame, head + np.array([5.0, 0.0, 0.0])) is None
+    assert faces.look_at(frame, np.array([0.0, 0.0, 9.0])) is None
+    blind = Frame(0, 0.0, frame.depth_m, frame.camera)
+    assert faces.look_at(blind, head) is None
 
 
 def test_the_turning_mans_face_is_skin(shared: Path) -> None:

@@ -67,6 +67,7 @@ def blob(belief: list[float], is_seen: bool = True, has_depth: bool = True) -> S
         ellipse=Ellipse.of_pixels(np.array([[3.0, 4.0], [5.0, 6.0]], np.float32)),
         surface_camera=place if has_depth else None,
         ends_camera=np.stack([place, place]) if has_depth else None,
+        palm_camera=place if has_depth else None,
         major_m=0.08,
         minor_m=0.05,
         is_seen=is_seen,

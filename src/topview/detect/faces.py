@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ from topview.detect.heads import (
     HeadCandidate,
     Hints,
 )
+from topview.detect.seeing import DARK_LEVEL
 from topview.records import Frame, InputError
 
 Vector = NDArray[np.float64]
@@ -40,9 +41,16 @@ NEIGHBOURS: Final = 3
 SIZE_FACTOR: Final = 1.6
 # Ours: a hit's confidence, as a head's: frontal cascades seldom err where the size fits too.
 CONFIDENCE: Final = 0.8
-# Ours: a known head is looked for a face in a window of this half width, at most so many pixels.
-WINDOW_M: Final = 0.22
-WINDOW_PX: Final = 96
+# All ours: a known head is looked for a face in a window of this half width, made this small; the
+# hit then has few sizes to have.
+WINDOW_M: Final = 0.18
+WINDOW_PX: Final = 60
+GREATEST_PX: Final = 40
+WINDOW_NEIGHBOURS: Final = 2
+# All ours: a face of fewer pixels, a window of which less is in view, or that is darker than this
+# of 255 levels, tells nothing.
+LEAST_SEEN_PX: Final = 14
+LEAST_SHARE_IN_VIEW: Final = 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +65,14 @@ class Face:
 
 
 class CascadeFaces:
-    """A `HeadDetector` of faces; also looks at known heads alone, which costs a tenth."""
+    """A `HeadDetector` of faces; also looks at known heads alone, which costs a hundredth."""
 
     def __init__(self) -> None:
         path = Path(cv2.__file__).parent / "data" / CASCADE
         if not path.is_file():
             raise InputError(f"{path}: no such file; OpenCV 4 (not 5) must be installed, with it")
         self._cascade = cv2.CascadeClassifier(str(path))
+        self._turn = 0
 
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
@@ -80,47 +89,88 @@ class CascadeFaces:
         if frame.color is None:
             return []
         grey = cv2.cvtColor(frame.color, cv2.COLOR_RGB2GRAY)
-        return self._faces_in(frame, grey, 0, 0, 1.0, LEAST_PX)
+        least = LEAST_PX, LEAST_PX
+        squares = self._cascade.detectMultiScale(grey, SCALE_STEP, NEIGHBOURS, minSize=least)
+        return _faces_of_squares(frame, squares, 0, 0, 1.0)
 
     def faces_of(self, frame: Frame, heads_camera: Sequence[Vector]) -> list[Face | None]:
         """The face of each of the heads ([3] centres), None where it is not seen."""
-        if frame.color is None:
-            return [None] * len(heads_camera)
-        return [self._face_of(frame, head) for head in heads_camera]
+        windows = [_Window.around(frame, head) for head in heads_camera]
+        faces = [[] if window is None else self._faces_at(frame, window) for window in windows]
+        return [found[0] if found else None for found in faces]
 
-    def _face_of(self, frame: Frame, head_camera: Vector) -> Face | None:
-        assert frame.color is not None
-        camera = frame.camera
-        x, y, z = head_camera.tolist()
-        if z <= 0.1:
+    def look_at(self, frame: Frame, head_camera: Vector) -> bool | None:
+        """Whether a face at this head ([3], its centre) looks at the camera; None where it is too
+        small, too dark or too little in view to tell, or there is no colour."""
+        window = _Window.around(frame, head_camera)
+        if window is None or not window.tells:
             return None
-        u, v, reach = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy, WINDOW_M
-        half = reach * camera.fx / z
-        left, top = max(round(u - half), 0), max(round(v - half), 0)
-        right, bottom = max(round(u + half), 0), max(round(v + half), 0)
-        window = frame.color[top:bottom, left:right]
-        if min(window.shape[:2]) < LEAST_PX // 2:
-            return None
-        grey = cv2.cvtColor(np.ascontiguousarray(window), cv2.COLOR_RGB2GRAY)
-        scale = WINDOW_PX / (2.0 * half)
-        size = max(round(grey.shape[1] * scale), 1), max(round(grey.shape[0] * scale), 1)
-        grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA if scale < 1 else 1)
-        least = max(int(WINDOW_PX * FACE_M / SIZE_FACTOR / (2.0 * WINDOW_M)), LEAST_PX)
-        faces = self._faces_in(frame, grey, left, top, scale, least)
-        return faces[0] if faces else None
+        return bool(self._faces_at(frame, window))
 
-    def _faces_in(
-        self, frame: Frame, grey: object, left: int, top: int, scale: float, least_px: int
-    ) -> list[Face]:
+    def look_round(
+        self, frame: Frame, heads_camera: Sequence[Vector]
+    ) -> tuple[int, bool | None] | None:
+        """Look at one of the heads, at another one in each frame: its index, and what `look_at`
+        tells of it; None where there are no heads."""
+        if not heads_camera:
+            return None
+        index, self._turn = self._turn % len(heads_camera), self._turn + 1
+        return index, self.look_at(frame, heads_camera[index])
+
+    def _faces_at(self, frame: Frame, window: _Window) -> list[Face]:
+        sizes = (LEAST_PX, LEAST_PX), (GREATEST_PX, GREATEST_PX)
         squares = self._cascade.detectMultiScale(
-            np.asarray(grey, np.uint8), SCALE_STEP, NEIGHBOURS, minSize=(least_px, least_px)
+            window.grey, SCALE_STEP, WINDOW_NEIGHBOURS, minSize=sizes[0], maxSize=sizes[1]
         )
-        faces = []
-        for x, y, side, _ in np.asarray(squares).reshape(-1, 4).tolist():
-            at = left + x / scale, top + y / scale, side / scale
-            if (face := _in_space(frame, *at)) is not None:
-                faces.append(face)
-        return sorted(faces, key=lambda face: -face.side)
+        return _faces_of_squares(frame, squares, window.left, window.top, window.scale)
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """What surrounds a head: [h, w] grey, made `scale` times as large, from full pixel `left`,
+    `top` on; `tells`: whether a face would be found in it."""
+
+    grey: NDArray[np.uint8]
+    left: int
+    top: int
+    scale: float
+    tells: bool
+
+    @classmethod
+    def around(cls, frame: Frame, head_camera: Vector) -> _Window | None:
+        """None where there is nothing in view, or no colour."""
+        x, y, z = head_camera.tolist()
+        if frame.color is None or z <= 0.1:
+            return None
+        camera = frame.camera
+        u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+        half = WINDOW_M * camera.fx / z
+        left, right = (min(max(round(u + side), 0), camera.width) for side in (-half, half))
+        top, bottom = (min(max(round(v + side), 0), camera.height) for side in (-half, half))
+        scale = WINDOW_PX / (2.0 * half)
+        width, height = round((right - left) * scale), round((bottom - top) * scale)
+        if min(width, height) < LEAST_PX:
+            return None
+        window = frame.color[top:bottom, left:right]
+        way = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
+        small = cv2.resize(window, (width, height), interpolation=way)
+        grey = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), np.uint8)
+        tells = (
+            FACE_M * camera.fx / z >= LEAST_SEEN_PX
+            and width * height >= LEAST_SHARE_IN_VIEW * WINDOW_PX**2
+            and float(grey.mean()) >= DARK_LEVEL
+        )
+        return cls(grey, left, top, scale, tells)
+
+
+def _faces_of_squares(frame: Frame, squares: Any, left: int, top: int, scale: float) -> list[Face]:
+    """Hits of a head's size, largest first."""
+    faces = []
+    for x, y, side, _ in np.asarray(squares).reshape(-1, 4).tolist():
+        face = _in_space(frame, left + x / scale, top + y / scale, side / scale)
+        if face is not None:
+            faces.append(face)
+    return sorted(faces, key=lambda face: -face.side)
 
 
 def _in_space(frame: Frame, left: float, top: float, side: float) -> Face | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import hypot, pi
+from math import dist, pi
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.blobs import Blob, BlobSettings, BlobTracker
 from topview.detect.ellipses import Ellipse
 from topview.detect.heads import CENTER_BEHIND_SURFACE_M
+from topview.detect.palms import palm_of
 from topview.detect.seeing import ColorView, Light, Place
 from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
 from topview.kernels.skin import paint, perimeter
@@ -42,8 +43,10 @@ class SkinBlob:
         ellipse: in the full image.
         surface_camera: [3] metres, the middle of what is seen of it; None if its depth is not
             known.
-        ends_camera: [2, 3] metres, the ends of its major axis on the surface; an arm's blob ends
-            in the hand. None if its depth is not known.
+        ends_camera: [2, 3] metres, the ends of its major axis at its depth. None if that is not
+            known.
+        palm_camera: [3] metres on the skin, where the palm is if it is a hand, maybe with its arm.
+            None if its depth is not known.
         major_m, minor_m: true semi-axes, 0 if not known.
         is_seen: skin supports it in this frame, else it is predicted.
         skin_probability: mean P(s|c) of its region.
@@ -55,6 +58,7 @@ class SkinBlob:
     ellipse: Ellipse
     surface_camera: Vector | None
     ends_camera: Vector | None
+    palm_camera: Vector | None
     major_m: float
     minor_m: float
     is_seen: bool
@@ -164,11 +168,12 @@ class FacesAndHands:
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings.skin)
         blobs = self._tracker.update(view, regions)
-        self._believe(view, blobs, heads_camera)
+        heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
+        self._believe(view, blobs, heads)
         self._teach(view, blobs, where)
         return Sight(
             view.light,
-            tuple(self._described(view, blob) for blob in blobs),
+            tuple(self._described(view, blob, heads) for blob in blobs),
             view.stride,
             where,
             probability,
@@ -189,16 +194,15 @@ class FacesAndHands:
         return view is not None and view.light == Light.USABLE and self._room.is_lesson_due(view)
 
     def _believe(
-        self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Vector]
+        self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Place]
     ) -> None:
         now_s = view.frame.timestamp_s
         elapsed_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
         beliefs, self._features = {}, {}
-        heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
         for blob in blobs:
             belief = self._beliefs.get(blob.id)
             if belief is None or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP):
-                features = self._features[blob.id] = features_of(view, blob, heads)
+                features = self._features[blob.id] = features_of(view, blob, heads_camera)
                 belief = self._tables.updated(belief, features, elapsed_s)
             beliefs[blob.id] = belief
         self._beliefs = beliefs
@@ -212,7 +216,7 @@ class FacesAndHands:
                 paint(blob.region.pixels, True, is_sure)
         self._skin.adapt(view, is_sure, where)
 
-    def _described(self, view: ColorView, blob: Blob) -> SkinBlob:
+    def _described(self, view: ColorView, blob: Blob, heads_camera: Sequence[Place]) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
         surface = ends = None
         if blob.depth_m > 0.0:
@@ -227,6 +231,7 @@ class FacesAndHands:
             ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
             surface_camera=surface,
             ends_camera=ends,
+            palm_camera=palm_of(view, blob, heads_camera, REACH_M),
             major_m=blob.ellipse.major * metres_per_px,
             minor_m=blob.ellipse.minor * metres_per_px,
             is_seen=blob.region is not None,
@@ -252,9 +257,9 @@ def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ())
     if depth_m > 0.0:
         features["major_m"] = ellipse.major * metres_per_px
         features["minor_m"] = ellipse.minor * metres_per_px
-        x, y, z = view.point_camera(ellipse.x, ellipse.y, depth_m)
-        offsets = ((x - head[0], y - head[1], z - head[2]) for head in heads_camera)
-        nearest = min(offsets, key=lambda offset: hypot(*offset), default=None)
-        if nearest is not None and hypot(*nearest) < REACH_M:
-            features["right_of_head_m"], features["below_head_m"], _ = nearest
+        middle = view.point_camera(ellipse.x, ellipse.y, depth_m)
+        head = min(heads_camera, key=lambda place: dist(place, middle), default=None)
+        if head is not None and dist(head, middle) < REACH_M:
+            features["right_of_head_m"] = middle[0] - head[0]
+            features["below_head_m"] = middle[1] - head[1]
     return features

@@ -115,18 +115,17 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
 def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
     """Judge [h, w, 3] images; what is exactly black has no pixel of the colour camera."""
     few = slice(None, None, JUDGED_STRIDE)
-    pixels = rgb[few, few].reshape(-1, 3)
-    is_there = pixels.any(axis=1)
+    pixels, colors = rgb[few, few].reshape(-1, 3), yuv[few, few].reshape(-1, 3)
+    is_there = pixels.max(axis=1) > 0
     count = np.count_nonzero(is_there)
     if count == 0:
         return Light.UNDEREXPOSED
-    y, u, v = yuv[few, few].reshape(-1, 3)[is_there].T
+    y, u, v = colors[is_there].T
     if np.count_nonzero(y < DARK_LEVEL) > 0.9 * count:
         return Light.UNDEREXPOSED
-    is_clipped = pixels.min(axis=1) >= CLIPPED_LEVEL
-    if np.count_nonzero(is_clipped) > CLIPPED_SHARE * count:
+    if np.count_nonzero(pixels.min(axis=1) >= CLIPPED_LEVEL) > CLIPPED_SHARE * count:
         return Light.OVEREXPOSED
     rare = count // 100
-    tints = np.partition(np.stack([u, v]), (rare, count - 1 - rare), axis=1)
-    spread = int((tints[:, count - 1 - rare] - tints[:, rare]).max())
+    tints = [np.partition(tint, (rare, count - 1 - rare)) for tint in (u, v)]
+    spread = max(int(tint[count - 1 - rare]) - int(tint[rare]) for tint in tints)
     return Light.GREY if spread <= GREY_SPREAD else Light.USABLE

@@ -159,6 +159,39 @@ def moments(pixels: NDArray[np.float32]) -> tuple[float, float, float, float, fl
 
 
 @njit(cache=True, nogil=True)
+def look_at_end(
+    pixels: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    along_x: float,
+    along_y: float,
+    length_px: float,
+) -> tuple[float, float, float]:
+    """The end of [N, 2] pixels (x, y) in a direction (of length 1): those less than `length_px`
+    from the last.
+
+    Returns:
+        x and y of their mean, and the median of their readings in [h, w] `depth_m`, 0 where none
+        has one.
+    """
+    height, width = depth_m.shape
+    last = -np.inf
+    for n in range(len(pixels)):
+        last = max(last, pixels[n, 0] * along_x + pixels[n, 1] * along_y)
+    readings_m = np.empty(len(pixels), np.float32)
+    x, y, count, readings = 0.0, 0.0, 0, 0
+    for n in range(len(pixels)):
+        if pixels[n, 0] * along_x + pixels[n, 1] * along_y < last - length_px:
+            continue
+        x, y, count = x + pixels[n, 0], y + pixels[n, 1], count + 1
+        column, row = int(np.floor(pixels[n, 0] + 0.5)), int(np.floor(pixels[n, 1] + 0.5))
+        if 0 <= row < height and 0 <= column < width and depth_m[row, column] > 0.0:
+            readings_m[readings] = depth_m[row, column]
+            readings += 1
+    median_m = float(np.median(readings_m[:readings])) if readings > 0 else 0.0
+    return x / count, y / count, median_m
+
+
+@njit(cache=True, nogil=True)
 def perimeter(pixels: NDArray[np.float32]) -> float:
     """Length of the outline, holes included, of [N, 2] pixels (x, y), in pixels.
 

@@ -1,0 +1,152 @@
+"""The kernels of skin against their definitions in NumPy and OpenCV."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from topview.detect.ellipses import Ellipse
+from topview.kernels.skin import (
+    connected_regions,
+    count_values,
+    look_at_end,
+    moments,
+    paint,
+    perimeter,
+    share_pixels,
+)
+
+LOW, HIGH, LEAST = 50, 100, 4
+ROWS, COLUMNS = np.mgrid[:60, :80]
+
+seeds = st.integers(0, 2**31)
+
+
+def pixels_of(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    rows, columns = np.nonzero(mask)
+    return np.stack([columns, rows], axis=1).astype(np.float32)
+
+
+def disc(x: float, y: float, radius: float) -> NDArray[np.bool_]:
+    return np.hypot(COLUMNS - x, ROWS - y) <= radius
+
+
+def regions(
+    level: NDArray[np.uint8], depth_m: NDArray[np.float32]
+) -> list[tuple[NDArray[np.float32], list[int], list[float]]]:
+    """Pixels, box and means of each."""
+    pixels = np.empty((level.size, 2), np.float32)
+    starts, boxes = np.zeros(level.size, np.int32), np.empty((level.size, 4), np.int32)
+    means = np.empty((level.size, 3))
+    is_visited = np.zeros(level.shape, np.bool_)
+    count = connected_regions(
+        level, depth_m, LOW, HIGH, LEAST, is_visited, pixels, starts, boxes, means
+    )
+    return [
+        (pixels[starts[k] : starts[k + 1]], boxes[k].tolist(), means[k].tolist())
+        for k in range(count)
+    ]
+
+
+@settings(deadline=None, max_examples=25)
+@given(seeds)
+def test_regions_are_opencvs_components_with_a_seed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    noise = cv2.GaussianBlur(rng.uniform(0, 255, (30, 40)).astype(np.float32), (0, 0), 1.0)
+    level = np.clip((noise - 100.0) * 4.0, 0, 255).astype(np.uint8)
+    depth_m = np.where(rng.random(level.shape) < 0.3, 0.0, rng.uniform(1, 4, level.shape))
+    depth_m = depth_m.astype(np.float32)
+    count, labels = cv2.connectedComponents((level > LOW).astype(np.uint8), connectivity=8)
+    expected = []
+    for label in range(1, count):
+        own = np.asarray(labels) == label
+        if own.sum() >= LEAST and level[own].max() > HIGH:
+            expected.append(own)
+    found = regions(level, depth_m)
+    assert len(found) == len(expected)
+    for (pixels, box, (mean, read, median_m)), own in zip(found, expected, strict=True):
+        truth = pixels_of(own)
+        assert {tuple(p) for p in pixels.tolist()} == {tuple(p) for p in truth.tolist()}
+        assert box == [*truth.min(axis=0).tolist(), *truth.max(axis=0).tolist()]
+        depths = depth_m[own]
+        assert mean == pytest.approx(level[own].mean())
+        assert read == pytest.approx((depths > 0.0).mean())
+        readings = depths[depths > 0.0]
+        assert median_m == pytest.approx(np.median(readings) if len(readings) else 0.0)
+
+
+@settings(deadline=None)
+@given(seeds)
+def test_moments_are_the_means_and_the_covariance(seed: int) -> None:
+    pixels = np.random.default_rng(seed).uniform(0, 300, (50, 2)).astype(np.float32)
+    covariance = np.cov(pixels.T.astype(np.float64), bias=True)
+    expected = [*pixels.mean(axis=0, dtype=np.float64), *np.diag(covariance), covariance[0, 1]]
+    assert moments(pixels) == pytest.approx(expected)
+
+
+@settings(deadline=None, max_examples=25)
+@given(seeds)
+def test_pixels_are_shared_as_the_ellipses_distances_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    ellipses = [
+        Ellipse(x, y, 12.0, 5.0, angle)
+        for x, y, angle in zip(*rng.uniform((20, 20, -1.5), (60, 40, 1.5), (3, 3)).T, strict=True)
+    ]
+    depths_m = np.array([1.5, 1.55, 0.0])
+    depth_m = rng.choice([0.0, 1.5, 1.8], ROWS.shape).astype(np.float32)
+    pixels = pixels_of(disc(40, 30, 15))
+    belongs = np.empty((3, len(pixels)), np.bool_)
+    values = np.array([[e.x, e.y, e.major, e.minor, e.angle] for e in ellipses])
+    share_pixels(pixels, depth_m, values, depths_m, 0.1, belongs)
+    for n, (x, y) in enumerate(pixels.tolist()):
+        z = depth_m[int(y), int(x)]
+        near = [z == 0.0 or d == 0.0 or abs(z - d) < 0.1 for d in depths_m.tolist()]
+        distance = [
+            float(e.distance(np.array([x, y]))) if is_near else np.inf
+            for e, is_near in zip(ellipses, near, strict=True)
+        ]
+        inside = [d <= 1.0 for d in distance]
+        nearest = [d == min(distance) for d in distance]
+        assert belongs[:, n].tolist() == (inside if any(inside) else nearest)
+
+
+def test_the_perimeter_of_discs_and_squares() -> None:
+    for radius in (8.0, 14.0, 25.0):
+        found = perimeter(pixels_of(disc(40, 29.5, radius)))
+        assert found == pytest.approx(2.0 * np.pi * radius, rel=0.05)
+    upright = (abs(COLUMNS - 40) <= 15) & (abs(ROWS - 30) <= 15)
+    turned = abs(COLUMNS - 40) + abs(ROWS - 30) <= 21
+    assert perimeter(pixels_of(upright)) == pytest.approx(4 * 31, rel=0.12)
+    assert perimeter(pixels_of(turned)) == pytest.approx(4 * 21 * np.sqrt(2.0), rel=0.12)
+    ring = disc(40, 29.5, 20) & ~disc(40, 29.5, 10)
+    assert perimeter(pixels_of(ring)) == pytest.approx(2.0 * np.pi * 30, rel=0.05)
+
+
+def test_what_is_painted_is_counted_where_it_lands() -> None:
+    image = np.zeros(ROWS.shape, np.int32)
+    pixels = pixels_of(disc(20, 20, 6))
+    paint(pixels, 2, image)
+    assert (image == 2 * disc(20, 20, 6)).all()
+    counts = np.zeros(3, np.int64)
+    count_values(pixels + np.float32(0.4), image, counts)
+    assert counts.tolist() == [0, 0, len(pixels)]
+    count_values(pixels - np.float32(100.0), image, counts)
+    assert counts.sum() == len(pixels)
+
+
+@pytest.mark.parametrize("angle", np.linspace(-np.pi, np.pi, 7))
+def test_the_end_of_a_bar(angle: float) -> None:
+    along = np.array([np.cos(angle), np.sin(angle)])
+    s = (COLUMNS - 40) * along[0] + (ROWS - 30) * along[1]
+    across = (ROWS - 30) * along[0] - (COLUMNS - 40) * along[1]
+    bar = (abs(s) <= 20) & (abs(across) <= 4)
+    depth_m = (2.0 + 0.01 * s).astype(np.float32)
+    x, y, median_m = look_at_end(pixels_of(bar), depth_m, along[0], along[1], 10.0)
+    assert np.allclose([x, y], [40, 30] + 15 * along, atol=1.0)
+    assert median_m == pytest.approx(2.15, abs=0.01)
+    nothing = np.zeros_like(depth_m)
+    assert look_at_end(pixels_of(bar), nothing, along[0], along[1], 10.0)[2] == 0.0
