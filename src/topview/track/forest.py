@@ -65,7 +65,7 @@ class ForestSettings:
 
     proposals: ProposalSettings = field(default_factory=ProposalSettings)
     least_pixels: int = 100
-    least_confidence: float = 0.1
+    least_confidence: float = 0.5
     memory: float = 0.03
 
 

@@ -32,16 +32,18 @@ class GrowingSettings:
         single_share: of the candidates that compare with the pixel itself (Shotton et al., Fig. 4).
         pixels: of each image and tree, about as many of each class.
         least: pixels that each side of a split must keep.
+        most: pixels of a node that splits are judged by.
     """
 
     trees: int = 3
-    depth: int = 17
-    candidates: int = 256
+    depth: int = 19
+    candidates: int = 192
     block: int = 64
-    reach_m: float = 0.6
+    reach_m: float = 1.0
     single_share: float = 0.5
-    pixels: int = 200
-    least: int = 8
+    pixels: int = 100
+    least: int = 6
+    most: int = 2000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +131,7 @@ def _grown(
 ) -> Trees:
     """One tree, level by level; the samples of the nodes of a level lie one after the other."""
     fx, fy = np.float32(camera.fx), np.float32(camera.fy)
-    n = np.arange(len(samples.image) + 1, dtype=np.float64)
+    n = np.arange(settings.most + 1, dtype=np.float64)
     n_log_n = n * np.log(np.maximum(n, 1.0))
     offsets: list[Floats] = []
     thresholds: list[Floats] = []
@@ -145,7 +147,8 @@ def _grown(
         if level < settings.depth and N:
             kernel.best_splits(
                 depths, crops, samples.image, samples.u, samples.v, samples.label, nodes,
-                candidates, fx, fy, settings.block, settings.least, n_log_n, gain, choice,
+                candidates, fx, fy, settings.block, settings.least, settings.most, n_log_n, gain,
+                choice,
             )  # fmt: skip
         best = gain.argmax(1)
         chosen = choice[np.arange(N), best]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import atan2
+from math import atan2, radians
 from typing import Final
 
 import numpy as np
@@ -28,11 +28,12 @@ from topview.sim.bodies import PART_NAMES, Body
 from topview.sim.furniture import furnished
 from topview.sim.images import Rendering
 from topview.sim.motions import Clip
+from topview.sim.paths import Path
 from topview.sim.render import draw_people
 from topview.sim.room import render_room
 from topview.sim.scene import Mount
 from topview.sim.scenes import KINECT_V1_HALF
-from topview.sim.scenes.stage import Casting, varied_room
+from topview.sim.scenes.stage import TO_CAMERA, Casting, varied_room
 from topview.sim.sensor import DepthCamera
 from topview.sim.skeleton import LIMITS_RAD, SEGMENT_INDEX, Pose, segment_poses
 from topview.sim.truth import part_frames
@@ -49,9 +50,12 @@ AIM_M: Final = (2.8, 0.95)
 AIM_SPREAD_RAD: Final = 0.06
 PAIR_SHARE: Final = 0.5
 """Images with two people, at times one before the other."""
+FACING_SHARE: Final = 0.6
+FACING_SPREAD_RAD: Final = radians(40.0)
+"""People who more or less face the camera, as most do before one; the others face anywhere."""
 SECOND_CLIP_SHARE: Final = 0.3
 WALK_SHARE: Final = 0.15
-ANY_ARMS_SHARE: Final = 0.35
+ANY_ARMS_SHARE: Final = 0.25
 """People whose arms are held anyhow within the limits, in place of their action's."""
 SPREAD_RAD: Final = 0.12
 """Standard deviation of what is added to every angle."""
@@ -131,9 +135,9 @@ def _places(camera: Camera, rng: np.random.Generator) -> Array:
 
 def _somebody(casting: Casting, x: float, y: float, rng: np.random.Generator) -> tuple[Body, Pose]:
     """A body and its pose: one action or two, walking or not, with noise on every angle."""
-    from topview.sim.paths import Path
-
     heading = rng.uniform(-np.pi, np.pi)
+    if rng.random() < FACING_SHARE:
+        heading = rng.normal(TO_CAMERA, FACING_SPREAD_RAD)
     points = ((x, y),)
     start_s = 0.0
     if rng.random() < WALK_SHARE:
