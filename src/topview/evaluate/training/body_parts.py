@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import JOINT_NAMES
-from topview.detect.forest.classes import CLASS_INDEX, CLASSES
+from topview.camera import unproject_depth
 from topview.detect.forest.growing import NO_CLASS, LabelledBody
 from topview.detect.forest.model import person_depth
 from topview.evaluate.joints import RENDERED_JOINTS
+from topview.evaluate.training.part_classes import part_classes
 from topview.records import Camera
 from topview.score.utvr import DepthView
 from topview.sim.actions import ACTIONS
 from topview.sim.bodies import JOINT_NAMES as SIM_JOINTS
-from topview.sim.bodies import PART_NAMES, Body
+from topview.sim.bodies import Body
 from topview.sim.furniture import furnished
 from topview.sim.images import Rendering
 from topview.sim.motions import Clip
@@ -55,6 +56,13 @@ FACING_SPREAD_RAD: Final = radians(40.0)
 """People who more or less face the camera, as most do before one; the others face anywhere."""
 SECOND_CLIP_SHARE: Final = 0.3
 WALK_SHARE: Final = 0.15
+WALK_M: Final = 2.0
+"""People walk so far before they are at their place, and on."""
+MIDWAY_S: Final = (1.5, 2.4)
+INTO_ACTION_S: Final = (0.3, 6.0)
+"""How long ago an action began."""
+WITH_TARGET: Final = ("handshake", "hug", "throw_to", "catch_from", "reaching", "pointing")
+"""Actions that go for a place in the room; here it is a metre ahead and high."""
 ANY_ARMS_SHARE: Final = 0.25
 """People whose arms are held anyhow within the limits, in place of their action's."""
 SPREAD_RAD: Final = 0.12
@@ -100,23 +108,24 @@ def simulated_bodies(
 def _image(
     background: Rendering, mount: Mount, sensor: DepthCamera, rng: np.random.Generator
 ) -> list[KnownBody]:
-    casting = Casting(rng)
+    casting, camera = Casting(rng), sensor.camera
     T_camera_room = mount.T_camera_room()
-    places = _places(sensor.camera, rng)
+    places = _places(camera, rng)
     bodies, Ts = [], []
     for x, y in places:
         body, pose = _somebody(casting, float(x), float(y), rng)
         bodies.append(body)
         Ts.append(T_camera_room @ segment_poses(body.offsets_m, pose))
-    drawn = draw_people(bodies, Ts, background, sensor.camera)
+    drawn = draw_people(bodies, Ts, background, camera)
     depth_m = sensor.sense(drawn, rng).astype(np.float32) / np.float32(1000.0)
-    found = []
-    for k, (body, T) in enumerate(zip(bodies, Ts, strict=True), start=1):
-        feet_lost_m = rng.uniform(0.0, FEET_LOST_M)
-        known = _cut_out(body, T, k, drawn, depth_m, sensor.camera, mount, feet_lost_m)
-        if known is not None:
-            found.append(known)
-    return found
+    seen = DepthView(depth_m, camera.fx, camera.fy, camera.cx, camera.cy)
+    points = unproject_depth(depth_m, camera).astype(np.float64)
+    heights_m = (points - T_camera_room[:3, 3]) @ T_camera_room[:3, 2]
+    found = [
+        _cut_out(k, body, T, drawn, seen, heights_m, rng.uniform(0.0, FEET_LOST_M))
+        for k, (body, T) in enumerate(zip(bodies, Ts, strict=True), start=1)
+    ]
+    return [known for known in found if known is not None]
 
 
 def _places(camera: Camera, rng: np.random.Generator) -> Array:
@@ -138,32 +147,28 @@ def _somebody(casting: Casting, x: float, y: float, rng: np.random.Generator) ->
     heading = rng.uniform(-np.pi, np.pi)
     if rng.random() < FACING_SHARE:
         heading = rng.normal(TO_CAMERA, FACING_SPREAD_RAD)
-    points = ((x, y),)
-    start_s = 0.0
+    ahead_x, ahead_y = float(np.cos(heading)), float(np.sin(heading))
+    points, times_s = ((x, y),), (0.0, 12.0)
     if rng.random() < WALK_SHARE:
-        ahead = 2.0 * np.array([np.cos(heading), np.sin(heading)])
         points = (
-            (x - float(ahead[0]), y - float(ahead[1])),
-            (x + float(ahead[0]), y + float(ahead[1])),
+            (x - WALK_M * ahead_x, y - WALK_M * ahead_y),
+            (x + WALK_M * ahead_x, y + WALK_M * ahead_y),
         )
-    path = Path(points, heading, heading, start_s)
-    time_s = float(rng.uniform(1.5, 2.4)) if len(points) == 2 else float(rng.uniform(0.0, 12.0))
-    names = list(ACTIONS)
+        times_s = MIDWAY_S
+    time_s = float(rng.uniform(*times_s))
     clips = []
     for _ in range(1 + int(rng.random() < SECOND_CLIP_SHARE)):
-        name = names[rng.integers(len(names))]
-        begin = time_s - float(rng.uniform(0.3, 6.0))
+        name = list(ACTIONS)[rng.integers(len(ACTIONS))]
+        start_s = time_s - float(rng.uniform(*INTO_ACTION_S))
         side = "l" if rng.random() < 0.5 else "r"
-        target = None
-        if name in ("handshake", "hug", "throw_to", "catch_from", "reaching", "pointing"):
-            target = (x + 1.0 * np.cos(heading), y + 1.0 * np.sin(heading), 1.0)
-        clips.append(Clip(name, begin, begin + 8.0, side, target_room=target))
-    actor = casting.actor(path, tuple(clips))
-    pose = actor.performance.pose(actor.body, time_s)
-    return actor.body, _varied(pose, rng)
+        target = (x + ahead_x, y + ahead_y, 1.0) if name in WITH_TARGET else None
+        clips.append(Clip(name, start_s, start_s + 8.0, side, target_room=target))
+    actor = casting.actor(Path(points, heading, heading), tuple(clips))
+    return actor.body, _varied(actor.performance.pose(actor.body, time_s), rng)
 
 
 def _varied(pose: Pose, rng: np.random.Generator) -> Pose:
+    """Every joint a little otherwise, or the arms altogether."""
     angles = pose.angles_rad + rng.normal(0.0, SPREAD_RAD, pose.angles_rad.shape)
     if rng.random() < ANY_ARMS_SHARE:
         for side in "lr":
@@ -174,105 +179,51 @@ def _varied(pose: Pose, rng: np.random.Generator) -> Pose:
 
 
 def _cut_out(
+    person: int,
     body: Body,
     Ts_camera_segment: Array,
-    person: int,
     drawn: Rendering,
-    depth_m: NDArray[np.float32],
-    camera: Camera,
-    mount: Mount,
-    feet_lost_m: float,
+    seen: DepthView,
+    heights_m: Array,
+    floor_m: float,
 ) -> KnownBody | None:
-    joints = body.joints(Ts_camera_segment)
-    Ts_camera_part = part_frames(joints, Ts_camera_segment)
-    is_body = (drawn.instance == person) & (depth_m > 0.0)
+    """A person of what is seen; None if it is next to nothing.
+
+    Args:
+        person: the number in `drawn`.
+        body: whose it is.
+        Ts_camera_segment: [S, 4, 4] the pose.
+        drawn: without noise, tells whose each pixel is.
+        seen: by the sensor.
+        heights_m: [H, W] of what is seen, over the floor.
+        floor_m: what is lower counts as floor.
+    """
+    is_body = (drawn.instance == person) & (seen.depth_m > 0.0) & (heights_m > floor_m)
     v, u = np.nonzero(is_body)
-    z = depth_m[v, u].astype(np.float64)
-    points = np.stack([(u - camera.cx) * z / camera.fx, (v - camera.cy) * z / camera.fy, z], axis=1)
-    T = mount.T_camera_room()
-    heights_m = (points - T[:3, 3]) @ T[:3, 2]
-    kept = heights_m > feet_lost_m
-    is_body[v[~kept], u[~kept]] = False
-    v, u, points = v[kept], u[kept], points[kept]
     if len(v) < LEAST_PIXELS:
         return None
-    label = np.full(depth_m.shape, NO_CLASS, np.uint8)
-    label[v, u] = part_classes(points, drawn.part[v, u], joints, Ts_camera_part)
-    top, left = v.min(), u.min()
-    window = np.s_[top : v.max() + 1, left : u.max() + 1]
-    cut = LabelledBody(
-        np.ascontiguousarray(person_depth(depth_m, is_body)[window]),
-        np.ascontiguousarray(label[window]),
+    z = seen.depth_m[v, u].astype(np.float64)
+    points = np.stack([(u - seen.cx) * z / seen.fx, (v - seen.cy) * z / seen.fy, z], axis=1)
+    joints = body.joints(Ts_camera_segment)
+    label = np.full(is_body.shape, NO_CLASS, np.uint8)
+    label[v, u] = part_classes(
+        points, drawn.part[v, u], joints, part_frames(joints, Ts_camera_segment)
     )
-    view = DepthView(cut.depth_m, camera.fx, camera.fy, camera.cx - left, camera.cy - top)
+    window = np.s_[v.min() : v.max() + 1, u.min() : u.max() + 1]
+    depth_m = np.ascontiguousarray(person_depth(seen.depth_m, is_body)[window])
+    view = DepthView(depth_m, seen.fx, seen.fy, seen.cx - u.min(), seen.cy - v.min())
+    cut = LabelledBody(depth_m, np.ascontiguousarray(label[window]))
     return KnownBody(cut, view, joints[_OURS], _shown(points, joints[_OURS]))
 
 
 _SIM_NAME: Final = {ours: theirs for theirs, ours in RENDERED_JOINTS.items() if ours is not None}
 _OURS: Final = [SIM_JOINTS.index(_SIM_NAME[name]) for name in JOINT_NAMES]
+# Ours: a joint with so many points near by is seen.
 SHOWN_M: Final = 0.2
+SHOWN_POINTS: Final = 8
 
 
 def _shown(points: Array, joints_camera: Array) -> NDArray[np.bool_]:
-    """[J] whether any of the points is near the joint."""
+    """[J] whether points are near the joint."""
     gaps = np.linalg.norm(points[:, None] - joints_camera, axis=-1)
-    return np.asarray((gaps < SHOWN_M).sum(0) >= 8)
-
-
-# Where along a part one class ends and the next begins, as shares of its length.
-_ALONG: Final[dict[str, tuple[tuple[float, str], ...]]] = {
-    "head": ((np.inf, "head"),),
-    "upper_torso": ((0.7, "chest"), (np.inf, "waist")),
-    "lower_torso": ((0.4, "waist"), (np.inf, "pelvis")),
-    "upper_arm": ((0.3, "shoulder"), (0.75, "upper_arm"), (np.inf, "elbow")),
-    "forearm": ((0.25, "elbow"), (0.85, "forearm"), (np.inf, "hand")),
-    "hand": ((np.inf, "hand"),),
-    "upper_leg": ((0.3, "hip"), (0.78, "upper_leg"), (np.inf, "knee")),
-    "lower_leg": ((0.22, "knee"), (0.8, "lower_leg"), (np.inf, "ankle")),
-    "foot": ((0.3, "ankle"), (np.inf, "foot")),
-}
-NECK_M: Final = 0.09
-"""What is nearer to the neck joint, seen along the trunk or across it, is neck."""
-SHOULDER_M: Final = 0.11
-"""What of the trunk is nearer to a shoulder is shoulder."""
-
-
-def part_classes(
-    points: Array, part: NDArray[np.uint8], joints_camera: Array, Ts_camera_part: Array
-) -> NDArray[np.uint8]:
-    """[S] index into `CLASSES` of points [S, 3] on parts [S] (index into `sim.bodies.PART_NAMES`)
-    of a person with these joints [21, 3] and part frames [15, 4, 4]."""
-    out = np.empty(len(points), np.uint8)
-    for index, name in enumerate(PART_NAMES):
-        own = np.flatnonzero(part == index)
-        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
-        local = (points[own] - Ts_camera_part[index, :3, 3]) @ Ts_camera_part[index, :3, :3]
-        far = joints_camera[_END[index]] - Ts_camera_part[index, :3, 3]
-        share = local[:, 1] / np.linalg.norm(far)
-        is_left = np.full(len(own), side == "_l") if side else local[:, 0] < 0.0
-        ends = np.array([end for end, _ in _ALONG[stem]])
-        which = np.searchsorted(ends, share)
-        for k, (_, kind) in enumerate(_ALONG[stem]):
-            for left, prefix in ((True, "left_"), (False, "right_")):
-                code = CLASS_INDEX.get(kind, CLASS_INDEX.get(prefix + kind, 0))
-                out[own[(which == k) & (is_left == left)]] = code
-    trunk = np.flatnonzero(part == PART_NAMES.index("upper_torso"))
-    for joint, kind, radius_m in (
-        ("shoulder_l", "left_shoulder", SHOULDER_M),
-        ("shoulder_r", "right_shoulder", SHOULDER_M),
-        ("neck", "neck", NECK_M),
-    ):
-        gaps = np.linalg.norm(points[trunk] - joints_camera[SIM_JOINTS.index(joint)], axis=1)
-        out[trunk[gaps < radius_m]] = CLASS_INDEX[kind]
-    assert len(CLASSES) <= NO_CLASS
-    return out
-
-
-_END: Final = [
-    SIM_JOINTS.index(
-        {"head": "neck", "upper_torso": "torso", "lower_torso": "pelvis"}.get(name)
-        or {"upper_arm": "elbow", "forearm": "wrist", "hand": "hand", "upper_leg": "knee",
-            "lower_leg": "ankle", "foot": "foot"}[name[:-2]] + name[-2:]
-    )
-    for name in PART_NAMES
-]  # fmt: skip
+    return np.asarray((gaps < SHOWN_M).sum(0) >= SHOWN_POINTS)
