@@ -69,7 +69,7 @@ class Present:
         """[h, w] what of a body is not nearer to another's head."""
         own = body.copy()
         for other in self.bodies:
-            own[other < body] = np.inf
+            np.copyto(own, np.inf, where=other < body)
         return own
 
     def person_under(

@@ -46,18 +46,22 @@ class UserAreas:
             owner: [H, W] id of the user that each pixel belongs to, 0 for none.
             camera: of the image.
         """
-        places = _places(camera)
         owners = owner[::STRIDE_PX, ::STRIDE_PX]
+        u, v = (np.arange(0, side, STRIDE_PX) for side in (camera.width, camera.height))
         areas: dict[int, _Area] = {}
         shares: dict[int, float] = {}
         nearer: list[int] = []
         for user in users:
             scale_m = float(user.head_camera[2]) / camera.fx
-            offsets = (places - project(user.head_camera, camera)) * scale_m
-            own = offsets[owners == user.id]
+            head_u, head_v = project(user.head_camera, camera)
+            right_m, down_m = (u - head_u) * scale_m, (v - head_v) * scale_m
+            rows, columns = np.nonzero(owners == user.id)
+            own = np.stack([right_m[columns], down_m[rows]], axis=-1)
             seen = _area_of(own) if len(own) >= LEAST_PIXELS else None
             area = self._areas.get(user.id, seen)
-            shares[user.id] = _covered(area, offsets, np.isin(owners, nearer)) if area else 0.0
+            shares[user.id] = 0.0
+            if area and nearer:
+                shares[user.id] = _covered(area, right_m, down_m, np.isin(owners, nearer))
             if area and seen and shares[user.id] <= FREE_SHARE:
                 area = _Area(
                     area.mean + LEARNING * (seen.mean - area.mean),
@@ -70,18 +74,14 @@ class UserAreas:
         return shares
 
 
-def _places(camera: Camera) -> Array:
-    """[h, w, 2] the counted pixels, u and v."""
-    v, u = np.mgrid[0 : camera.height : STRIDE_PX, 0 : camera.width : STRIDE_PX]
-    return np.stack([u, v], axis=-1).astype(np.float64)
-
-
 def _area_of(offsets: Array) -> _Area:
     return _Area(offsets.mean(0), np.cov(offsets.T) + 1e-6 * np.eye(2))
 
 
-def _covered(area: _Area, offsets: Array, is_nearer: NDArray[np.bool_]) -> float:
-    """Share of the ellipse that lies on nearer users."""
-    off = offsets - area.mean
-    inside = np.einsum("hwi,ij,hwj->hw", off, np.linalg.inv(area.covariance), off) <= CONTOUR
+def _covered(area: _Area, right_m: Array, down_m: Array, is_nearer: NDArray[np.bool_]) -> float:
+    """Share of the ellipse that lies on nearer users; `right_m` [w] and `down_m` [h] are the
+    places of the image's columns and rows."""
+    (xx, xy), (_, yy) = np.linalg.inv(area.covariance)
+    x, y = right_m - area.mean[0], (down_m - area.mean[1])[:, None]
+    inside = (xx * x**2 + 2.0 * xy * x * y + yy * y**2) <= CONTOUR
     return float(is_nearer[inside].mean()) if inside.any() else 0.0
