@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -21,6 +22,7 @@ from topview.detect.heads import (
     HeadDetector,
     Hints,
 )
+from topview.records import Frame
 from topview.timing import StageClock
 
 Vector = NDArray[np.float64]
@@ -48,6 +50,7 @@ class SkinHeads:
         """The time for colours is counted in the `clock`."""
         self._clock = clock
         self._faces_and_hands = FacesAndHands()
+        self._cascade = CascadeFaces()
         self.sight: Sight | None = None
 
     def detect(
@@ -69,6 +72,13 @@ class SkinHeads:
             for face in self.sight.most_likely(Kind.FACE)
             if face.is_seen and (head := face.head_camera) is not None
         ]
+
+    def look_round(
+        self, frame: Frame, heads_camera: Sequence[Vector]
+    ) -> tuple[int, bool | None] | None:
+        """As `CascadeFaces.look_round`."""
+        with self._clock.stage("colours"):
+            return self._cascade.look_round(frame, heads_camera)
 
     def learn_room(self, is_somebodys: Mask) -> None:
         """Learn what the room's colours are, from the frame that was looked at last."""

@@ -24,7 +24,11 @@ LEAST_PIXELS = 6
 # is skin, in profile 0.3 to 0.9, of the backs of heads 0 to 0.5; of one real face 0.4, in profile
 # 0.2 and behind 0 to 0.1. So the share counts against what this user's face has shown.
 FACE_SHOWS = 0.33
+# Of a face that a detector of faces finds so much is enough: its skin is hard to see.
+LEAST_SHOWN = 0.1
 FACES_AWAY, FACES_CAMERA = 0.25, 0.75
+# A face that was found looks at the camera for so long.
+FRONTAL_S = 0.1
 # What a face has shown is forgotten, and the share of late is taken, over these times.
 MEMORY_S, SMOOTHING_S = 60.0, 0.2
 
@@ -36,25 +40,38 @@ class FaceMemory:
         self._shown = 0.0
         self._share: float | None = None
         self._last_s = 0.0
+        self._frontal_s = -np.inf
 
-    def update(self, skin_share: float | None, time_s: float) -> float | None:
+    @property
+    def is_known(self) -> bool:
+        """Whether the colour of skin alone tells from now on."""
+        return self._shown > 0.0
+
+    def update(
+        self, skin_share: float | None, is_frontal: bool | None, time_s: float
+    ) -> float | None:
         """How much of late the face has looked at the camera, 0..1; None while nobody knows.
 
-        `skin_share` is that of the head's pixels which are skin, None where they are not seen.
+        Args:
+            skin_share: that of the head's pixels which are skin, None where they are not seen.
+            is_frontal: whether a detector of faces finds one there, None where it was not asked.
+            time_s: of the frame.
         """
         elapsed_s, self._last_s = max(time_s - self._last_s, 0.0), time_s
-        if skin_share is None:
-            self._share = None
-            return None
+        if is_frontal:
+            self._frontal_s = time_s
+        least = LEAST_SHOWN if is_frontal else FACE_SHOWS
         shown = self._shown * float(np.exp(-elapsed_s / MEMORY_S))
-        self._shown = max(shown, skin_share if skin_share > FACE_SHOWS else 0.0)
-        if not self._shown:
-            return None
-        now = (skin_share / self._shown - FACES_AWAY) / (FACES_CAMERA - FACES_AWAY)
-        now = min(max(now, 0.0), 1.0)
-        if self._share is None:
-            self._share = now
-        self._share += (1.0 - float(np.exp(-elapsed_s / SMOOTHING_S))) * (now - self._share)
+        self._shown = max(shown, skin_share if skin_share and skin_share > least else 0.0)
+        if time_s - self._frontal_s < FRONTAL_S:
+            self._share = 1.0
+        elif skin_share is None or not self._shown:
+            self._share = None
+        else:
+            now = (skin_share / self._shown - FACES_AWAY) / (FACES_CAMERA - FACES_AWAY)
+            now = min(max(now, 0.0), 1.0)
+            before = now if self._share is None else self._share
+            self._share = now + float(np.exp(-elapsed_s / SMOOTHING_S)) * (before - now)
         return self._share
 
 
@@ -92,6 +109,6 @@ def hands_in(sight: Sight | None) -> tuple[HandCandidate, ...]:
     hands = []
     for blob in blobs:
         left, right = (float(blob.belief[kind]) for kind in (Kind.LEFT_HAND, Kind.RIGHT_HAND))
-        if blob.is_seen and blob.surface_camera is not None and left + right > 0.5:
-            hands.append(HandCandidate(blob.surface_camera, left + right, left / (left + right)))
+        if blob.is_seen and blob.palm_camera is not None and left + right > 0.5:
+            hands.append(HandCandidate(blob.palm_camera, left + right, left / (left + right)))
     return tuple(hands)

@@ -20,7 +20,7 @@ from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
 from topview.people.pieces import Pieces
-from topview.people.present import Present, Refusal, reached
+from topview.people.present import OWN_HEAD_M, Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import Memory, body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
@@ -54,8 +54,9 @@ FOLLOWED_S = 0.5
 DOUBTED_S = 5.0
 # Ours: one who was in doubt and has not been for so many frames is somebody.
 UNDOUBTED_FRAMES = 5
-# Ours: a head this much of which is hidden does not go down by more than this in a frame.
-COVERED, SLIP_M = 0.15, 0.03
+# Ours: a head this much of which is hidden does not go further down, or aside, than this from where
+# it is expected in the next frame.
+COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
 # Why heads are refused, besides what their bodies lack.
@@ -237,11 +238,17 @@ class PeopleFinder:
         return left, [bodies[index] for index in range(len(known))]
 
     def _slips(self, scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
-        """Whether it seems to go down as something comes before it: it is the shoulder then that
-        still is to be seen."""
+        """Whether it seems to move as something comes before it: it is the shoulder then that still
+        is to be seen, or a half of the head."""
         expected = user.predicted(time_s)
-        down_m = (expected - head.center_camera) @ scene.up_camera
-        return bool(down_m > SLIP_M and scene.covered_share(expected) > COVERED)
+        offset = head.center_camera - expected
+        up_m = float(offset @ scene.up_camera)
+        is_covered = scene.covered_share(expected) > COVERED
+        if up_m < -SLIP_M:
+            higher = head.center_camera - up_m * scene.up_camera
+            return is_covered or scene.covered_share(higher) > COVERED
+        was_seen = time_s - user.seen_s < BRIEFLY_S
+        return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
 
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
         is_seen = user.seen_s == scene.cloud.frame.timestamp_s
@@ -270,10 +277,12 @@ class PeopleFinder:
         than what has been followed: that is the head. Gives the heads that are left."""
         left = list(heads)
         for index, user in enumerate(self._known):
-            others = Present(
-                [other.head_camera for other in self._known if other is not user],
-                [body for i, body in enumerate(bodies) if i != index],
-            )
+            sure = [
+                (other.head_camera, body)
+                for other, body in zip(self._known, bodies, strict=True)
+                if other is not user and other.stillness is None
+            ]
+            others = Present([head for head, _ in sure], [body for _, body in sure])
             rivals = [
                 head
                 for head in left
@@ -342,13 +351,25 @@ class PeopleFinder:
         for user, body in zip(list(self._known), list(bodies), strict=True):
             if user.stillness is None:
                 continue
+            index = self._known.index(user)
+            if self._is_anothers(scene, user, bodies):
+                del self._known[index], bodies[index]
+                continue
             has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
             if user.seen_s == time_s and (has_moved or self._is_undoubted(scene, user, bodies)):
                 self._name(user)
             elif time_s - user.first_s > DOUBTED_S:
-                index = self._known.index(user)
                 self._background.learn(scene.cloud.depth_m, np.isfinite(body))
                 del self._known[index], bodies[index]
+
+    def _is_anothers(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
+        """Whether who is in doubt is the shoulder of one who is surer."""
+        return any(
+            other.confidence_now > user.confidence_now
+            and reached(scene, user.head_camera, body) < OWN_HEAD_M
+            for other, body in zip(self._known, bodies, strict=True)
+            if other is not user
+        )
 
     def _is_undoubted(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
         """Whether who was in doubt, half hidden say, looks like a person for long enough."""
@@ -432,6 +453,19 @@ class PeopleFinder:
             is_somebodys.ravel()[user.pixels] = True
         self._detector.learn_room(is_somebodys)
 
+    def _frontal(self, frame: Frame) -> KnownUser | None:
+        """One whose face a detector of faces finds; those are looked at in turn whose skin does not
+        tell yet."""
+        if not isinstance(self._detector, SkinHeads):
+            return None
+        asked = [
+            user
+            for user in self._known
+            if user.seen_s == frame.timestamp_s and not user.face.is_known
+        ]
+        told = self._detector.look_round(frame, [user.head_camera for user in asked])
+        return asked[told[0]] if told is not None and told[1] else None
+
     def _users(
         self,
         scene: Scene,
@@ -452,6 +486,7 @@ class PeopleFinder:
             user.body_m = np.where(is_users, body, np.float32(np.inf))
         self._last_depth_m, self._last_s = scene.cloud.depth_m, time_s
         users: list[User] = []
+        frontal = self._frontal(scene.cloud.frame)
         for user, is_users in zip(self._known, masks, strict=True):
             if user.stillness is not None:
                 suspect = HeadCandidate(user.head_camera, user.confidence_now)
@@ -470,7 +505,7 @@ class PeopleFinder:
                     user.height.height_m,
                     user.height.is_measured,
                     full_pixels(scene, is_users),
-                    user.face.update(skin, time_s),
+                    user.face.update(skin, user is frontal, time_s),
                 )
             )
         return sorted(users, key=lambda user: (float(user.head_camera[2]), user.id))

@@ -20,12 +20,15 @@ SAME_M = 0.15
 # makes the difference 0.4 of a step: of furniture in the simulator and in a real room, watched for
 # five seconds, it never was as large, but for what a passer-by's shadow fell on.
 SHIFTED_M, SHIFTED_NOISE, SHIFTED_STEPS = 0.001, 0.15, 2.4
-CHANGED_M, CHANGED_NOISE, CHANGED_STEPS = 0.002, 0.2, 0.6
+CHANGED_M, CHANGED_NOISE, CHANGED_STEPS = 0.002, 0.1, 0.55
 # The mean of so few pixels' changes that they are this number's square is twice as large by chance.
 FEW = 2.0
 # Before there are many steps, those of a body's mean are taken to be this share of the noise, as if
 # that had been seen for so many frames.
 USUAL_STEP, USUAL_FRAMES = 0.09, 10
+# The largest changes are left out, which on an outline show now this surface, now the one behind;
+# of normal numbers the mean of the magnitudes that are kept is this share of that of all.
+KEPT, KEPT_MAGNITUDE = 0.85, 0.76
 # The median of the squares of normal numbers is this share of their mean.
 MEDIAN_SQUARE = 0.455
 # Less of a body says nothing of that, as readings beside what hides the rest are off.
@@ -68,7 +71,8 @@ class Stillness:
         is_shifted = abs(change_m.mean()) > (
             SHIFTED_M + SHIFTED_NOISE * self._noise_m + SHIFTED_STEPS * mean_step_m
         )
-        is_changed = np.abs(change_m).mean() > (1.0 + FEW / np.sqrt(len(change_m))) * (
+        magnitudes_m = np.sort(np.abs(change_m))[: int(KEPT * len(change_m))]
+        is_changed = magnitudes_m.mean() > KEPT_MAGNITUDE * (1.0 + FEW / np.sqrt(len(change_m))) * (
             CHANGED_M + CHANGED_NOISE * self._noise_m + CHANGED_STEPS * step_m
         )
         return bool(is_shifted or is_changed)
