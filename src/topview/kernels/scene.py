@@ -158,8 +158,8 @@ def plane_moments(
         return 0
     mean_x, mean_y, mean_z = mean_x / total, mean_y / total, mean_z / total
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for n in near[:count]:
-        x, y, z = points_camera[n]
+    for k in range(count):
+        x, y, z = points_camera[near[k]]
         weight = 1.0 / (z * z)
         x, y, z = x - mean_x, y - mean_y, z - mean_z
         xx += weight * x * x
@@ -168,11 +168,14 @@ def plane_moments(
         yy += weight * y * y
         yz += weight * y * z
         zz += weight * z * z
-    out_mean[:] = (mean_x, mean_y, mean_z)
-    out_covariance[0] = (xx, xy, xz)
-    out_covariance[1] = (xy, yy, yz)
-    out_covariance[2] = (xz, yz, zz)
-    out_covariance /= total
+    out_mean[0], out_mean[1], out_mean[2] = mean_x, mean_y, mean_z
+    out_covariance[0, 0], out_covariance[1, 1], out_covariance[2, 2] = xx, yy, zz
+    out_covariance[0, 1] = out_covariance[1, 0] = xy
+    out_covariance[0, 2] = out_covariance[2, 0] = xz
+    out_covariance[1, 2] = out_covariance[2, 1] = yz
+    for i in range(3):
+        for j in range(3):
+            out_covariance[i, j] /= total
     return count
 
 
