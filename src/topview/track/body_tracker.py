@@ -15,8 +15,9 @@ from topview.filter.particles import generator
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.timing import StageClock
 from topview.track.evidence import Evidence
+from topview.track.facing import Facing, FacingSettings
 from topview.track.limbs import LIMBS, Kept, LimbSearch, LimbSettings
-from topview.track.pose import Pose
+from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.refinement import Refined, RefinementSettings, refine
 from topview.track.stances import STANDING, heading, stand, stand_all
 
@@ -33,7 +34,7 @@ class BodySettings:
     to that; all costs, margins and weights are in that unit.
 
     Attributes:
-        limbs, refinement: of these two steps.
+        limbs, refinement, facing: of these steps.
         proportions: of the body.
         statures_m: tried while nobody could measure one; the first is assumed until then.
         stature_frames: for so many frames with the person in sight.
@@ -49,6 +50,8 @@ class BodySettings:
         lost_margin: by which a way to recover must be better.
         turned: ways to recover that turn the predicted torso at random.
         turn_sigma_rad: how widely, about the torso's x, y and z axes.
+        turned_hidden, turned_cost: share of head and torso out of sight, and cost of the pose, up
+            to which it is asked whether the front is the back.
         hidden_at_ease: share of the body that may be hidden without any of this.
         hidden_hold: how much firmer the pose is held to the one before, per share hidden beyond.
         hidden_still: share hidden beyond, from which on no motion is carried on: what was estimated
@@ -61,6 +64,7 @@ class BodySettings:
 
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
+    facing: FacingSettings = field(default_factory=FacingSettings)
     proportions: Proportions = ANATOMICAL
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
     stature_frames: int = 15
@@ -75,6 +79,8 @@ class BodySettings:
     lost_margin: float = 0.02
     turned: int = 12
     turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
+    turned_hidden: float = 0.3
+    turned_cost: float = 0.28
     hidden_at_ease: float = 0.15
     hidden_hold: float = 30.0
     hidden_still: float = 0.1
@@ -115,6 +121,7 @@ class BodyTracker:
         self.settings = settings
         self.pose: Pose | None = None
         self._limbs = LimbSearch(settings.limbs, threads)
+        self._facing = Facing(settings.facing)
         self._before: Pose | None = None
         self._kept: Kept = {}
         self._hidden_share = 0.0
@@ -137,6 +144,7 @@ class BodyTracker:
                 found = self._start(look, statures_m)
             else:
                 found = self._follow(self.pose, look, statures_m)
+            found = self._facing_front(found, look)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
         self._before, self.pose = self.pose, pose
@@ -180,6 +188,37 @@ class BodyTracker:
         s = self.settings
         trials = self._stances(s.start_yaws_rad, look, statures_m)
         return self._best_with_limbs(trials, s.start_iterations, look)
+
+    def _facing_front(self, found: _Found, look: _Look) -> _Found:
+        """What was found, or that turned round where its back is the front."""
+        self._facing.step(found.pose, look.evidence.up_camera)
+        s = self.settings
+        is_clear = found.cost < s.turned_cost and self._trunk_hidden(found, look) < s.turned_hidden
+        if not is_clear or not self._facing.is_due(look.frame):
+            return found
+        look = replace(look, model=found.model)
+        with look.clock.stage("facing"):
+            refined = self._refined([found.pose.turned_round()], None, look)
+            twin = refined.poses[0]
+            self._facing.look(found.pose, twin, found.model, look.evidence)
+        if not self._facing.is_reversed():
+            return found
+        kept = {upper: found.kept[OTHER_SIDE[upper]] @ HALF_ROUND for upper in found.kept}
+        turned = self._with_limbs(twin, twin, kept, look)
+        if turned.cost > found.cost + s.lost_margin:
+            self._facing.forget()
+            return found
+        self._facing.turn_round()
+        self.pose = None  # no motion leads from the one to the other
+        return turned
+
+    def _trunk_hidden(self, found: _Found, look: _Look) -> float:
+        """Share of the axes of head and torso that is out of sight."""
+        trunk = [HEAD, UPPER_TORSO, LOWER_TORSO]
+        along = ((np.arange(4) + 0.5) / 4)[:, None, None] * found.model.lengths_m[trunk, None]
+        places = found.pose.origins(found.model)[trunk] + along * found.pose.Rs[trunk, :, 1]
+        radius_m = found.model.radii_m[trunk].min()
+        return float(look.evidence.out_of_sight(places.reshape(-1, 3), radius_m).mean())
 
     def _stances(
         self, yaws_rad: Sequence[float], look: _Look, statures_m: Sequence[float]

@@ -15,6 +15,7 @@ from topview.score.utvr import DepthView
 
 WORKING_SPACING_M = 0.008  # the image is thinned while neighbours stay nearer than this; ours
 CAMERA_UP = np.array([0.0, -1.0, 0.0])
+HIDES_M = 0.05  # what is nearer by this hides; ours
 MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
 
 
@@ -74,6 +75,22 @@ class Evidence:
         )
         height, width = self.mine.shape
         return 0 <= u < width and 0 <= v < height and bool(self.mine[v, u])
+
+    def out_of_sight(
+        self, places_camera: NDArray[np.float64], radius_m: float
+    ) -> NDArray[np.bool_]:
+        """[N] whether places [N, 3], so far below the skin, lie behind something that is not the
+        user, or outside of the image."""
+        x, y, z = places_camera.T
+        z = np.maximum(z, 0.1)
+        u = np.rint(self.view.fx * x / z + self.view.cx).astype(int)
+        v = np.rint(self.view.fy * y / z + self.view.cy).astype(int)
+        height, width = self.mine.shape
+        inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+        seen = self.view.depth_m[v, u]
+        is_behind = (seen > 0) & (seen < z - radius_m - HIDES_M) & ~self.mine[v, u]
+        return ~inside | is_behind
 
 
 def working_stride(camera: Camera, nearest_m: float) -> int:

@@ -40,7 +40,6 @@ Array = NDArray[np.float64]
 LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
 # Ours.
-HIDES_M = 0.05  # what is nearer by this hides
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
 STRETCHED = 0.998  # share of its length that a limb stretches to
 
@@ -413,22 +412,11 @@ class LimbSearch:
 
 
 def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
-    """Share of places along the limb that lie behind something that is not the user, or outside
-    of the image."""
-    view = evidence.view
+    """Share of places along the limb that are out of sight."""
     along = (np.arange(4) + 0.5)[:, None] / 4
     upper, lower = current * limb.lengths_m[:, None]
     places = limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
-    x, y, z = places.T
-    z = np.maximum(z, 0.1)
-    u = np.rint(view.fx * x / z + view.cx).astype(int)
-    v = np.rint(view.fy * y / z + view.cy).astype(int)
-    H, W = view.depth_m.shape
-    inside = (u >= 0) & (v >= 0) & (u < W) & (v < H)
-    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    seen = view.depth_m[v, u]
-    is_behind = (seen > 0) & (seen < z - limb.radii_m.max() - HIDES_M) & ~evidence.mine[v, u]
-    return float((~inside | is_behind).mean())
+    return float(evidence.out_of_sight(places, limb.radii_m.max()).mean())
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from topview.body.kinematics import Tree, place_part, rotations_in_camera, rotations_in_parent
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD, PART_NAMES, PARTS, UPPER_TORSO
 from topview.geometry.rotations import transform
 
 Array = NDArray[np.float64]
@@ -27,6 +27,14 @@ TREE: Tree = tuple(
 HINGE_BENDS = {
     part.parent: 1.0 if part.limits_rad[0][1] > 1.0 else -1.0 for part in PARTS if part.is_hinge
 }
+# The part on the other side of the body, or the part itself.
+OTHER_SIDE = tuple(
+    PART_NAMES.index(
+        name.replace("left", "right") if "left" in name else name.replace("right", "left")
+    )
+    for name in PART_NAMES
+)
+HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
 
@@ -59,6 +67,11 @@ class Pose:
         for part, parent in TREE[1:]:
             origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins
+
+    def turned_round(self) -> Pose:
+        """Front for back: the same volume, every part turned half round about its own axis, left
+        and right limbs exchanged."""
+        return Pose(self.neck_camera, self.Rs[list(OTHER_SIDE)] @ HALF_ROUND)
 
     def transforms(self, model: BodyModel) -> Array:
         """[11, 4, 4] `Ts_camera_part`."""
