@@ -73,28 +73,34 @@ def test_a_standing_person_is_named(
 
 
 def still(joints: np.ndarray, frames: int) -> tuple[np.ndarray, Tracks]:
-    """Markers [V, F, P, J, 2, 3] of joints [J, 3] that face the front camera, and their tracks."""
+    """Markers [V, F, P, J, 2, 3] of joints [J, 3] that face the front camera, each seen by the
+    camera before it, and their tracks."""
     outwards = np.zeros((frames, 1, len(NAMES), 3))
     outwards[..., 2] = -1.0
     places = np.tile(joints, (frames, 1, 1, 1))
     depths = np.full((1, len(NAMES)), 0.1)
     markers = np.stack([places + 0.05 * outwards, places - 0.05 * outwards], -2)
     spots = np.zeros((2, frames, 1, len(NAMES), 2), np.intp)
-    return np.stack([markers, markers]), Tracks(spots, places, outwards, depths)
+    points = np.stack([markers, markers])
+    points[0, ..., 1, :] = points[1, ..., 0, :] = np.nan
+    return points, Tracks(spots, places, outwards, depths)
 
 
 KNEE = INDEX["knee_l"]
+EYES = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 6.0]])
+"""Where the two cameras are."""
 
 
 @given(st.integers(2, 11), st.booleans())
 def test_one_side_and_short_gaps_give_the_same_joint(gap: int, front_left: bool) -> None:
+    """To 2 mm: the markers do not lie quite across the bone."""
     joints = standing(8.0).mean(1) * (1.7, -1.7, 1.7) + (0.0, 1.0, 3.0)
     points, tracks = still(joints, 40)
-    whole = joints_from_markers(points, tracks, 30.0).places_front
+    whole = joints_from_markers(points, EYES, tracks, 30.0).places_front
     points[:, 5:15, 0, KNEE, 0 if front_left else 1] = np.nan
     points[:, 20 : 20 + gap, 0, KNEE] = np.nan
-    result = joints_from_markers(points, tracks, 30.0)
-    np.testing.assert_allclose(result.places_front, whole, atol=1e-9)
+    result = joints_from_markers(points, EYES, tracks, 30.0)
+    np.testing.assert_allclose(result.places_front, whole, atol=2e-3)
     assert (result.seen[5:15, 0, KNEE] == Seen.ONE_SIDE).all()
     assert (result.seen[20 : 20 + gap, 0, KNEE] == Seen.INTERPOLATED).all()
 
@@ -102,7 +108,7 @@ def test_one_side_and_short_gaps_give_the_same_joint(gap: int, front_left: bool)
 def test_long_gaps_stay_open() -> None:
     points, tracks = still(standing(8.0).mean(1), 60)
     points[:, 10:40, 0, KNEE] = np.nan
-    result = joints_from_markers(points, tracks, 30.0)
+    result = joints_from_markers(points, EYES, tracks, 30.0)
     assert np.isnan(result.places_front[10:40, 0, KNEE]).all()
     assert (result.seen[10:40, 0, KNEE] == Seen.MISSING).all()
 

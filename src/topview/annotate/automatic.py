@@ -77,6 +77,16 @@ class Found:
         front, rear = self.blobs
         return [View(front, np.eye(4)), View(rear, self.extrinsics.T_front_rear)]
 
+    @property
+    def eyes_front(self) -> NDArray[np.float64]:
+        """[2, 3] where the cameras are, in the front camera's frame."""
+        return np.stack([np.zeros(3), self.extrinsics.T_front_rear[:3, 3]])
+
+    @property
+    def statures_m(self) -> NDArray[np.float64]:
+        """[P] of the people."""
+        return np.array([start.stature_m for start in self.starts])
+
 
 def find_markers(
     front: FolderRecording,
@@ -119,12 +129,11 @@ def find_markers(
     if wishes.board is not None:
         pairs = _pairs(front, rear, found.rear_frames)
         found = replace(found, extrinsics=board_extrinsics(pairs, wishes.board))
-    statures_m = [start.stature_m for start in starts]
     for k in range(ROUNDS):
         report("following the markers", k, ROUNDS)
         found = followed(found, fps)
         if wishes.board is None:
-            extrinsics = refined_extrinsics(found.views(), found.tracks, statures_m, floors)
+            extrinsics = refined_extrinsics(found.views(), found.tracks, found.statures_m, floors)
             found = replace(found, extrinsics=extrinsics)
         if wishes.offset_s is None:
             more = remaining_offset_frames(marker_points(found.views(), found.tracks.spots), fps)

@@ -176,9 +176,11 @@ def _spots(frame: Frame, mask: NDArray[np.bool_]) -> list[tuple[float, ...]]:
 
 
 def _depth(depth_m: NDArray[np.float32], inside: NDArray[np.bool_]) -> float:
-    """Median of the readings in a spot, or of the nearer ones around it; 0 where there is none.
+    """Mean of the readings in a spot, or of the nearer ones around it; 0 where there is none.
 
-    At outlines, part of a spot may show the depth of what is behind it: the nearer half counts.
+    At outlines, part of a spot may show the depth of what is behind it: the nearer half counts. Of
+    the rest what is near the median counts: over the curve of a ball, a sensor's coarse steps of
+    depth average out.
     """
     readings = depth_m[inside & (depth_m > 0.0)]
     if readings.size < 2:
@@ -187,8 +189,13 @@ def _depth(depth_m: NDArray[np.float32], inside: NDArray[np.bool_]) -> float:
         return 0.0
     if readings.max() - readings.min() > MIXED_M:
         readings = readings[readings < readings.min() + MIXED_M]
-    return float(np.median(readings))
+    median = np.sort(readings)[(readings.size - 1) // 2]
+    near = np.abs(readings - median) <= STEP_M
+    return float(readings[near].mean())
 
+
+STEP_M: Final = 0.04
+"""Height of a ball, and a Kinect's step of depth at 3 m (ours)."""
 
 BULGE: Final = 2.0 / 3.0
 """Mean height of a half ball over its base, in radii: markers are taken to be balls half sunk in

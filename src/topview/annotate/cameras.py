@@ -184,7 +184,7 @@ def _rigid(
 def refined_extrinsics(
     views: Sequence[View],
     tracks: Tracks,
-    statures_m: Sequence[float],
+    statures_m: NDArray[np.float64],
     floors: Sequence[FloorPlane | None] = (None, None),
 ) -> Extrinsics:
     """The rear camera's place and the people's depths at the joints that fit all markers seen.

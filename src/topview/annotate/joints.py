@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from topview.annotate.landmarks import INDEX, NAMES, PLACES
-from topview.annotate.tracks import NONE, Tracks, View, mean_of_views, turned
+from topview.annotate.landmarks import PLACES
+from topview.annotate.tracks import NONE, Tracks, View, mean_of_views
+from topview.annotate.twists import settle_limbs
 from topview.geometry.rotations import unit
 
 MOST_GAP_S: Final = 0.4
@@ -71,6 +72,7 @@ def marker_points(views: Sequence[View], spots: NDArray[np.intp]) -> NDArray[np.
 
 def joints_from_markers(
     points: NDArray[np.float64],
+    eyes: NDArray[np.float64],
     tracks: Tracks,
     fps: float,
     interpolations: Iterable[Interpolation] = (),
@@ -79,6 +81,7 @@ def joints_from_markers(
 
     Args:
         points: [V, F, P, J, 2, 3] markers in the front camera's frame, NaN where unseen.
+        eyes: [V, 3] where the cameras are in that frame.
         tracks: as followed; where only one marker is seen, they tell where the other one is.
         fps: frames per second.
         interpolations: where the user asked for it; whatever is seen there is not used.
@@ -91,17 +94,27 @@ def joints_from_markers(
         off = np.abs(length - typical) > SAME_GAP * typical
     gap[off] = np.nan  # then the tracked direction is better, with the middle kept
     depths_m = np.where(np.isnan(typical), tracks.depths_m, typical)
-    outwards = _outwards(gap, tracks)
-    ahead = (PLACES * depths_m)[..., None] * outwards
-    behind = ((1.0 - PLACES) * depths_m)[..., None] * outwards
+    outwards = np.where(np.isnan(gap), tracks.outwards_front, unit(gap))
+    ahead_m = PLACES * depths_m
     both = front + PLACES[:, None] * (back - front)
-    one = np.where(np.isnan(front), back + behind, front - ahead)
+    behind = (depths_m - ahead_m)[..., None] * outwards
+    one = np.where(np.isnan(front), back + behind, front - ahead_m[..., None] * outwards)
     places = np.where(np.isnan(both), one, both)
     seen = np.where(
         np.isnan(places[..., 0]),
         Seen.MISSING,
         np.where(np.isnan(both[..., 0]), Seen.ONE_SIDE, Seen.BOTH_SIDES),
     ).astype(np.uint8)
+    for p in range(places.shape[1]):
+        missing = seen[:, p] == Seen.MISSING
+        likely = np.where(np.isnan(places[:, p]), tracks.joints_front[:, p], places[:, p])
+        rests_on_two = seen[:, p] == Seen.BOTH_SIDES
+        settled, rests_on_two = settle_limbs(
+            points[:, :, p], eyes, likely, rests_on_two, depths_m[p], fps
+        )
+        places[:, p] = np.where(missing[..., None], np.nan, settled)
+        sides = np.where(rests_on_two, Seen.BOTH_SIDES, Seen.ONE_SIDE)
+        seen[:, p] = np.where(missing, Seen.MISSING, sides)
     asked = np.zeros(seen.shape, np.bool_)
     for wish in interpolations:
         asked[wish.first : wish.last + 1, wish.person, wish.joint] = True
@@ -117,61 +130,6 @@ def _median(values: NDArray[np.float64]) -> NDArray[np.float64]:
     result = np.full(values.shape[1:], np.nan)
     result[some] = np.nanmedian(values[:, some], axis=0)
     return result
-
-
-def _outwards(gap: NDArray[np.float64], tracks: Tracks) -> NDArray[np.float64]:
-    """[F, P, J, 3] units to the front marker: measured where both markers are seen, elsewhere
-    turned with trunk and limbs from the nearest such frames before and after, weighed by time."""
-    F, _, J = gap.shape[:3]
-    measured = ~np.isnan(gap[..., 0])
-    outwards = tracks.outwards_front.copy()
-    outwards[measured] = unit(gap[measured])
-    before = np.maximum.accumulate(np.where(measured, np.arange(F)[:, None, None], -1), axis=0)
-    later = np.where(measured, np.arange(F)[:, None, None], F)
-    after = np.minimum.accumulate(later[::-1], axis=0)[::-1]
-    result = outwards.copy()
-    for f, p in np.argwhere(~measured.all(-1)):
-        total = np.zeros((J, 3))
-        for source, weight_of in ((before[f, p], 1.0), (after[f, p], 1.0)):
-            for g in np.unique(source[~measured[f, p]]):
-                if not 0 <= g < F:
-                    continue
-                own = (source == g) & ~measured[f, p]
-                carried = turned(
-                    outwards[g, p], tracks.joints_front[g, p], tracks.joints_front[f, p]
-                )
-                total[own] += weight_of / abs(int(f) - int(g)) * carried[own]
-        known = np.linalg.norm(total, axis=-1) > 0.0
-        result[f, p][known] = unit(total[known])
-        bent, share = fronts_of_bent_limbs(tracks.joints_front[f, p])
-        blend = unit((1.0 - share) * result[f, p] + share * bent)
-        result[f, p] = np.where(measured[f, p, :, None], result[f, p], blend)
-    return result
-
-
-def fronts_of_bent_limbs(
-    joints: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """[J, 3] units to the front of limb parts and [J, 1] how far they can be trusted: forearms bend
-    to the front, shins to the back, so that a bent limb shows how it is twisted (ours)."""
-    fronts, shares = np.zeros((len(NAMES), 3)), np.zeros((len(NAMES), 1))
-    for names, sign in ((ARM, 1.0), (LEG, -1.0)):
-        for side in ("_l", "_r"):
-            top, hinge, end = (INDEX[name + side] for name in names)
-            upper, lower = unit(joints[hinge] - joints[top]), unit(joints[end] - joints[hinge])
-            cosine = float(upper @ lower)
-            bend = np.sqrt(max(1.0 - cosine**2, 0.0))
-            share = float(np.clip((bend - STRAIGHT) / (BENT - STRAIGHT), 0.0, 1.0))
-            fronts[top] = sign * unit(lower - cosine * upper)
-            fronts[[hinge, end]] = -sign * unit(upper - cosine * lower)
-            shares[[top, hinge, end]] = share
-    return fronts, shares
-
-
-ARM: Final = ("shoulder", "elbow", "hand")
-LEG: Final = ("hip", "knee", "ankle")
-STRAIGHT, BENT = 0.35, 0.75
-"""Sines of the angles at which a limb begins to show its twist, and shows it well (ours)."""
 
 
 def _close_gaps(

@@ -34,8 +34,8 @@ class Landmark:
         height: above the floor.
         aside: to the person's left.
         depth: from the front marker to the back marker.
-        place: of the joint between the front marker (0) and the back one (1): the spine lies
-            behind the middle of the trunk.
+        place: of the joint between the front marker (0) and the back one (1), the mean of the
+            simulator's bodies: the spine lies behind the middle of the trunk.
     """
 
     name: str
@@ -48,21 +48,21 @@ class Landmark:
 
 
 LANDMARKS: Final[tuple[Landmark, ...]] = (
-    Landmark("pelvis", -1, -1, 0.530, 0.0, 0.147),
-    Landmark("torso", 0, -1, 0.630, 0.0, 0.142, 0.6),
+    Landmark("pelvis", -1, -1, 0.530, 0.0, 0.147, 0.53),
+    Landmark("torso", 0, -1, 0.630, 0.0, 0.142, 0.62),
     Landmark("neck", 1, -1, 0.850, 0.0, 0.085),
     Landmark("head", 2, -1, 0.935, 0.0, 0.120),
     Landmark("shoulder_l", 2, 5, 0.818, 0.105, 0.085),
     Landmark("elbow_l", 4, 6, 0.632, 0.105, 0.060),
-    Landmark("hand_l", 5, 5, 0.456, 0.105, 0.050),
+    Landmark("hand_l", 5, 5, 0.456, 0.105, 0.050, 0.53),
     Landmark("shoulder_r", 2, 8, 0.818, -0.105, 0.085),
     Landmark("elbow_r", 7, 9, 0.632, -0.105, 0.060),
-    Landmark("hand_r", 8, 8, 0.456, -0.105, 0.050),
-    Landmark("hip_l", 0, -1, 0.530, 0.051, 0.140),
-    Landmark("knee_l", 10, 12, 0.285, 0.051, 0.085),
+    Landmark("hand_r", 8, 8, 0.456, -0.105, 0.050, 0.53),
+    Landmark("hip_l", 0, -1, 0.530, 0.051, 0.140, 0.52),
+    Landmark("knee_l", 10, 12, 0.285, 0.051, 0.085, 0.53),
     Landmark("ankle_l", 11, 11, 0.039, 0.051, 0.066),
-    Landmark("hip_r", 0, -1, 0.530, -0.051, 0.140),
-    Landmark("knee_r", 13, 15, 0.285, -0.051, 0.085),
+    Landmark("hip_r", 0, -1, 0.530, -0.051, 0.140, 0.52),
+    Landmark("knee_r", 13, 15, 0.285, -0.051, 0.085, 0.53),
     Landmark("ankle_r", 14, 14, 0.039, -0.051, 0.066),
 )
 

@@ -154,9 +154,8 @@ class Session:
             self._idle()
             found, joints = self._result()
             fps = self.recordings[0].fps
-            statures_m = np.array([start.stature_m for start in found.starts])
             arrays = truth_arrays(
-                joints, statures_m, found.extrinsics.T_front_rear, found.offset_frames / fps
+                joints, found.statures_m, found.extrinsics.T_front_rear, found.offset_frames / fps
             )
             if not arrays["present"].any():
                 raise InputError(
@@ -282,7 +281,8 @@ class Session:
                 pixels[at], points[at] = self._placed(change)
                 wishes = [wish for wish in wishes if not _covers(wish, change)]
         self._points, self._pixels = points, pixels
-        self.joints = joints_from_markers(points, found.tracks, self.recordings[0].fps, wishes)
+        fps = self.recordings[0].fps
+        self.joints = joints_from_markers(points, found.eyes_front, found.tracks, fps, wishes)
 
     def _placed(self, change: Change) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """[2] pixel and [3] place in the front camera's frame of a marker that was placed.

@@ -338,13 +338,14 @@ def turned(
 
 
 def trunk_axes(joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[3, 3] the trunk's left, up and front as columns, of [J, 3] joints."""
+    """[..., 3, 3] the trunk's left, up and front as columns, of [..., J, 3] joints."""
     left = sum(
-        joints[INDEX[f"{name}_l"]] - joints[INDEX[f"{name}_r"]] for name in ("shoulder", "hip")
+        joints[..., INDEX[f"{name}_l"], :] - joints[..., INDEX[f"{name}_r"], :]
+        for name in ("shoulder", "hip")
     )
-    up = unit(joints[INDEX["neck"]] - joints[INDEX["pelvis"]])
-    left = unit(left - (left @ up) * up)
-    return np.stack([left, up, np.cross(left, up)], 1)
+    up = unit(joints[..., INDEX["neck"], :] - joints[..., INDEX["pelvis"], :])
+    left = unit(left - (left * up).sum(-1, keepdims=True) * up)
+    return np.stack([left, up, np.cross(left, up)], -1)
 
 
 def smallest_turn(
