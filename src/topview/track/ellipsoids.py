@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 
-from topview.body.model import BodyModel
-from topview.body.parts import LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORSO
+from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.parts import HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.people.height import PRIOR_HEIGHT_M
@@ -31,7 +31,7 @@ from topview.track.stances import facing
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.upper_body.arms import Arm
 from topview.track.upper_body.pixels import UserPixels
-from topview.track.upper_body.torso import Size, Torso
+from topview.track.upper_body.torso import Torso
 from topview.track.upper_body.tracker import UpperBodyPose, assemble
 
 Array = NDArray[np.float64]
@@ -100,6 +100,33 @@ def contour_curvature(mask: NDArray[np.bool_], smoothing_px: float) -> tuple[Arr
     length = np.maximum(np.linalg.norm(step, axis=1), 1e-6)
     curvature = (step[:, 0] * bend[:, 1] - step[:, 1] * bend[:, 0]) / length**3
     return place, np.stack([-step[:, 1], step[:, 0]], axis=1) / length[:, None], curvature
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Size:
+    """Somebody's torso, whose semi-axes end at the shoulder joints and at the chest.
+
+    Attributes:
+        length_m: neck joint to hips.
+        radii_m: [2] along x and z.
+        to_neck_m: from the head's centre to the neck joint.
+        shoulder_drop_m: from the neck joint down to the height of the shoulder joints.
+    """
+
+    length_m: float
+    radii_m: Array
+    to_neck_m: float
+    shoulder_drop_m: float
+
+    @classmethod
+    def of(cls, model: BodyModel) -> Size:
+        left, right = model.joints_parent[LEFT_UPPER_ARM], model.joints_parent[RIGHT_UPPER_ARM]
+        return cls(
+            float(model.lengths_m[1:3].sum()),
+            np.array([(right[0] - left[0]) / 2, model.radii_m[UPPER_TORSO, 1]]),
+            float((1.0 - HEAD_CENTRE) * model.lengths_m[HEAD]),
+            float(right[1]),
+        )
 
 
 class EllipsoidTracker:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from topview.body.parts import (
     RIGHT_UPPER_ARM,
     UPPER_TORSO,
 )
-from topview.body.proportions import ANATOMICAL
+from topview.body.proportions import ANATOMICAL, THESIS
 from topview.filter.particles import generator
 from topview.geometry.rotations import transform, unit
 from topview.kernels.limbs import judge_limbs
@@ -27,11 +27,14 @@ from topview.timing import StageClock
 from topview.track.evidence import Evidence
 from topview.track.pose import HINGE_BENDS
 from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
-from topview.track.upper_body.facing import Facing
+from topview.track.upper_body.facing import facing_log_likelihood
 from topview.track.upper_body.pixels import UserPixels
 from topview.track.upper_body.torso import Torso, TorsoFilter, TorsoSettings
 
 Array = NDArray[np.float64]
+
+# The arms are those of Table 3.1: from the joint's centre to the palm's.
+PROPORTIONS = replace(ANATOMICAL, upper_arm=THESIS.upper_arm, forearm=THESIS.forearm)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +63,8 @@ class UpperBodyTracker:
         self.person = person
         self.seed = seed
         self.settings = settings
-        self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
+        self.model = BodyModel.of(PRIOR_HEIGHT_M, PROPORTIONS)
         self._torso = TorsoFilter(settings.torso, threads)
-        self._facing = Facing()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
@@ -73,17 +75,16 @@ class UpperBodyTracker:
     ) -> UpperBodyPose:
         """The pose in the next frame; `stature_m` is None while nobody could measure it."""
         if stature_m is not None:
-            self.model = BodyModel.of(stature_m, ANATOMICAL)
+            self.model = BodyModel.of(stature_m, PROPORTIONS)
         with clock.stage("torso"):
-            rng = generator(self.seed, self.person, UPPER_TORSO, frame)
-            torso = self._torso.update(self.model, evidence, rng)
+            self._torso.turning.heed(facing_log_likelihood(evidence))
+            last = self._torso.torso
+            torso = self._torso.update(self.model, evidence)
+        if last is not None and _is_reversed(torso, last):
+            self._arms[0].swap(self._arms[1])
         with clock.stage("arms"):
             arms = self._update_arms(torso, evidence, frame)
-        pose = assemble(self.model, torso, arms, evidence)
-        if self._facing.is_reversed(torso, arms, evidence.up_camera):
-            self._torso.turn_round()
-            self._arms[0].swap(self._arms[1])
-        return pose
+        return assemble(self.model, torso, arms, evidence)
 
     def _update_arms(self, torso: Torso, evidence: Evidence, frame: int) -> list[Arm]:
         """Both arms, first the one that was found better in the last frame."""
@@ -104,6 +105,11 @@ class UpperBodyTracker:
         joints = arm.shoulder_torso + np.concatenate([np.zeros((1, 3)), steps.cumsum(0)])
         joints_camera = torso.neck_camera + joints @ torso.R_camera_torso.T
         pixels.take(arm_filter.upper, joints_camera, self.model.radii_m[parts, 0])
+
+
+def _is_reversed(torso: Torso, last: Torso) -> bool:
+    """Whether front and back have changed places."""
+    return float(torso.R_camera_torso[:, 0] @ last.R_camera_torso[:, 0]) < 0.0
 
 
 def assemble(
