@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from detect_scenes import SHIRT_RGB, Disc, frame_of, view_of
 
-from topview.detect.background import BackgroundMixtures, LampWatch
+from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom
 
 PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
 FAR_PERSON: Disc = (80.0, 60.0, 20.0, 2.85, SHIRT_RGB)
@@ -138,3 +138,32 @@ def test_lessons_are_eight_a_second_at_any_rate_of_frames() -> None:
             lessons += room.is_lesson_due(view)
             room.learn(view, NOBODY)
         assert 30 <= lessons <= 36
+
+
+def test_furniture_is_room_and_who_moves_is_not() -> None:
+    chair: Disc = (40.0, 80.0, 15.0, 2.5, SHIRT_RGB)
+    room = StillRoom()
+    for index in range(60):
+        walker: Disc = (50.0 + index, 60.0, 10.0, 2.0, SHIRT_RGB)
+        view = view_of(frame_of([chair, walker], index=index))
+        is_seen = room.is_seen_in(view)
+        room.learn(view, NOBODY)
+        if index > 25:  # away from where the first frame, that tells all, showed it
+            assert not is_seen[is_person(walker)].any()
+            assert is_seen[~is_person(walker)].mean() > 0.98
+
+
+def test_what_keeps_still_becomes_room_unless_it_is_somebody() -> None:
+    for mask, becomes_room in ((NOBODY, True), (is_person(PERSON), False)):
+        room = StillRoom()
+        room.learn(view_of(frame_of()), NOBODY)
+        for index in range(1, 40):
+            view = view_of(frame_of([PERSON], index=index, fps=10.0))
+            if index < 15:
+                assert not room.is_seen_in(view)[is_person(PERSON)].any()
+            room.learn(view, mask)
+        still = view_of(frame_of([PERSON], index=40, fps=10.0))
+        share = room.is_seen_in(still)[is_person(PERSON)].mean()
+        assert share > 0.95 if becomes_room else share == 0.0
+        gone = room.is_seen_in(view_of(frame_of(index=41, fps=10.0)))
+        assert gone.mean() > 0.99

@@ -47,6 +47,7 @@ class BackgroundSettings:
             the light has changed, not that somebody came.
         lamp_memory_s: how long the new light takes to be learnt.
         lamp_coarseness: pixels of the small image per mixture of a `LampWatch`, in both directions.
+        still_s: how long the depth of a place must stay for a `StillRoom`.
     """
 
     memory_s: float = 20.0
@@ -56,6 +57,7 @@ class BackgroundSettings:
     lamp_share: float = 0.5
     lamp_memory_s: float = 0.5
     lamp_coarseness: int = 4
+    still_s: float = 2.0
 
 
 class Lessons:
@@ -182,6 +184,50 @@ class LampWatch:
         elapsed_s, settings = self._lessons.start(view), self.settings
         memory_s = settings.lamp_memory_s if self.light_changed else settings.memory_s
         self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
+
+
+class StillRoom:
+    """The room by its stillness in depth alone: what is no candidate, though it is taken for one.
+
+    What has kept still is the room, and so is all that is behind it, until something else has kept
+    still there.
+    """
+
+    def __init__(self, settings: BackgroundSettings | None = None) -> None:
+        self.settings = settings or BackgroundSettings()
+        self._nearest_m = np.empty((0, 0), np.float32)
+        self._last_m = np.empty((0, 0), np.float32)
+        self._still_s = np.empty((0, 0), np.float32)
+        self._learnt_s = 0.0
+
+    def is_seen_in(self, view: ColorView) -> Mask:
+        """[h, w] where the depth is the room's, or further away, or there is no reading: beside
+        people lies the sensor's shadow on the room."""
+        if self._nearest_m.shape != view.depth_m.shape:
+            return np.zeros(view.depth_m.shape, np.bool_)
+        return (view.depth_m > self._nearest_m) | (view.depth_m == 0.0)
+
+    def learn(self, view: ColorView, is_somebodys: Mask) -> None:
+        """Learn a frame where it is nobody's ([h, w]); the first one tells all."""
+        depth_m, settings = view.depth_m, self.settings
+        if self._nearest_m.shape != depth_m.shape:
+            self._nearest_m = np.full(depth_m.shape, np.inf, np.float32)
+            self._last_m = depth_m.copy()
+            self._still_s = np.full(depth_m.shape, settings.still_s, np.float32)
+        elapsed_s = np.float32(view.frame.timestamp_s - self._learnt_s)
+        self._learnt_s = view.frame.timestamp_s
+        is_free = ~is_somebodys & (depth_m > 0.0)
+        margin_m = self._margin_m(depth_m)
+        stays = np.abs(depth_m - self._last_m) < margin_m
+        np.copyto(self._still_s, (self._still_s + elapsed_s) * stays, where=is_free)
+        np.copyto(self._last_m, depth_m, where=is_free)
+        is_still = is_free & (self._still_s >= settings.still_s)
+        np.copyto(self._nearest_m, depth_m - margin_m, where=is_still)
+
+    def _margin_m(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
+        """[h, w] by how much the depth of something still may change."""
+        noise = np.float32(self.settings.distance * NOISE_PER_SQUARE_M)
+        return np.float32(self.settings.nearer_m) + noise * depth_m * depth_m
 
 
 def inverse_depth(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -10,7 +10,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.background import BackgroundMixtures, BackgroundSettings, LampWatch
+from topview.detect.background import (
+    BackgroundMixtures,
+    BackgroundSettings,
+    LampWatch,
+    StillRoom,
+)
 from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.blobs import Blob, BlobSettings, BlobTracker
 from topview.detect.ellipses import Ellipse
@@ -122,7 +127,7 @@ class FacesAndHands:
 
     `update` looks at a frame; `learn_room` is told, once people are found in it, where they are.
     Without that nothing is ever background, and skin is sought in the whole image. Where somebody
-    else knows the background, and gives the candidates, only the lamps are watched.
+    else gives candidates, the room is what keeps still among them, and lamps are watched.
     """
 
     def __init__(
@@ -134,6 +139,7 @@ class FacesAndHands:
         self.settings = settings or FacesAndHandsSettings()
         self._mixtures = BackgroundMixtures(self.settings.background)
         self._lamps = LampWatch(self.settings.background)
+        self._still = StillRoom(self.settings.background)
         self._room: BackgroundMixtures | LampWatch = self._mixtures
         self._skin = SkinColor(histograms, self.settings.skin)
         self._tables = tables or BeliefTables.load()
@@ -164,7 +170,8 @@ class FacesAndHands:
         if is_candidate is None:
             self._room, where = self._mixtures, self._mixtures.foreground(view)
         else:
-            self._room, where = self._lamps, view.small(is_candidate)
+            self._room = self._lamps
+            where = view.small(is_candidate) & ~self._still.is_seen_in(view)
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings.skin)
         blobs = self._tracker.update(view, regions)
@@ -185,7 +192,10 @@ class FacesAndHands:
         """Learn the room from the frame that was looked at last, where it is nobody's ([H, W], or
         of the size of the masks); does nothing unless `learns_room`."""
         if self._view is not None and self.learns_room:
-            self._room.learn(self._view, self._view.small(is_somebodys))
+            is_somebodys = self._view.small(is_somebodys)
+            if self._room is self._lamps:
+                self._still.learn(self._view, is_somebodys)
+            self._room.learn(self._view, is_somebodys)
 
     @property
     def learns_room(self) -> bool:
