@@ -53,12 +53,12 @@ def cases(context: Context) -> list[Case]:
             Case("four_users", seed, 20, people=6),
             Case("crossing", seed, 20, conditions=SPECIAL[-1]),
         ]
-    plain = [Case(scene, seed, 300) for scene in ONE_PERSON]
-    plain += [Case(scene, seed + k, 360) for scene in SEVERAL for k in range(2)]
-    plain += [Case(scene, seed + 2, 300, people=people) for scene, people in CROWDS]
-    plain += [Case("four_users", seed + 3, 300, start_s=38.5)]
+    plain = [Case(scene, seed, 150) for scene in ONE_PERSON]
+    plain += [Case(scene, seed + 1, 300) for scene in SEVERAL]
+    plain += [Case(scene, seed + 2, 150, people=people) for scene, people in CROWDS]
+    plain += [Case("four_users", seed + 3, 210, start_s=38.5)]
     special = [
-        Case("enter_and_leave", seed + 4, 210, conditions=conditions) for conditions in SPECIAL
+        Case("enter_and_leave", seed + 4, 150, conditions=conditions) for conditions in SPECIAL
     ]
     return plain + special
 
