@@ -102,3 +102,17 @@ def test_limbs_out_of_view_stay_with_the_trunk(seen: SimulatedFrame) -> None:
         assert np.isfinite(person.joints_camera).all()
         ankle = person.joints_camera[JOINT_NAMES.index("left_ankle")]
         assert ankle[1] > person.joints_camera[JOINT_NAMES.index("pelvis"), 1]
+
+
+def test_left_and_right_are_not_at_the_same_place() -> None:
+    """Seen from the side, one arm hides the other; both must not be found in the one that shows."""
+    scene = scene_by_name("walk", seed=2952, frames=3)
+    tracker = Tracker(TrackerSettings(method="forest"))
+    people = [tracker.update(frame) for frame in SimulatedRecording(scene)][-1]
+    for person in people:
+        for joint in ("shoulder", "elbow", "knee", "ankle"):
+            left, right = (
+                person.joints_camera[JOINT_NAMES.index(f"{side}_{joint}")]
+                for side in ("left", "right")
+            )
+            assert np.linalg.norm(left - right) > 0.05, joint

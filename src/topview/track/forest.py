@@ -2,8 +2,9 @@
 
 After J. Shotton et al., CVPR 2011, whose system ends with the proposals (`topview.detect.forest`).
 Here (ours) the best proposal of each joint pulls a body of the person's size: the trunk as one
-rigid piece, then head and limbs along what was proposed of them. What nothing was proposed of stays
-as it was, relative to the trunk; apart from that, nothing is remembered.
+rigid piece, then head and limbs along what was proposed of them. Left and right cannot be at the
+same place: the more trusted one has it. What nothing was proposed of stays as it was, relative to
+the trunk; apart from that, nothing is remembered.
 """
 
 from __future__ import annotations
@@ -45,6 +46,12 @@ _TRUNK = [
     )
 ]  # fmt: skip
 _HEAD = JOINT_NAMES.index("head")
+# For each joint the one of the other side; itself in the middle.
+_SIDES = {"left": "right", "right": "left"}
+_OTHER_SIDE = [
+    JOINT_NAMES.index("_".join(_SIDES.get(word, word) for word in name.split("_")))
+    for name in JOINT_NAMES
+]
 # The upper part of each limb, and the joints at the ends of both of its parts.
 _LIMBS = tuple(
     (upper, [j for j, joint in enumerate(JOINTS) if joint.part in (upper, upper + 1)][1:])
@@ -60,12 +67,14 @@ class ForestSettings:
         proposals: how joints are proposed.
         least_pixels: of a person, who else stays as last seen.
         least_confidence: of a proposal that is heeded.
+        apart_m: a joint and the one of the other side are farther apart than this.
         memory: weight of where a joint of the trunk was, against a proposal's confidence.
     """
 
     proposals: ProposalSettings = field(default_factory=ProposalSettings)
     least_pixels: int = 100
     least_confidence: float = 0.5
+    apart_m: float = 0.1
     memory: float = 0.03
 
 
@@ -96,15 +105,16 @@ class ForestTracker:
         return self._pose
 
     def _proposed(self, evidence: Evidence) -> tuple[Array, Array]:
-        """[16, 3] and [16] the best proposal of each joint and its confidence, NaN and 0 for none.
-        The head, where it is measured, is known better."""
+        """[16, 3] and [16] a place for each joint and its confidence, NaN and 0 for none: the most
+        trusted candidates first; what is taken by the other side's joint is taken."""
+        s, view = self.settings, evidence.view
         places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
-        view = evidence.view
-        for candidate in propose_joints(
-            view.depth_m, evidence.mine, view, self._forest, self.settings.proposals
-        ):
+        found = propose_joints(view.depth_m, evidence.mine, view, self._forest, s.proposals)
+        for candidate in sorted(found, key=lambda c: -c.confidence):
             j = JOINT_NAMES.index(candidate.joint)
-            if candidate.confidence > max(confidence[j], self.settings.least_confidence):
+            other = places[_OTHER_SIDE[j]]
+            is_taken = np.linalg.norm(other - candidate.place_camera) < s.apart_m
+            if candidate.confidence > s.least_confidence and not confidence[j] and not is_taken:
                 places[j], confidence[j] = candidate.place_camera, candidate.confidence
         return places, confidence
 
