@@ -80,6 +80,11 @@ class SkinHeads:
         with self._clock.stage("colours"):
             return self._cascade.look_round(frame, heads_camera)
 
+    @property
+    def learns_room(self) -> bool:
+        """Whether it is time for `learn_room`."""
+        return self._faces_and_hands.learns_room
+
     def learn_room(self, is_somebodys: Mask) -> None:
         """Learn what the room's colours are, from the frame that was looked at last."""
         with self._clock.stage("colours"):

@@ -446,7 +446,7 @@ class PeopleFinder:
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""
-        if not isinstance(self._detector, SkinHeads):
+        if not isinstance(self._detector, SkinHeads) or not self._detector.learns_room:
             return
         is_somebodys = np.zeros(scene.cloud.frame.depth_m.shape, np.bool_)
         for user in users:
