@@ -257,7 +257,7 @@ def refined_extrinsics(
     spreads = np.repeat([GIRTH_SPREAD, DEPTH_SPREAD, SIDE_SPREAD], [P, P * J, P * J])
     alike = (len(p) / (P * J)) ** 0.5
     solution = least_squares(
-        residuals, np.zeros(6 + P + 2 * P * J), loss="soft_l1", f_scale=RESIDUAL_M, max_nfev=12
+        residuals, np.zeros(6 + P + 2 * P * J), loss="soft_l1", f_scale=RESIDUAL_M, max_nfev=60
     )
     T, x = pose(solution.x), solution.x
     off = residuals(x)[: 3 * len(p)].reshape(-1, 3)
