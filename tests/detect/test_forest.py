@@ -182,8 +182,8 @@ def rewritten(data: bytes, path: Path, **changed: object) -> Path:
 @pytest.mark.parametrize(
     ("changed", "complaint"),
     [
-        ({"version": 0}, "version 0.*must be of version 1.*train-forest"),
-        ({"classes": np.array(["tail"])}, "train-forest"),
+        ({"version": 0}, "version 0, not 1; it must be written by `topview train-forest`, again"),
+        ({"classes": np.array(["tail"])}, "other body parts.*train-forest"),
         ({"version": "x"}, "holds no forest"),
         ({"roots": np.array([10**6])}, "whole file"),
         ({"children": np.zeros(5, np.int32)}, "whole file"),

@@ -129,11 +129,11 @@ class Forest:
         right = "it must be written by `topview train-forest`"
         try:
             with np.load(path, allow_pickle=False) as file:
-                if int(file["version"]) != VERSION or tuple(file["classes"]) != CLASSES:
-                    raise InputError(
-                        f"is of version {int(file['version'])}; it must be of version {VERSION}: "
-                        "run `topview train-forest` again"
-                    )
+                version = int(file["version"])
+                if version != VERSION:
+                    raise InputError(f"is of version {version}, not {VERSION}; {right}, again")
+                if tuple(file["classes"]) != CLASSES:
+                    raise InputError(f"tells other body parts apart; {right}, again")
                 trees = Trees(
                     file["offsets_mm"].astype(np.float32) / np.float32(1000.0),
                     kernel.threshold_m(file["bins"]),
