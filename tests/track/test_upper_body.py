@@ -30,8 +30,9 @@ from topview.track.areas import UserAreas
 from topview.track.evidence import Evidence
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.upper_body.arms import ArmFilter, ArmSettings
 from topview.track.upper_body.ellipses import EllipseSettings, fit_ellipses
-from topview.track.upper_body.facing import facing_log_likelihood
+from topview.track.upper_body.facing import Facing
 from topview.track.upper_body.torso import TorsoSettings, views_around
 from topview.track.upper_body.tracker import PROPORTIONS
 from topview.track.upper_body.turning import (
@@ -144,11 +145,40 @@ def test_other_evidence_turns_somebody_round():
 
 def test_a_face_tells_the_front():
     seen = evidence_of(standing_pose())
-    assert not facing_log_likelihood(seen).any()
-    towards = facing_log_likelihood(replace(seen, face_share=1.0))
-    away = facing_log_likelihood(replace(seen, face_share=0.0))
+    assert not Facing().log_likelihood(seen).any()
+    towards = Facing().log_likelihood(replace(seen, face_share=1.0))
+    away = Facing().log_likelihood(replace(seen, face_share=0.0))
     np.testing.assert_allclose(towards, -away)
     assert abs(TURNS_RAD[np.argmax(towards)]) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("speed_m", "turn"), [((0.05, 0.0, 0.0), -np.pi / 2), ((0, 0, 0.05), np.pi)]
+)
+def test_people_walk_to_their_front(speed_m, turn):
+    walking, seen = Facing(), evidence_of(standing_pose())
+    told = [
+        walking.log_likelihood(replace(seen, head_camera=seen.head_camera + k * np.array(speed_m)))
+        for k in range(15)
+    ]
+    assert not told[0].any()
+    assert np.cos(TURNS_RAD[np.argmax(told[-1])] - turn) > 0.99
+
+
+@given(directions, directions)
+def test_a_leaning_head_is_no_walk(start, end):
+    nodding, seen = Facing(), evidence_of(standing_pose())
+    for place in (start, end):
+        moved = seen.head_camera + 0.15 * unit(np.array(place))
+        assert not nodding.log_likelihood(replace(seen, head_camera=moved)).any()
+
+
+def test_hands_that_are_the_other_ones_count_less():
+    left, right = (ArmFilter(u, side, ArmSettings()) for u, side in
+                   ((LEFT_UPPER_ARM, -1.0), (RIGHT_UPPER_ARM, 1.0)))  # fmt: skip
+    hand = HandCandidate(np.zeros(3), 0.8, left_share=0.75)
+    assert left._confidence(hand) == pytest.approx(0.6)
+    assert right._confidence(hand) == pytest.approx(0.2)
 
 
 @given(directions, directions)

@@ -11,6 +11,7 @@ from topview.body.model import BodyModel
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import arms as kernel
+from topview.people.users import HandCandidate
 from topview.track.evidence import Evidence
 from topview.track.limbs import elbows_on_circle, spread_points
 from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
@@ -33,6 +34,7 @@ class ArmSettings:
         pairs, turns: of shoulder and palm, drawn in each round, and elbows on each one's circle.
         extremities: points that may be palms where no colour tells.
         extremity_confidence: as of a hand candidate.
+        least_confidence: of a hand on this side.
         palm_sigma_m: standard deviation of a palm whose confidence is 1; it is inverse to that.
         shoulder_weight: of a shoulder's squared distance from where the torso has it, in its
             standard deviations, which are the radius of the upper arm.
@@ -56,6 +58,7 @@ class ArmSettings:
     turns: int = 6
     extremities: int = 8
     extremity_confidence: float = 0.5
+    least_confidence: float = 0.1
     palm_sigma_m: float = 0.015
     shoulder_weight: float = 0.02
     cap_m: float = 0.1
@@ -163,15 +166,18 @@ class ArmFilter:
         s = self.settings
         ends = spread_points(look.likely_points, look.shoulder_camera, s.extremities)
         hands = [
-            hand
+            (hand.palm_camera, self._confidence(hand))
             for hand in look.evidence.hands
-            if look.is_in_reach(hand.palm_camera) and hand.confidence > 0.0
+            if look.is_in_reach(hand.palm_camera) and self._confidence(hand) > s.least_confidence
         ]
-        places = np.concatenate([ends, *(hand.palm_camera[None] for hand in hands)])
-        confidence = np.array(
-            [s.extremity_confidence] * len(ends) + [hand.confidence for hand in hands]
-        )
+        places = np.concatenate([ends, *(palm_camera[None] for palm_camera, _ in hands)])
+        confidence = np.array([s.extremity_confidence] * len(ends) + [c for _, c in hands])
         return places + unit(places) * look.radii_m[1], s.palm_sigma_m / confidence
+
+    def _confidence(self, hand: HandCandidate) -> float:
+        """That it is a hand, and on this side."""
+        share = hand.left_share if self.side < 0.0 else 1.0 - hand.left_share
+        return hand.confidence * share
 
     def _jittered(
         self, around: _Hypotheses, width: float, look: _Look, rng: np.random.Generator

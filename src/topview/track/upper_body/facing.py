@@ -1,6 +1,8 @@
-"""What else than its points tells where a torso faces: a face that looks at the camera (ours)."""
+"""What else than its points tells where a torso faces: walking, and a face in view (ours)."""
 
 from __future__ import annotations
+
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +14,33 @@ from topview.track.upper_body.turning import TURNS_RAD
 
 Array = NDArray[np.float64]
 
-FACE_WEIGHT = 0.05  # ours, of one frame: in a logarithm, times the cosine from front to camera
+# Ours. Logarithms, from one frame, times the cosine between a direction and the front.
+FACE_WEIGHT = 0.05  # of the direction to the camera, for a face that is seen to look there
+WALK_WEIGHT = 0.1  # of the way of somebody who walks
+WALK_FRAMES, WALK_M = 15, 0.35  # somebody whose head gets so far in so many frames walks
 
 
-def facing_log_likelihood(evidence: Evidence) -> Array:
-    """[N_TURNS] for `TURNS_RAD`, 0 where no colours tell."""
-    if evidence.face_share is None:
-        return np.zeros(len(TURNS_RAD))
-    to_camera = -unit(evidence.head_camera)
-    x, _, z = facing(0.0, evidence.up_camera).T @ to_camera
-    weight = FACE_WEIGHT * (2.0 * evidence.face_share - 1.0)
-    return weight * (x * np.sin(TURNS_RAD) + z * np.cos(TURNS_RAD))
+class Facing:
+    """Where somebody is likely to face: people walk to their front."""
+
+    def __init__(self) -> None:
+        self._heads_camera: deque[Array] = deque(maxlen=WALK_FRAMES)
+
+    def log_likelihood(self, evidence: Evidence) -> Array:
+        """[N_TURNS] for `TURNS_RAD`, 0 where nothing tells."""
+        front_camera = WALK_WEIGHT * self._way(evidence)
+        if evidence.face_share is not None:
+            to_camera = -unit(evidence.head_camera)
+            front_camera += FACE_WEIGHT * (2.0 * evidence.face_share - 1.0) * to_camera
+        x, _, z = facing(0.0, evidence.up_camera).T @ front_camera
+        return x * np.sin(TURNS_RAD) + z * np.cos(TURNS_RAD)
+
+    def _way(self, evidence: Evidence) -> Array:
+        """[3] where somebody walks to; zeros for those who stand, or are not seen."""
+        if not evidence.head_is_seen:
+            self._heads_camera.clear()
+            return np.zeros(3)
+        self._heads_camera.append(evidence.head_camera)
+        way = evidence.head_camera - self._heads_camera[0]
+        way = way - evidence.up_camera * (way @ evidence.up_camera)
+        return unit(way) if np.linalg.norm(way) > WALK_M else np.zeros(3)

@@ -27,7 +27,7 @@ from topview.timing import StageClock
 from topview.track.evidence import Evidence
 from topview.track.pose import HINGE_BENDS
 from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
-from topview.track.upper_body.facing import facing_log_likelihood
+from topview.track.upper_body.facing import Facing
 from topview.track.upper_body.pixels import UserPixels
 from topview.track.upper_body.torso import Torso, TorsoFilter, TorsoSettings
 
@@ -65,6 +65,7 @@ class UpperBodyTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, PROPORTIONS)
         self._torso = TorsoFilter(settings.torso, threads)
+        self._facing = Facing()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
@@ -77,7 +78,7 @@ class UpperBodyTracker:
         if stature_m is not None:
             self.model = BodyModel.of(stature_m, PROPORTIONS)
         with clock.stage("torso"):
-            self._torso.turning.heed(facing_log_likelihood(evidence))
+            self._torso.turning.heed(self._facing.log_likelihood(evidence))
             last = self._torso.torso
             torso = self._torso.update(self.model, evidence)
         if last is not None and _is_reversed(torso, last):

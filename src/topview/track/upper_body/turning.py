@@ -51,15 +51,18 @@ class TurnSettings:
         step_rad: by how much somebody may turn between two frames.
         heed: share of a frame's evidence that counts: frames in a row err alike.
         doubt: share of the evidence for a turn that may be wrong altogether.
+        front_limit: by how much a turn may be likelier than its opposite in one frame, in a
+            logarithm: only where the head is tells them apart.
         slices: of the torso, which are looked at.
         fit: of the ellipses.
         within_rad: the mean is taken over the turns this near to the likeliest.
     """
 
-    first_sigma_rad: float = 0.8
+    first_sigma_rad: float = 1.2
     step_rad: float = 0.06
     heed: float = 0.2
     doubt: float = 1e-4
+    front_limit: float = 0.1
     slices: tuple[Slice, ...] = (SHOULDERS, TRUNK)
     fit: EllipseSettings = field(default_factory=EllipseSettings)
     within_rad: float = 0.6
@@ -96,13 +99,20 @@ class TurnFilter:
         costs = np.zeros(N_TURNS)
         for piece in s.slices:
             costs += self._costs(points, stature_m, behind, piece)
-        likelihood = np.exp(-0.5 * s.heed * (costs - costs.min()))
-        self._belief = _normalised(self._belief * (likelihood + s.doubt))
+        log_likelihood = self._limited(-0.5 * s.heed * (costs - costs.min()))
+        self._belief = _normalised(self._belief * (np.exp(log_likelihood) + s.doubt))
         return self.turn_rad
 
     def heed(self, log_likelihood: Array) -> None:
         """Take other evidence into account, [N_TURNS] for `TURNS_RAD`."""
         self._belief = _normalised(self._belief * np.exp(log_likelihood))
+
+    def _limited(self, log_likelihood: Array) -> Array:
+        """[N_TURNS] the same, with opposite turns, of which only the head tells the one from the
+        other, not too far apart."""
+        half = N_TURNS // 2
+        opposite = np.roll(log_likelihood, half)
+        return np.maximum(log_likelihood, opposite - self.settings.front_limit)
 
     def _moved(self) -> Array:
         """The belief when everybody may have turned a little."""
