@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import HEAD_CENTRE, BodyModel
-from topview.body.parts import HEAD, LOWER_TORSO, UPPER_TORSO
+from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
 from topview.filter.particles import generator
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
@@ -40,6 +40,7 @@ class BodySettings:
         stature_frames: for so many frames with the person in sight.
         stoop_weight: cost of a stature, per logarithm of how far it is from the head's height
             above the floor: people stand more often than they stoop.
+        lift_weight, lift_m: cost of both feet off the floor, per metre, and from which height on.
         start_yaws_rad: directions that a person may face at first, 0 towards the camera.
         start_iterations: of refinement for each way to start.
         searched: the most promising of these, or of the ways to recover, whose limbs are searched.
@@ -69,6 +70,8 @@ class BodySettings:
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
     stature_frames: int = 15
     stoop_weight: float = 0.2
+    lift_weight: float = 0.3
+    lift_m: float = 0.15
     start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
     start_iterations: int = 10
     searched: int = 3
@@ -181,7 +184,9 @@ class BodyTracker:
             trials = [(look.model, self._turned(moving, look))]
             trials += self._stances(yaws, look, statures_m)
         others = self._best_with_limbs(trials, s.lost_iterations, look)
-        return others if others.cost < found.cost - s.lost_margin else found
+        gain = found.cost + self._lift_cost(found, look.evidence)
+        gain -= others.cost + self._lift_cost(others, look.evidence)
+        return others if gain > s.lost_margin else found
 
     def _start(self, look: _Look, statures_m: Sequence[float]) -> _Found:
         """Try every stance in several directions."""
@@ -246,7 +251,12 @@ class BodyTracker:
             found = self._with_limbs(pose, pose, {}, looks[index])
             founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
         return min(
-            founds, key=lambda found: found.cost + self._stature_cost(found.model, look.evidence)
+            founds,
+            key=lambda found: (
+                found.cost
+                + self._stature_cost(found.model, look.evidence)
+                + self._lift_cost(found, look.evidence)
+            ),
         )
 
     def _stature_cost(self, model: BodyModel, evidence: Evidence) -> float:
@@ -258,6 +268,16 @@ class BodyTracker:
         top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * model.lengths_m[HEAD]
         stoop = np.log(model.stature_m / max(top_m, 0.3))
         return float(self.settings.stoop_weight * abs(stoop))
+
+    def _lift_cost(self, found: _Found, evidence: Evidence) -> float:
+        """What speaks against a pose whose feet are both off the floor."""
+        if not evidence.floor.any():
+            return 0.0
+        legs = [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
+        soles = found.pose.origins(found.model)[legs]
+        soles = soles + found.pose.Rs[legs, :, 1] * found.model.lengths_m[legs, None]
+        lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
+        return self.settings.lift_weight * max(0.0, lowest_m - self.settings.lift_m)
 
     def _with_limbs(
         self, pose: Pose, predicted: Pose, kept: Kept, look: _Look, hold: float = 1.0

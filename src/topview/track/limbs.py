@@ -11,7 +11,7 @@ knee on a circle (Eq. 5.4 - 5.6).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
 # Ours.
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
+REST_FORWARD = 0.3  # how far a forearm at rest points forward, against down
 STRETCHED = 0.998  # share of its length that a limb stretches to
 
 
@@ -88,6 +89,7 @@ class LimbSettings:
             the weight of its logarithm.
         limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
         floor_weight_per_m: of the limb's end below the floor.
+        rest_weight: of a hidden part's turn away from rest, per 1 - cosine.
         margin: by which another hypothesis must beat the present pose.
         hand_turns: elbows on the circle of a hand that the colour of skin shows.
         hand_weight, hand_m: of a limb that ends off such a hand, and from where on it is all off.
@@ -128,6 +130,7 @@ class LimbSettings:
     limit_weight: float = 3.0
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
+    rest_weight: float = 1.6
     margin: float = 0.15
     hand_turns: int = 12
     hand_weight: float = 4.0
@@ -197,6 +200,7 @@ class _Limb:
     coarse: _Scored
     placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
     hand: Hand | None  # where the colour of skin shows this arm's
+    rest: Array | None  # [2, 3] directions that a limb out of sight sinks back to
     own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
@@ -238,6 +242,8 @@ class LimbSearch:
             current = Rs[[upper, upper + 1], :, 1]
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
             is_hidden = _hidden_share(limb, current, evidence) > s.hidden_share
+            if is_hidden:
+                limb = replace(limb, rest=_at_rest(limb, evidence.up_camera))
             axes, scores = self._hypotheses(
                 limb, current, memory, evidence, is_hidden, generators[upper]
             )
@@ -285,6 +291,7 @@ class LimbSearch:
                 s.collision_share * model.radii_m[placed],
             ),
             hand,
+            None,
             int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
@@ -301,6 +308,8 @@ class LimbSearch:
         """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
         s = self.settings
         seeds = np.concatenate([current[None], limb.predicted[None], memory])
+        if limb.rest is not None:
+            seeds = np.concatenate([seeds, limb.rest[None]])
         is_settled = is_hidden or self._is_settled(limb, current, evidence)
         drawn = self._drawn(limb, seeds, is_settled, rng)
         axes = np.concatenate([seeds, drawn])
@@ -380,6 +389,8 @@ class LimbSearch:
             ends = elbows + axes[:, 1] * limb.lengths_m[1]
             off_m = np.linalg.norm(ends - limb.hand.palm_camera, axis=1)
             log_score += s.hand_weight * limb.hand.belief * np.minimum(off_m / s.hand_m, 1.0)
+        if limb.rest is not None:
+            log_score += s.rest_weight * (1.0 - (axes * limb.rest).sum(2)).sum(1)
         motion = np.log1p((turn_upper / s.motion_rad) ** 2)
         motion += np.log1p((turn_lower / s.motion_rad) ** 2)
         return (
@@ -417,6 +428,14 @@ def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
     upper, lower = current * limb.lengths_m[:, None]
     places = limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
     return float(evidence.out_of_sight(places, limb.radii_m.max()).mean())
+
+
+def _at_rest(limb: _Limb, up_camera: Array) -> Array:
+    """[2, 3] directions of a limb that hangs down, or stands, with a forearm a little forward."""
+    down = -up_camera
+    is_arm = HINGE_BENDS[limb.upper] > 0
+    forward = REST_FORWARD * limb.R_camera_parent[:, 2] if is_arm else 0.0
+    return np.stack([down, unit(down + forward)])
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
