@@ -20,7 +20,7 @@ from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
 from topview.people.pieces import Pieces
-from topview.people.present import OWN_HEAD_M, Present, Refusal, reached
+from topview.people.present import OWN_HEAD_M, SAME_HEAD_M, Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import Memory, body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
@@ -282,7 +282,8 @@ class PeopleFinder:
                 for other, body in zip(self._known, bodies, strict=True)
                 if other is not user and other.stillness is None
             ]
-            others = Present([head for head, _ in sure], [body for _, body in sure])
+            # Heads may be near to each other in a hug, but are no two heads of one.
+            others = Present(bodies=[body for _, body in sure])
             rivals = [
                 head
                 for head in left
@@ -290,6 +291,9 @@ class PeopleFinder:
                 > max(user.confidence_now + MUCH_MORE, self.settings.new_confidence)
                 and (head.center_camera - user.head_camera) @ scene.up_camera > 0.0
                 and reached(scene, head.center_camera, bodies[index]) < np.inf
+                and all(
+                    np.linalg.norm(head.center_camera - other) > SAME_HEAD_M for other, _ in sure
+                )
                 and others.person_under(scene, head, self.settings) is not None
             ]
             user.rival_frames = user.rival_frames + 1 if rivals else 0

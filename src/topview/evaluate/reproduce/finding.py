@@ -54,6 +54,7 @@ class Conditions:
 
 USUAL: Final = Conditions()
 SPECIAL: Final = (
+    Conditions("nothing special"),
     Conditions("camera 1.2 m high, level", mount=Mount(1.2, 0.0)),
     Conditions("camera 1.8 m high, 15° down", mount=Mount(1.8, radians(15))),
     Conditions("camera 2.5 m high, 30° down", mount=Mount(2.5, radians(30))),
