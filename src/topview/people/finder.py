@@ -59,6 +59,8 @@ UNDOUBTED_FRAMES = 5
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
+# Ours: a head that is not where it was expected may be so much lower.
+LOWER_M = 0.3
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
@@ -274,7 +276,8 @@ class PeopleFinder:
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float
     ) -> list[HeadCandidate]:
         """Where something higher on a user's body looks much more like a head, for several frames,
-        than what has been followed: that is the head. Gives the heads that are left."""
+        than what has been followed: that is the head; somewhat lower too, where the expected place
+        is in view and the head is not there. Gives the heads that are left."""
         left = list(heads)
         for index, user in enumerate(self._known):
             sure = [
@@ -284,12 +287,16 @@ class PeopleFinder:
             ]
             # Heads may be near to each other in a hug, but are no two heads of one.
             others = Present(bodies=[body for _, body in sure])
+            is_elsewhere = (
+                user.confidence_now == 0.0 and scene.covered_share(user.head_camera) <= COVERED
+            )
+            lower_m = LOWER_M if is_elsewhere else 0.0
             rivals = [
                 head
                 for head in left
                 if head.confidence
                 > max(user.confidence_now + MUCH_MORE, self.settings.new_confidence)
-                and (head.center_camera - user.head_camera) @ scene.up_camera > 0.0
+                and (head.center_camera - user.head_camera) @ scene.up_camera > -lower_m
                 and reached(scene, head.center_camera, bodies[index]) < np.inf
                 and all(
                     np.linalg.norm(head.center_camera - other) > SAME_HEAD_M for other, _ in sure
