@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -81,6 +83,14 @@ def test_in_furnished_rooms_there_are_people_only(scene: str, seed: int) -> None
     finder = PeopleFinder()
     for each in recording:
         assert len(finder.update(each)) == len(recording.scene.actors)
+
+
+def test_an_arm_that_is_swung_is_nobody() -> None:
+    """It moves, as people do and furniture does not."""
+    scene = replace(scene_by_name("throwing", seed=521, frames=40), start_s=1.0)
+    finder = PeopleFinder()
+    for each in SimulatedRecording(scene):
+        assert len(finder.update(each)) == 1
 
 
 @settings(max_examples=10, deadline=None)

@@ -59,6 +59,8 @@ UNDOUBTED_FRAMES = 5
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
+# From the head to the hand of a stretched arm, of tall people (Table 3.1).
+REACH_M = 0.9
 # Ours: a head that is not where it was expected may be so much lower.
 LOWER_M = 0.3
 # Why heads are refused, besides what their bodies lack.
@@ -367,6 +369,7 @@ class PeopleFinder:
                 del self._known[index], bodies[index]
                 continue
             has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
+            has_moved &= not self._is_in_reach(scene, user)
             if user.seen_s == time_s and (has_moved or self._is_undoubted(scene, user, bodies)):
                 self._name(user)
             elif time_s - user.first_s > DOUBTED_S:
@@ -380,6 +383,14 @@ class PeopleFinder:
             and reached(scene, user.head_camera, body) < OWN_HEAD_M
             for other, body in zip(self._known, bodies, strict=True)
             if other is not user
+        )
+
+    def _is_in_reach(self, scene: Scene, user: KnownUser) -> bool:
+        """Whether who is in doubt may be the arm that somebody moves."""
+        return any(
+            np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
+            for other in self._known
+            if other.stillness is None
         )
 
     def _is_undoubted(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
