@@ -14,6 +14,7 @@ from topview.body.parts import JOINTS, LEFT_UPPER_ARM, LEFT_UPPER_LEG, RIGHT_UPP
 from topview.geometry.rotations import unit
 from topview.records import JointState
 from topview.sim import SimulatedRecording, scene_by_name
+from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.ellipsoids import (
     EllipsoidSettings,
@@ -22,7 +23,6 @@ from topview.track.ellipsoids import (
     pseudo_distances,
 )
 from topview.track.evidence import Evidence
-from topview.timing import StageClock
 
 LEGS = [j for j, joint in enumerate(JOINTS) if joint.part >= LEFT_UPPER_LEG]
 ABOVE = [j for j in range(len(JOINTS)) if j not in LEGS]

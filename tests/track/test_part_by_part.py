@@ -15,12 +15,12 @@ from topview.body.proportions import THESIS
 from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera
 from topview.sim import SimulatedRecording, scene_by_name
+from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import CAMERA_UP
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview.timing import StageClock
 
 CAMERA = Camera(fx=200, fy=200, cx=119.5, cy=159.5, width=240, height=320)
 MODEL = BodyModel.of(1.7, THESIS)

@@ -14,6 +14,7 @@ from topview.body.parts import PART_NAMES
 from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera, InputError
 from topview.sim import SimulatedRecording, scene_by_name
+from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.pose import Pose
 from topview.track.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PoseSpace
@@ -24,7 +25,6 @@ from topview.track.swarm import (
     discrepancy_m,
     minimise,
 )
-from topview.timing import StageClock
 
 SPACE = PoseSpace(standing_pose().Rs[1])
 SMALL = SwarmSettings(generations=20)
