@@ -32,6 +32,8 @@ DetectorName = Literal["auto", "depth", "skin", "cascade"]
 
 # All ours. A face and a head whose centres are this near are one.
 SAME_HEAD_M: Final = 2 * HEAD_RADIUS_M
+# Of several heads that are expected within this of a face it may be anyone's.
+COMPANY_M: Final = 0.5
 # How much of what a head's shape leaves in doubt a face of full belief takes away.
 FACE_TELLS: Final = 0.5
 # From this belief on a face is a head where its shape tells nothing, with this confidence at most.
@@ -107,6 +109,8 @@ class DepthAndSkinHeads(SkinHeads):
         centers = [head.center_camera for head in heads]
         known = Hints([*hints.heads_camera, *centers], hints.is_candidate)
         for face, center in self.faces(cloud, known):
+            if _is_among(hints.heads_camera, center):
+                continue
             belief = float(face.belief[Kind.FACE])
             near = [
                 index
@@ -119,6 +123,12 @@ class DepthAndSkinHeads(SkinHeads):
                 confidence = FACE_ALONE * belief
                 heads.append(HeadCandidate(center, confidence, by_face=confidence))
         return sorted(heads, key=lambda head: (head.torso_is_unread, -head.confidence))
+
+
+def _is_among(heads_camera: Sequence[Vector], center_camera: Vector) -> bool:
+    """Whether a face is near to the heads of several people: it may be either's, or both's."""
+    offsets = [head - center_camera for head in heads_camera]
+    return sum(bool(np.linalg.norm(offset) < COMPANY_M) for offset in offsets) > 1
 
 
 def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
