@@ -38,6 +38,8 @@ Mask = NDArray[np.bool_]
 
 # Ours: a head that scores this (`KnownUser.score`) is not doubted.
 SURE_SCORE = 0.75
+# Ours: so much less a head continues one who may be furniture than somebody who is expected there.
+DOUBT = 0.5
 # Ours: a tracked body whose head is further from the expected one has been lost itself.
 STRAYED_M = 0.5
 # Ours: a tracked body tells where its hidden head is if this share of its joints is seen.
@@ -214,6 +216,9 @@ class PeopleFinder:
                     )
         for row in scores:
             row.extend([-np.inf] * (len(options) - len(row)))
+        for user, row in zip(known, scores, strict=True):
+            if user.stillness is not None:  # whoever is somebody and is missed comes first
+                row[:] = [score - DOUBT for score in row]
         matches = assign(np.array(scores))
 
         bodies: dict[int, Distance] = {}
