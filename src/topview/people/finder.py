@@ -16,11 +16,12 @@ from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
+from topview.people.doubts import BRIEFLY_S, COVERED, is_anothers, is_in_reach, is_undoubted, slips
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
 from topview.people.pieces import Pieces
-from topview.people.present import OWN_HEAD_M, SAME_HEAD_M, Present, Refusal, reached
+from topview.people.present import SAME_HEAD_M, Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import Memory, body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
@@ -48,21 +49,12 @@ HEAD_JOINT = JOINT_NAMES.index("head")
 # Ours: a limb whose connection with the body is hidden seems further away from the head by this
 # much in each second, until it is out of reach.
 FADING_M_PER_S = 1.5
-# Ours: one who was hidden for longer must look like a person again; and for longer yet, the head's
-# looks of then are no more followed.
-BRIEFLY_S = 0.15
+# Ours: of one who was hidden for longer the head's looks of then are no more followed.
 FOLLOWED_S = 0.5
 # Ours: what may be furniture and has not moved for so long is.
 DOUBTED_S = 5.0
-# Ours: one who was in doubt and has not been for so many frames is somebody.
-UNDOUBTED_FRAMES = 5
-# Ours: a head this much of which is hidden does not go further down, or aside, than this from where
-# it is expected in the next frame.
-COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
-# From the head to the hand of a stretched arm, of tall people (Table 3.1).
-REACH_M = 0.9
 # Ours: a head that is not where it was expected may be so much lower.
 LOWER_M = 0.3
 # Why heads are refused, besides what their bodies lack.
@@ -231,7 +223,7 @@ class PeopleFinder:
                 present.person_under(scene, head, self.settings) is None
             ):
                 continue
-            if self._slips(scene, user, head, time_s):
+            if slips(scene, user, head, time_s):
                 continue
             user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
             bodies[index] = self._body_of(scene, user)
@@ -245,19 +237,6 @@ class PeopleFinder:
         taken = {matches[index] for index in matches if known[index].seen_s == time_s}
         left = [head for i, head in enumerate(heads) if i not in taken]
         return left, [bodies[index] for index in range(len(known))]
-
-    def _slips(self, scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
-        """Whether it seems to move as something comes before it: it is the shoulder then that still
-        is to be seen, or a half of the head."""
-        expected = user.predicted(time_s)
-        offset = head.center_camera - expected
-        up_m = float(offset @ scene.up_camera)
-        is_covered = scene.covered_share(expected) > COVERED
-        if up_m < -SLIP_M:
-            higher = head.center_camera - up_m * scene.up_camera
-            return is_covered or scene.covered_share(higher) > COVERED
-        was_seen = time_s - user.seen_s < BRIEFLY_S
-        return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
 
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
         is_seen = user.seen_s == scene.cloud.frame.timestamp_s
@@ -370,44 +349,18 @@ class PeopleFinder:
             if user.stillness is None:
                 continue
             index = self._known.index(user)
-            if self._is_anothers(scene, user, bodies):
+            if is_anothers(scene, user, self._known, bodies):
                 del self._known[index], bodies[index]
                 continue
             has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
-            has_moved &= not self._is_in_reach(scene, user)
-            if user.seen_s == time_s and (has_moved or self._is_undoubted(scene, user, bodies)):
+            has_moved &= not is_in_reach(scene, user, self._known)
+            if user.seen_s == time_s and (
+                has_moved or is_undoubted(scene, user, self._known, bodies, self.settings)
+            ):
                 self._name(user)
             elif time_s - user.first_s > DOUBTED_S:
                 self._background.learn(scene.cloud.depth_m, np.isfinite(body))
                 del self._known[index], bodies[index]
-
-    def _is_anothers(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
-        """Whether who is in doubt is the shoulder of one who is surer."""
-        return any(
-            other.confidence_now > user.confidence_now
-            and reached(scene, user.head_camera, body) < OWN_HEAD_M
-            for other, body in zip(self._known, bodies, strict=True)
-            if other is not user
-        )
-
-    def _is_in_reach(self, scene: Scene, user: KnownUser) -> bool:
-        """Whether who is in doubt may be the arm that somebody moves."""
-        return any(
-            np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
-            for other in self._known
-            if other.stillness is None
-        )
-
-    def _is_undoubted(self, scene: Scene, user: KnownUser, bodies: list[Distance]) -> bool:
-        """Whether who was in doubt, half hidden say, looks like a person for long enough."""
-        head = HeadCandidate(user.head_camera, user.confidence_now)
-        index = self._known.index(user)
-        own = Present([], bodies[:index] + bodies[index + 1 :]).left_of(bodies[index])
-        is_like = head.confidence >= self.settings.new_confidence and not is_doubtful(
-            scene, head, own, self.settings.limits, 1
-        )
-        user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
-        return user.undoubted_frames >= UNDOUBTED_FRAMES
 
     def _take_out(
         self, scene: Scene, head: HeadCandidate, body: Distance, own: Distance

@@ -1,0 +1,82 @@
+"""Who is followed may be something else: furniture, an arm, another's shoulder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HeadCandidate
+from topview.people.identity import KnownUser
+from topview.people.present import OWN_HEAD_M, Present, reached
+from topview.people.scene import Scene
+from topview.people.settings import PeopleSettings
+from topview.people.validation import is_doubtful
+
+Distance = NDArray[np.float32]
+
+# Ours: one who was hidden for longer must look like a person again.
+BRIEFLY_S = 0.15
+# Ours: one who was in doubt and has not been for so many frames is somebody.
+UNDOUBTED_FRAMES = 5
+# Ours: a head this much of which is hidden does not go further down, or aside, than this from where
+# it is expected in the next frame.
+COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
+# From the head to the hand of a stretched arm, of tall people (Table 3.1).
+REACH_M = 0.9
+
+
+def slips(scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
+    """Whether a user's head seems to move as something comes before it: it is the shoulder then
+    that still is to be seen, or a half of the head."""
+    expected = user.predicted(time_s)
+    offset = head.center_camera - expected
+    up_m = float(offset @ scene.up_camera)
+    is_covered = scene.covered_share(expected) > COVERED
+    if up_m < -SLIP_M:
+        higher = head.center_camera - up_m * scene.up_camera
+        return is_covered or scene.covered_share(higher) > COVERED
+    was_seen = time_s - user.seen_s < BRIEFLY_S
+    return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
+
+
+def is_anothers(
+    scene: Scene, user: KnownUser, known: Sequence[KnownUser], bodies: Sequence[Distance]
+) -> bool:
+    """Whether who is in doubt is the shoulder of one of the `known` who is surer; `bodies` are
+    theirs."""
+    return any(
+        other.confidence_now > user.confidence_now
+        and reached(scene, user.head_camera, body) < OWN_HEAD_M
+        for other, body in zip(known, bodies, strict=True)
+        if other is not user
+    )
+
+
+def is_in_reach(scene: Scene, user: KnownUser, known: Sequence[KnownUser]) -> bool:
+    """Whether who is in doubt may be the arm that somebody moves."""
+    return any(
+        np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
+        for other in known
+        if other.stillness is None
+    )
+
+
+def is_undoubted(
+    scene: Scene,
+    user: KnownUser,
+    known: Sequence[KnownUser],
+    bodies: Sequence[Distance],
+    settings: PeopleSettings,
+) -> bool:
+    """Whether who was in doubt, half hidden say, looks like a person for long enough; called once a
+    frame."""
+    head = HeadCandidate(user.head_camera, user.confidence_now)
+    own = bodies[known.index(user)]
+    others = [body for body in bodies if body is not own]
+    is_like = head.confidence >= settings.new_confidence and not is_doubtful(
+        scene, head, Present([], others).left_of(own), settings.limits, 1
+    )
+    user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
+    return user.undoubted_frames >= UNDOUBTED_FRAMES
