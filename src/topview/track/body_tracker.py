@@ -290,8 +290,11 @@ class BodyTracker:
             prior = _with_torso_of(predicted, pose) if hold > 1.0 else None
             refined = self._refined([pose], prior, look, hold=hold)
         cost = float(self._costs(refined)[0])
-        hidden = self._beyond_ease(max(float(refined.hidden[0]), look.evidence.hidden_share))
-        return _Found(refined.poses[0], kept, look.model, cost, hidden)
+        found = _Found(refined.poses[0], kept, look.model, cost, 0.0)
+        # Legs out of view say nothing of a trunk that is seen.
+        hidden = min(float(refined.hidden[0]), 2.0 * self._trunk_hidden(found, look))
+        hidden = self._beyond_ease(max(hidden, look.evidence.hidden_share))
+        return replace(found, hidden=hidden)
 
     def _beyond_ease(self, hidden_share: float) -> float:
         return max(0.0, hidden_share - self.settings.hidden_at_ease)
