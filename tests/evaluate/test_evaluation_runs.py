@@ -217,7 +217,7 @@ class TestCommand:
         assert self.call("folder", *folders, *arguments) == 0
         assert "2 of 2 recordings" in " ".join(capsys.readouterr().out.split())
         report = json.loads(file.read_text())
-        assert report["settings"] == {"method": "utvr", "seed": 3}
+        assert report["settings"] == {"method": "utvr", "detector": "auto", "seed": 3}
         assert [s["name"] for s in report["summary"]["sequences"]] == ["a", "c"]
         assert report["summary"]["people"]["person_frames"] == 7
         assert report["summary"]["joints_cm"]["hidden ≥ 30%"]["neck"]["raw"]["mean"] is None

@@ -119,11 +119,10 @@ def torso_shell(rng, turn_rad, behind_m):
 def test_the_belief_finds_a_turn_and_keeps_it_unseen(turn):
     turning, behind_m = TurnFilter(TurnSettings()), 0.045 * MODEL.stature_m
     points = torso_shell(np.random.default_rng(1), turn, behind_m)
-    for _ in range(30):
-        found = turning.update(points, MODEL.stature_m, 0.045)
+    found = [turning.update(points, MODEL.stature_m, 0.045) for _ in range(30)][-1]
     assert found == pytest.approx(turn, abs=0.06)
-    for _ in range(10):
-        kept = turning.update(np.empty((0, 3)), MODEL.stature_m, 0.045)
+    nothing = np.empty((0, 3))
+    kept = [turning.update(nothing, MODEL.stature_m, 0.045) for _ in range(10)][-1]
     assert kept == pytest.approx(found, abs=0.1)
 
 
@@ -131,8 +130,7 @@ def test_the_head_tells_the_front_from_the_back():
     behind_m = 0.045 * MODEL.stature_m
     away = TurnFilter(TurnSettings())
     points = torso_shell(np.random.default_rng(1), np.pi, behind_m)
-    for _ in range(60):
-        found = away.update(points, MODEL.stature_m, 0.045)
+    found = [away.update(points, MODEL.stature_m, 0.045) for _ in range(60)][-1]
     assert abs(found) == pytest.approx(np.pi, abs=0.1)
 
 
