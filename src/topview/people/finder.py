@@ -433,6 +433,19 @@ class PeopleFinder:
             is_somebodys.ravel()[user.pixels] = True
         self._detector.learn_room(is_somebodys)
 
+    def _for_somebody_first(self, bodies: list[Distance]) -> list[Distance]:
+        """The bodies; of those who may be furniture, or an arm, only what nobody else reaches."""
+        somebodys = [
+            body for user, body in zip(self._known, bodies, strict=True) if user.stillness is None
+        ]
+        if not somebodys:
+            return bodies
+        is_somebodys = np.isfinite(np.minimum.reduce(somebodys))
+        return [
+            body if user.stillness is None else np.where(is_somebodys, np.float32(np.inf), body)
+            for user, body in zip(self._known, bodies, strict=True)
+        ]
+
     def _frontal(self, frame: Frame) -> KnownUser | None:
         """One whose face a detector of faces finds; those are looked at in turn whose skin does not
         tell yet."""
@@ -458,7 +471,7 @@ class PeopleFinder:
         joints = {person.id: person.joints_camera for person in tracked}
         masks = split_users(
             scene,
-            whole,
+            self._for_somebody_first(whole),
             [joints.get(user.id) for user in self._known],
             self.settings.segmentation,
         )
