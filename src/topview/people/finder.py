@@ -16,7 +16,14 @@ from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
-from topview.people.doubts import BRIEFLY_S, COVERED, is_anothers, is_in_reach, is_undoubted, slips
+from topview.people.doubts import (
+    BRIEFLY_S,
+    COVERED,
+    is_anothers,
+    is_undoubted,
+    may_be_an_arm,
+    slips,
+)
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
@@ -353,7 +360,7 @@ class PeopleFinder:
                 del self._known[index], bodies[index]
                 continue
             has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
-            has_moved &= not is_in_reach(scene, user, self._known)
+            has_moved &= not may_be_an_arm(scene, user, self._known, bodies)
             if user.seen_s == time_s and (
                 has_moved or is_undoubted(scene, user, self._known, bodies, self.settings)
             ):
