@@ -25,8 +25,8 @@ UNDOUBTED_FRAMES = 5
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # From the head to the hand of a stretched arm, of tall people (Table 3.1).
 REACH_M = 0.9
-# Ours: an arm in a loose sleeve shows 0.1 m^2, half a person twice as much.
-ARM_M2 = 0.12
+# Ours: an arm is mostly moved on before.
+ARM_S = 2.0
 
 
 def slips(scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
@@ -59,20 +59,15 @@ def is_anothers(
 def may_be_an_arm(
     scene: Scene, user: KnownUser, known: Sequence[KnownUser], bodies: Sequence[Distance]
 ) -> bool:
-    """Whether who is in doubt may be the arm that somebody moves: in reach of one, and hardly more
-    than an arm shows that is not reached from a sure one's head."""
-    sure = [other.stillness is None for other in known]
-    is_in_reach = any(
+    """Whether who is in doubt may be the arm that somebody moves: in his reach, hanging together
+    with him, and not there for long."""
+    is_lasting = scene.cloud.frame.timestamp_s - user.first_s > ARM_S
+    return not is_lasting and any(
         np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
-        for other, is_sure in zip(known, sure, strict=True)
-        if is_sure
+        and reached(scene, user.head_camera, body) < np.inf
+        for other, body in zip(known, bodies, strict=True)
+        if other.stillness is None
     )
-    if not is_in_reach:
-        return False
-    somebodys = [body for body, is_sure in zip(bodies, sure, strict=True) if is_sure]
-    is_own = np.isfinite(bodies[known.index(user)]) & ~np.isfinite(np.minimum.reduce(somebodys))
-    area_m2 = float(((scene.cloud.depth_m[is_own] / scene.cloud.camera.fx) ** 2).sum())
-    return area_m2 < ARM_M2
 
 
 def is_undoubted(
