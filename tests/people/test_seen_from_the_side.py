@@ -51,7 +51,7 @@ def test_who_is_not_seen_goes_on_as_high_as_he_was() -> None:
         user.see(HeadCandidate(place, 0.9), view, step / 30)
     low = user.head_camera[1]
     for step in range(6, 20):
-        user.miss(step / 30, UP, is_empty=False)
+        user.miss(step / 30, UP, np.zeros(3))
     assert user.head_camera[0] > 0.2
     assert user.head_camera[1] - low < 0.05
 

@@ -37,7 +37,8 @@ MOTION_M: Final = 0.1
 CANDIDATES: Final = 32
 MAX_DEPTH_CHANGE_M: Final = 0.15
 # Ours: a head that is known may lean further than one that is new.
-TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
+TILTS_RAD: Final = np.array([-2.4, -1.8, -1.2, -0.6, 0.0, 0.6, 1.2, 1.8, 2.4, np.pi])
+TILTS_COST = 0.12
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
 LIKENESS: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.15
@@ -111,9 +112,11 @@ def follow_head(
     evidence = head_evidence(
         cloud, np.tile(centers, (len(ups), 1)), np.repeat(ups, len(centers), axis=0)
     )
-    upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
+    upright = 1.0 - np.minimum(TILT_PENALTY * np.abs(TILTS_RAD), 0.3)
     confidence = (upright[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
-    chosen = int(np.argmin(cost.ravel()[best] - LIKENESS * confidence))
+    deeper_m = depth_m - float(predicted_camera[2])
+    total = cost.ravel()[best] + (deeper_m / MOTION_M) ** 2 - LIKENESS * confidence
+    chosen = int(np.argmin(total))
     if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
         return None
     center = _settle(cloud, centers[chosen], up_camera)

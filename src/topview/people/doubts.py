@@ -20,13 +20,16 @@ Distance = NDArray[np.float32]
 BRIEFLY_S = 0.15
 # Ours: one who was in doubt and has not been for so many frames is somebody.
 UNDOUBTED_FRAMES = 5
+# Ours: one who was in no doubt at first, and is in none in so many frames, is somebody for good; as
+# is whoever has gone so far.
+PROVEN_FRAMES, PROVEN_M = 15, 0.3
 # Ours: a head this much of which is hidden does not go further down, or aside, than this from where
 # it is expected in the next frame.
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # From the head to the hand of a stretched arm, of tall people (Table 3.1).
 REACH_M = 0.9
-# Ours: an arm is mostly moved on before.
-ARM_S = 2.0
+# Ours: so much of what hangs together with an arm is its body's.
+JOINED = 0.3
 
 
 def slips(scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
@@ -59,14 +62,14 @@ def is_anothers(
 def may_be_an_arm(
     scene: Scene, user: KnownUser, known: Sequence[KnownUser], bodies: Sequence[Distance]
 ) -> bool:
-    """Whether who is in doubt may be the arm that somebody moves: in his reach, hanging together
-    with him, and not there for long."""
-    is_lasting = scene.cloud.frame.timestamp_s - user.first_s > ARM_S
-    return not is_lasting and any(
+    """Whether who is in doubt may be the arm that somebody moves: in his reach, and hanging
+    together with him."""
+    own = np.isfinite(bodies[known.index(user)])
+    return any(
         np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
-        and reached(scene, user.head_camera, body) < np.inf
+        and np.count_nonzero(own & np.isfinite(body)) > JOINED * np.count_nonzero(own)
         for other, body in zip(known, bodies, strict=True)
-        if other.stillness is None
+        if not other.is_suspect
     )
 
 
@@ -86,4 +89,4 @@ def is_undoubted(
         scene, head, Present([], others).left_of(own), settings.limits, 1
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
-    return user.undoubted_frames >= UNDOUBTED_FRAMES
+    return user.undoubted_frames >= (UNDOUBTED_FRAMES if user.is_suspect else PROVEN_FRAMES)

@@ -13,12 +13,19 @@ from topview.detect.cloud import Cloud
 from topview.detect.detectors import SkinHeads, head_detector
 from topview.detect.faces_and_hands import Sight
 from topview.detect.following import HeadView, follow_head
-from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
+from topview.detect.heads import (
+    HEAD_HALF_HEIGHT_M,
+    HeadCandidate,
+    HeadDetector,
+    Hints,
+    refine_center,
+)
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
 from topview.people.doubts import (
     BRIEFLY_S,
     COVERED,
+    PROVEN_M,
     is_anothers,
     is_undoubted,
     may_be_an_arm,
@@ -27,14 +34,14 @@ from topview.people.doubts import (
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser, assign
+from topview.people.looks import tell_apart
 from topview.people.pieces import Pieces
-from topview.people.present import SAME_HEAD_M, Present, Refusal, reached
+from topview.people.present import SAME_HEAD_M, SUSPECT, Present, Refusal, reached
 from topview.people.scene import Scene
 from topview.people.segmentation import Memory, body_distance, full_pixels, split_users
 from topview.people.settings import PeopleSettings
-from topview.people.stillness import Stillness
 from topview.people.users import HandCandidate, User
-from topview.people.validation import is_doubtful, looks_like_person
+from topview.people.validation import HALF_HIDDEN, hidden_outline, is_doubtful, looks_like_person
 from topview.records import Frame, InputError, JointState, Person
 from topview.timing import StageClock
 
@@ -46,8 +53,6 @@ Mask = NDArray[np.bool_]
 
 # Ours: a head that scores this (`KnownUser.score`) is not doubted.
 SURE_SCORE = 0.75
-# Ours: so much less a head continues one who may be furniture than somebody who is expected there.
-DOUBT = 0.5
 # Ours: a tracked body whose head is further from the expected one has been lost itself.
 STRAYED_M = 0.5
 # Ours: a tracked body tells where its hidden head is if this share of its joints is seen.
@@ -56,12 +61,20 @@ HEAD_JOINT = JOINT_NAMES.index("head")
 # Ours: a limb whose connection with the body is hidden seems further away from the head by this
 # much in each second, until it is out of reach.
 FADING_M_PER_S = 1.5
+# Ours: a head that is in view, but is not made out, of one who stoops say, is the highest of the
+# body so near to where it was seen last, from above.
+STOOPED, STOOPING_M = 0.65, 0.25
 # Ours: of one who was hidden for longer the head's looks of then are no more followed.
 FOLLOWED_S = 0.5
 # Ours: what may be furniture and has not moved for so long is.
 DOUBTED_S = 5.0
+# Ours: somebody who was in no doubt, but is since, and has not moved in so many frames, is in doubt.
+PROBATION_FRAMES = 45
+MOVED_FRAMES = 3
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
+# Ours: a head is this near to the height that its stature gives, and what is so much lower was not.
+UPRIGHT_M, SUNK_M = 0.1, 0.25
 # Ours: a head that is not where it was expected may be so much lower.
 LOWER_M = 0.3
 # Why heads are refused, besides what their bodies lack.
@@ -136,6 +149,7 @@ class PeopleFinder:
         with self.clock.stage("users"):
             self._heed(tracked)
             heads, bodies = self._find_again(scene, heads, time_s)
+            tell_apart(scene, self._known, time_s, self.sight is not None)
             heads = self._correct(scene, heads, bodies, time_s)
             self._doubt(scene, bodies, time_s)
             self._welcome(scene, heads, bodies, time_s)
@@ -215,35 +229,85 @@ class PeopleFinder:
                     )
         for row in scores:
             row.extend([-np.inf] * (len(options) - len(row)))
-        for user, row in zip(known, scores, strict=True):
-            if user.stillness is not None:  # whoever is somebody and is missed comes first
-                row[:] = [score - DOUBT for score in row]
-        matches = assign(np.array(scores))
-
+        table = np.array(scores).reshape(len(known), len(options))
+        taken: set[int] = set()
         bodies: dict[int, Distance] = {}
         present = Present()
-        for index in sorted(matches, key=lambda i: -scores[i][matches[i]]):
-            user, head = known[index], options[matches[index]]
-            if present.owns(scene, head, self.settings.new_confidence):
-                continue
-            if time_s - user.seen_s > BRIEFLY_S and (
-                present.person_under(scene, head, self.settings) is None
+        claims: list[Vector] = []  # places of heads that those who were seen of late did not take
+        # Whoever is hidden takes nobody's head who is not; who is in doubt comes last.
+        ranks = np.array([self._rank(user, time_s) for user in known])
+        turns = [ranks == rank for rank in range(4)]
+        for turn in turns:
+            near = [
+                any(
+                    np.linalg.norm(head.center_camera - place) < SAME_HEAD_M
+                    for place in (*claims, *present.heads)
+                )
+                for head in options
+            ]
+            now = np.where(turn[:, None] & ~np.array(near, np.bool_), table, -np.inf)
+            matches = assign(now)
+            for index in sorted(
+                np.flatnonzero(turn), key=lambda i: -now[i, matches[i]] if i in matches else 0.0
             ):
-                continue
-            if slips(scene, user, head, time_s):
-                continue
-            user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
-            bodies[index] = self._body_of(scene, user)
-            present.add(user.head_camera, bodies[index])
+                user = known[index]
+                head = options[matches[index]] if index in matches else None
+                if head is None or not self._continues(scene, user, head, present, time_s):
+                    if time_s - user.seen_s < FOLLOWED_S:
+                        claims.append(user.predicted(time_s))
+                    continue
+                user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
+                bodies[index] = self._body_of(scene, user)
+                present.add(user.head_camera, bodies[index])
+                taken.add(matches[index])
         for index, user in enumerate(known):
             if index not in bodies:
-                user.miss(
-                    time_s, scene.up_camera, is_empty=scene.is_empty_at(user.predicted(time_s))
-                )
+                way_on = self._way_on(scene, user, time_s)
+                user.miss(time_s, scene.up_camera, way_on)
                 bodies[index] = self._body_of(scene, user)
-        taken = {matches[index] for index in matches if known[index].seen_s == time_s}
+                stoops = scene.height_of(user.head_camera) < STOOPED * user.height.height_m
+                if (
+                    stoops
+                    and way_on is None
+                    and time_s - user.seen_s > BRIEFLY_S
+                    and scene.covered_share(user.head_camera) < COVERED
+                ):
+                    top = scene.top_near(bodies[index] < np.inf, user.head_camera, STOOPING_M)
+                    user.head_camera = user.head_camera if top is None else top
         left = [head for i, head in enumerate(heads) if i not in taken]
         return left, [bodies[index] for index in range(len(known))]
+
+    def _rank(self, user: KnownUser, time_s: float) -> int:
+        if user.is_suspect:
+            return 3
+        if user.confidence_now > 0.0:
+            return 0
+        return 1 if time_s - user.seen_s < FOLLOWED_S else 2
+
+    def _way_on(self, scene: Scene, user: KnownUser, time_s: float) -> Vector | None:
+        """[3] how far on from the place where a head is expected, but was not found, something
+        hides it; None where it must be in view."""
+        place = user.predicted(time_s)
+        if scene.is_hidden_at(place) or scene.is_out(place, self.settings.border_m):
+            return np.zeros(3)
+        return scene.way_to_hidden(place, user.velocity) if scene.is_empty_at(place) else None
+
+    def _continues(
+        self,
+        scene: Scene,
+        user: KnownUser,
+        head: HeadCandidate,
+        present: Present,
+        time_s: float,
+    ) -> bool:
+        """Whether the best head for a user is the user's."""
+        if present.owns(scene, head, self.settings.new_confidence):
+            return False
+        if time_s - user.seen_s > BRIEFLY_S and (
+            present.person_under(scene, head, self.settings) is None
+        ):
+            return False
+        return not slips(scene, user, head, time_s)
 
     def _body_of(self, scene: Scene, user: KnownUser) -> Distance:
         is_seen = user.seen_s == scene.cloud.frame.timestamp_s
@@ -276,7 +340,7 @@ class PeopleFinder:
             sure = [
                 (other.head_camera, body)
                 for other, body in zip(self._known, bodies, strict=True)
-                if other is not user and other.stillness is None
+                if other is not user and not other.is_suspect
             ]
             # Heads may be near to each other in a hug, but are no two heads of one.
             others = Present(bodies=[body for _, body in sure])
@@ -287,8 +351,7 @@ class PeopleFinder:
             rivals = [
                 head
                 for head in left
-                if head.confidence
-                > max(user.confidence_now + MUCH_MORE, self.settings.new_confidence)
+                if self._is_better(scene, user, head)
                 and (head.center_camera - user.head_camera) @ scene.up_camera > -lower_m
                 and reached(scene, head.center_camera, bodies[index]) < np.inf
                 and all(
@@ -302,6 +365,15 @@ class PeopleFinder:
                 bodies[index] = self._body_of(scene, user)
                 left.remove(rivals[0])
         return left
+
+    def _is_better(self, scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
+        """Whether a head looks much more like a user's than what is followed; not quite as much if
+        it is where that of one of this stature would be, and what is followed is far below."""
+        up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
+        off_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M - user.height.height_m
+        if user.height.is_measured and up_m > SUNK_M and abs(off_m) < UPRIGHT_M:
+            return head.confidence > SUSPECT
+        return head.confidence > max(user.confidence_now + MUCH_MORE, self.settings.new_confidence)
 
     def _welcome(
         self, scene: Scene, heads: list[HeadCandidate], bodies: list[Distance], time_s: float
@@ -330,15 +402,16 @@ class PeopleFinder:
             user = self._seen_before(
                 head, HeadView.of(scene.cloud, center), scene.up_camera, time_s
             )
+            is_sudden = self._is_first_frame and hidden_outline(scene, own) < HALF_HIDDEN
             user.doubted_frames += head.by_shape < settings.new_confidence or is_doubtful(
-                scene, head, own, settings.limits, 2 if self._is_first_frame else 1
+                scene, head, own, settings.limits, 2 if is_sudden else 1
             )
             if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
                 self._known.append(user)
                 bodies.append(self._take_out(scene, head, body, own))
-                if 2 * user.doubted_frames > user.frames_seen:
-                    user.stillness = Stillness(scene.cloud.depth_m, np.isfinite(own))
-                else:
+                user.watch(scene.cloud.depth_m, np.isfinite(own), time_s)
+                user.is_suspect = 2 * user.doubted_frames > user.frames_seen
+                if not user.is_suspect:
                     self._name(user)
             else:
                 waiting.append(user)
@@ -346,28 +419,45 @@ class PeopleFinder:
         self._waiting, self._refusals = waiting, present.refusals
 
     def _name(self, user: KnownUser) -> None:
-        user.id = self._next_id
-        user.stillness = None
-        self._next_id += 1
+        user.is_suspect = False
+        if not user.id:
+            user.id = self._next_id
+            self._next_id += 1
 
     def _doubt(self, scene: Scene, bodies: list[Distance], time_s: float) -> None:
         """Those who may be furniture are people once they move; else they come to be the room's."""
+        depth_m = scene.cloud.depth_m
         for user, body in zip(list(self._known), list(bodies), strict=True):
             if user.stillness is None:
                 continue
             index = self._known.index(user)
-            if is_anothers(scene, user, self._known, bodies):
+            if user.is_suspect and is_anothers(scene, user, self._known, bodies):
                 del self._known[index], bodies[index]
                 continue
-            has_moved = user.stillness.is_broken_in(scene.cloud.depth_m)
-            has_moved &= not may_be_an_arm(scene, user, self._known, bodies)
-            if user.seen_s == time_s and (
-                has_moved or is_undoubted(scene, user, self._known, bodies, self.settings)
-            ):
+            is_like = user.seen_s == time_s and is_undoubted(
+                scene, user, self._known, bodies, self.settings
+            )
+            user.moved_frames += user.stillness.is_broken_in(depth_m)
+            user.has_moved = user.moved_frames >= MOVED_FRAMES
+            if not user.is_suspect:
+                is_far = np.linalg.norm(user.head_camera - user.first_camera) > PROVEN_M
+                if is_like or (is_far and user.seen_s == time_s):
+                    user.stillness = None
+                elif user.stillness.telling_frames > PROBATION_FRAMES:
+                    user.is_suspect = not user.has_moved
+                    user.watch(depth_m, np.isfinite(body), time_s)
+                continue
+            is_somebody = (user.has_moved or is_like) and not may_be_an_arm(
+                scene, user, self._known, bodies
+            )
+            if user.seen_s == time_s and is_somebody:
                 self._name(user)
-            elif time_s - user.first_s > DOUBTED_S:
-                self._background.learn(scene.cloud.depth_m, np.isfinite(body))
+                user.watch(depth_m, np.isfinite(body), time_s)
+            elif time_s - user.watched_s > DOUBTED_S:
+                self._background.learn(depth_m, np.isfinite(body))
                 del self._known[index], bodies[index]
+            elif not user.has_moved and user.stillness.has_grown(np.isfinite(body)):
+                user.watch(depth_m, np.isfinite(body), user.watched_s)
 
     def _take_out(
         self, scene: Scene, head: HeadCandidate, body: Distance, own: Distance
@@ -443,13 +533,13 @@ class PeopleFinder:
     def _for_somebody_first(self, bodies: list[Distance]) -> list[Distance]:
         """The bodies; of those who may be furniture, or an arm, only what nobody else reaches."""
         somebodys = [
-            body for user, body in zip(self._known, bodies, strict=True) if user.stillness is None
+            body for user, body in zip(self._known, bodies, strict=True) if not user.is_suspect
         ]
         if not somebodys:
             return bodies
         is_somebodys = np.isfinite(np.minimum.reduce(somebodys))
         return [
-            body if user.stillness is None else np.where(is_somebodys, np.float32(np.inf), body)
+            body if not user.is_suspect else np.where(is_somebodys, np.float32(np.inf), body)
             for user, body in zip(self._known, bodies, strict=True)
         ]
 
@@ -488,7 +578,7 @@ class PeopleFinder:
         users: list[User] = []
         frontal = self._frontal(scene.cloud.frame)
         for user, is_users in zip(self._known, masks, strict=True):
-            if user.stillness is not None:
+            if user.is_suspect:
                 suspect = HeadCandidate(user.head_camera, user.confidence_now)
                 self._refusals.append(Refusal(suspect, UNMOVED))
                 continue

@@ -29,9 +29,10 @@ MAX_GATE_M = 1.2
 # Who is hidden mostly stays as high as he was: a head is further up or down from where it was by
 # no more than this, and this per second; ours.
 LEVEL_M = 0.2
-RISING_M_PER_S = 0.1
+RISING_M_PER_S = 0.03
 # Heads of less confidence are only believed where they are expected; ours.
 SURE = 0.7
+VIEW_FROM = 0.25
 
 
 class KnownUser:
@@ -42,7 +43,7 @@ class KnownUser:
         head_camera: [3] the head's centre when last updated, metres.
         velocity: [3] metres per second.
         time_s: of `head_camera`.
-        first_s: when the head was first seen.
+        first_camera, first_s: where and when the head was first seen.
         seen_s: when it was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
@@ -53,7 +54,10 @@ class KnownUser:
         rival_frames: for how long something else has looked more like it.
         doubted_frames: in how many it looked as furniture may, before it was followed.
         undoubted_frames: in how many it lately has not.
-        stillness: of one who may be furniture until something of it has moved, else None.
+        is_suspect: whether it may be furniture, until something of it has moved.
+        stillness: of one who may be furniture, or has not yet proven otherwise; else None.
+        watched_s: since when that is watched.
+        has_moved: whether something of it has, since.
     """
 
     def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
@@ -69,8 +73,31 @@ class KnownUser:
         self.face = FaceMemory()
         self.rival_frames = 0
         self.doubted_frames = self.undoubted_frames = 0
+        self.is_suspect = False
         self.stillness: Stillness | None = None
+        self.watched_s = time_s
+        self.has_moved = False
+        self.moved_frames = 0
+        self.first_camera = head.center_camera
+        self.colors: NDArray[np.float32] | None = None
+        self.company: set[int] = set()
         self.body_m: NDArray[np.float32] | None = None
+
+    def watch(
+        self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_], time_s: float
+    ) -> None:
+        """Wait from now on for something of its [h, w] body to move."""
+        self.stillness = Stillness(depth_m, is_body)
+        self.watched_s = time_s
+        self.has_moved = False
+        self.moved_frames = 0
+
+    def exchange(self, other: KnownUser) -> None:
+        """The two were taken for one another."""
+        for name in ("id", "height", "face", "colors"):
+            own = getattr(self, name)
+            setattr(self, name, getattr(other, name))
+            setattr(other, name, own)
 
     def predicted(self, time_s: float) -> Vector:
         """[3] where the head is expected; a velocity that was not renewed fades."""
@@ -105,7 +132,7 @@ class KnownUser:
         """The head has been measured."""
         head_camera = head.center_camera
         self.confidence_now = head.confidence
-        if head.confidence > 0.5:
+        if head.confidence > VIEW_FROM:
             self.view = view
         elapsed_s = time_s - self.time_s
         if elapsed_s > 0.0:
@@ -127,15 +154,14 @@ class KnownUser:
         self.time_s = self.seen_s = time_s
         self.rival_frames = 0
 
-    def miss(self, time_s: float, up_camera: Vector, is_empty: bool) -> None:
-        """The head has not been measured: go on as predicted, as high as it was, or, where that is
-        seen to be empty space, stay."""
+    def miss(self, time_s: float, up_camera: Vector, way_on: Vector | None) -> None:
+        """The head has not been measured: go on as predicted, as high as it was, and by `way_on`
+        [3]; stay if that is None, as nothing hides it."""
         ahead_s = max(time_s - self.time_s, 0.0)
         self.confidence_now = 0.0
         self.velocity = self.velocity - (self.velocity @ up_camera) * up_camera
-        if is_empty:
-            self.velocity = np.zeros(3)
-        self.head_camera = self.predicted(time_s)
+        if way_on is not None:
+            self.head_camera = self.predicted(time_s) + way_on
         self.velocity = self.velocity * np.exp(-ahead_s / VELOCITY_DECAY_S)
         self.time_s = time_s
 

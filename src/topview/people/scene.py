@@ -14,6 +14,11 @@ from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
 
 
+# Ours: what hides a head that is not where it was expected is so far aside at most.
+ASIDE_M = 0.05 * np.arange(1, 9)
+GOING_M_PER_S = 0.5
+
+
 @dataclass(frozen=True, slots=True)
 class SceneSettings:
     """What is floor, and what is too bulky for a limb or a person; metres, ours where not said.
@@ -115,6 +120,22 @@ class Scene:
         top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M
         return (aside_m < radius_m) & (self.heights_m < top_m)
 
+    def top_near(
+        self, is_body: NDArray[np.bool_], head_camera: NDArray[np.float64], radius_m: float
+    ) -> NDArray[np.float64] | None:
+        """[3] centre of a head at the top of what of a body [h, w] is within a radius of a head's
+        place, seen from above; None if nothing is."""
+        right, forward = self.overview_of(head_camera)
+        aside_m = np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
+        is_near = is_body & (aside_m < radius_m)
+        if not is_near.any():
+            return None
+        heights_m = self.heights_m[is_near]
+        is_top = heights_m > np.quantile(heights_m, 0.97) - 2 * HEAD_HALF_HEIGHT_M
+        top_m = float(np.quantile(heights_m, 0.97)) - HEAD_HALF_HEIGHT_M
+        center = np.median(self.cloud.points_camera[is_near][is_top], axis=0).astype(np.float64)
+        return center + (top_m - self.height_of(center)) * self.up_camera
+
     def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
         """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
         z = float(point_camera[2])
@@ -152,6 +173,20 @@ class Scene:
         depth_m, in_view = self.cloud.lookup(point_camera)
         is_free = depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M
         return bool(in_view and is_free)
+
+    def way_to_hidden(
+        self, head_camera: NDArray[np.float64], velocity: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """[3] how far a head goes on ([3] m/s) from a place until something hides it; None where
+        nothing does soon."""
+        aside = right_of(self.up_camera)
+        aside_m_per_s = float(velocity @ aside)
+        if abs(aside_m_per_s) < GOING_M_PER_S:
+            return None
+        for way_m in np.copysign(ASIDE_M, aside_m_per_s):
+            if self.is_hidden_at(head_camera + way_m * aside):
+                return way_m * aside
+        return None
 
     def covered_share(self, head_camera: NDArray[np.float64]) -> float:
         """Share of a head at a [3] place that something nearer hides or that is out of view."""

@@ -35,10 +35,16 @@ MEDIAN_SQUARE = 0.455
 LEAST_SHARE = 0.7
 # What stands still leaves no pixels free for what is behind it, save along its outline.
 LEFT_SHARE = 0.3
+# Readings beside what hid the rest were off: from so many times the pixels on they count no more.
+GROWN = 1.5
 
 
 class Stillness:
-    """Watches what a body's pixels show, from the frame on in which it is made."""
+    """Watches what a body's pixels show, from the frame on in which it is made.
+
+    Attributes:
+        telling_frames: in how many enough of them was in view.
+    """
 
     def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
         self._is_body = is_body
@@ -51,6 +57,11 @@ class Stillness:
         self._steps_m: list[float] = []
         self._square_steps: list[float] = []
         self._frames = 1
+        self.telling_frames = 0
+
+    def has_grown(self, is_body: NDArray[np.bool_]) -> bool:
+        """Whether so much more is seen of the body, [h, w], that it must be watched afresh."""
+        return np.count_nonzero(is_body) > GROWN * len(self._start_m)
 
     def is_broken_in(self, depth_m: NDArray[np.float32]) -> bool:
         """Whether the next frame, [h, w], shows that it is no thing that stands still."""
@@ -66,6 +77,7 @@ class Stillness:
             return True
         if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
             return False
+        self.telling_frames += 1
         change_m = (self._recent_m - self._sum_m / self._count)[is_same]
         step_m, mean_step_m = self._usual_steps_m()
         is_shifted = abs(change_m.mean()) > (

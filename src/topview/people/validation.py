@@ -51,7 +51,7 @@ class PersonLimits:
     area_m2: float = 1.2
     below_top_m: float = 0.4
     aside_m: float = 0.8
-    low_m: tuple[float, float] = (0.75, 1.25)
+    low_m: tuple[float, float] = (1.0, 1.25)
     flat_m: float = 0.002
 
 
@@ -79,6 +79,9 @@ LEAST_PIXELS = 8
 SURE = 0.95
 UNSURE = 0.8
 LENIENCE = 1.4
+# Ours: a step to what is nearer; it hides a body if so much of the outline is there.
+NEARER_M = 0.15
+HALF_HIDDEN = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +202,21 @@ def is_doubtful(
     is_flat = _relief_m(scene, distance_m < TORSO_M) < limits.flat_m + NOISE_LEFT * noise_m
     is_unsure = head.by_shape < UNSURE
     return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
+
+
+def hidden_outline(scene: Scene, distance_m: NDArray[np.float32]) -> float:
+    """Share 0..1 of a body's (`body_distance`, [h, w]) outline at which something nearer begins:
+    more may stand behind it than is seen."""
+    depth_m = scene.cloud.depth_m
+    is_body = distance_m < np.inf
+    beside = nearer = 0
+    for axis in (0, 1):
+        for step in (1, -1):
+            is_next = np.roll(is_body, step, axis) & ~is_body
+            step_m = np.roll(depth_m, step, axis) - depth_m
+            beside += np.count_nonzero(is_next)
+            nearer += np.count_nonzero(is_next & (depth_m > 0.0) & (step_m > NEARER_M))
+    return nearer / max(beside, 1)
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
