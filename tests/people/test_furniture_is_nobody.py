@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 
 from topview.detect.cloud import depth_noise_m
-from topview.people.finder import DOUBTED_S, PeopleFinder
+from topview.people.finder import PeopleFinder
+from topview.people.newcomers import DOUBTED_S
 from topview.people.stillness import Stillness
 from topview.sim import SimulatedRecording, scene_by_name
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
 from topview.people.identity import KnownUser
 from topview.people.present import OWN_HEAD_M, Present, reached
+from topview.people.roll import Roll
 from topview.people.scene import Scene
-from topview.people.settings import PeopleSettings
 from topview.people.validation import is_doubtful
 
 Distance = NDArray[np.float32]
@@ -46,47 +44,41 @@ def slips(scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> 
     return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
 
 
-def is_anothers(
-    scene: Scene, user: KnownUser, known: Sequence[KnownUser], bodies: Sequence[Distance]
-) -> bool:
-    """Whether who is in doubt is the shoulder of one of the `known` who is surer; `bodies` are
-    theirs."""
+def is_anothers(scene: Scene, user: KnownUser, roll: Roll) -> bool:
+    """Whether who is in doubt is the shoulder of one who is surer."""
     return any(
         other.confidence_now > user.confidence_now
         and reached(scene, user.head_camera, body) < OWN_HEAD_M
-        for other, body in zip(known, bodies, strict=True)
+        for other, body in roll
         if other is not user
     )
 
 
-def may_be_an_arm(
-    scene: Scene, user: KnownUser, known: Sequence[KnownUser], bodies: Sequence[Distance]
-) -> bool:
+def may_be_an_arm(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
     """Whether who is in doubt may be the arm that somebody moves: in his reach, and hanging
     together with him."""
-    own = np.isfinite(bodies[known.index(user)])
+    is_own = np.isfinite(own)
     return any(
         np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
-        and np.count_nonzero(own & np.isfinite(body)) > JOINED * np.count_nonzero(own)
-        for other, body in zip(known, bodies, strict=True)
-        if not other.is_suspect
+        and np.count_nonzero(is_own & np.isfinite(body)) > JOINED * np.count_nonzero(is_own)
+        for other, body in roll.others_of(user)
     )
 
 
-def is_undoubted(
-    scene: Scene,
-    user: KnownUser,
-    known: Sequence[KnownUser],
-    bodies: Sequence[Distance],
-    settings: PeopleSettings,
-) -> bool:
-    """Whether who was in doubt, half hidden say, looks like a person for long enough; called once a
-    frame."""
+def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
+    """Whether who is in doubt, half hidden say, or has no credit yet, looks like a person for long
+    enough; called once a frame."""
+    settings = roll.settings
     head = HeadCandidate(user.head_camera, user.confidence_now)
-    own = bodies[known.index(user)]
-    others = [body for body in bodies if body is not own]
+    others = [body for other, body in roll if other is not user]
     is_like = head.confidence >= settings.new_confidence and not is_doubtful(
         scene, head, Present([], others).left_of(own), settings.limits, 1
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
     return user.undoubted_frames >= (UNDOUBTED_FRAMES if user.is_suspect else PROVEN_FRAMES)
+
+
+def is_proven(user: KnownUser, time_s: float) -> bool:
+    """Whether somebody has gone where no thing goes."""
+    way_m = np.linalg.norm(user.head_camera - user.first_camera)
+    return user.seen_s == time_s and bool(way_m > PROVEN_M)

@@ -28,10 +28,11 @@ JITTER_M = 0.15
 MAX_GATE_M = 1.2
 # Who is hidden mostly stays as high as he was: a head is further up or down from where it was by
 # no more than this, and this per second; ours.
-LEVEL_M = 0.2
-RISING_M_PER_S = 0.03
+LEVEL_M = 0.15
+RISING_M_PER_S = 0.02
 # Heads of less confidence are only believed where they are expected; ours.
 SURE = 0.7
+# How a head looks is learnt anew from this confidence on, which one that hangs down has; ours.
 VIEW_FROM = 0.25
 
 
@@ -56,8 +57,9 @@ class KnownUser:
         undoubted_frames: in how many it lately has not.
         is_suspect: whether it may be furniture, until something of it has moved.
         stillness: of one who may be furniture, or has not yet proven otherwise; else None.
-        watched_s: since when that is watched.
-        has_moved: whether something of it has, since.
+        watched_s: since when.
+        colors: histogram of the clothes (`people.looks`), None while unknown.
+        company: whom it may have been taken for, of late.
     """
 
     def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
@@ -67,7 +69,8 @@ class KnownUser:
         self.view = view
         self.velocity = np.zeros(3)
         self.time_s = time_s
-        self.first_s = self.seen_s = time_s
+        self.first_camera, self.first_s = head.center_camera, time_s
+        self.seen_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
         self.face = FaceMemory()
@@ -76,11 +79,8 @@ class KnownUser:
         self.is_suspect = False
         self.stillness: Stillness | None = None
         self.watched_s = time_s
-        self.has_moved = False
-        self.moved_frames = 0
-        self.first_camera = head.center_camera
         self.colors: NDArray[np.float32] | None = None
-        self.company: set[int] = set()
+        self.company: set[KnownUser] = set()
         self.body_m: NDArray[np.float32] | None = None
 
     def watch(
@@ -89,11 +89,9 @@ class KnownUser:
         """Wait from now on for something of its [h, w] body to move."""
         self.stillness = Stillness(depth_m, is_body)
         self.watched_s = time_s
-        self.has_moved = False
-        self.moved_frames = 0
 
     def exchange(self, other: KnownUser) -> None:
-        """The two were taken for one another."""
+        """The two were taken for one another: what is known of each goes to the other's head."""
         for name in ("id", "height", "face", "colors"):
             own = getattr(self, name)
             setattr(self, name, getattr(other, name))

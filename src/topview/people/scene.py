@@ -13,10 +13,11 @@ from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
 
-
-# Ours: what hides a head that is not where it was expected is so far aside at most.
+# Ours: behind what a head goes is so far aside at most, if it goes at all.
 ASIDE_M = 0.05 * np.arange(1, 9)
 GOING_M_PER_S = 0.5
+# Ours: this share of a body is below its top, save for single readings.
+TOP = 0.97
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +114,11 @@ class Scene:
             is_bulky,
         )
 
+    @property
+    def time_s(self) -> float:
+        """Of the frame."""
+        return self.cloud.frame.timestamp_s
+
     def is_under(self, head_camera: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
         """[h, w] what lies in the upright cylinder under a head."""
         right, forward = self.overview_of(head_camera)
@@ -131,10 +137,10 @@ class Scene:
         if not is_near.any():
             return None
         heights_m = self.heights_m[is_near]
-        is_top = heights_m > np.quantile(heights_m, 0.97) - 2 * HEAD_HALF_HEIGHT_M
-        top_m = float(np.quantile(heights_m, 0.97)) - HEAD_HALF_HEIGHT_M
-        center = np.median(self.cloud.points_camera[is_near][is_top], axis=0).astype(np.float64)
-        return center + (top_m - self.height_of(center)) * self.up_camera
+        top_m = float(np.quantile(heights_m, TOP))
+        is_head = heights_m > top_m - 2 * HEAD_HALF_HEIGHT_M
+        seen = np.median(self.cloud.points_camera[is_near][is_head], axis=0).astype(np.float64)
+        return seen + (top_m - HEAD_HALF_HEIGHT_M - self.height_of(seen)) * self.up_camera
 
     def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
         """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""

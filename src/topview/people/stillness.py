@@ -35,6 +35,8 @@ MEDIAN_SQUARE = 0.455
 LEAST_SHARE = 0.7
 # What stands still leaves no pixels free for what is behind it, save along its outline.
 LEFT_SHARE = 0.3
+# One frame alone may show what somebody's shadow does.
+MOVED_FRAMES = 3
 # Readings beside what hid the rest were off: from so many times the pixels on they count no more.
 GROWN = 1.5
 
@@ -44,6 +46,7 @@ class Stillness:
 
     Attributes:
         telling_frames: in how many enough of them was in view.
+        moved_frames: in how many it was no thing that stands still.
     """
 
     def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
@@ -57,11 +60,20 @@ class Stillness:
         self._steps_m: list[float] = []
         self._square_steps: list[float] = []
         self._frames = 1
-        self.telling_frames = 0
+        self.telling_frames = self.moved_frames = 0
+
+    @property
+    def is_broken(self) -> bool:
+        """Whether it is no thing that stands still."""
+        return self.moved_frames >= MOVED_FRAMES
+
+    def look(self, depth_m: NDArray[np.float32]) -> None:
+        """Watch the next frame, [h, w]."""
+        self.moved_frames += self.is_broken_in(depth_m)
 
     def has_grown(self, is_body: NDArray[np.bool_]) -> bool:
         """Whether so much more is seen of the body, [h, w], that it must be watched afresh."""
-        return np.count_nonzero(is_body) > GROWN * len(self._start_m)
+        return bool(np.count_nonzero(is_body) > GROWN * len(self._start_m))
 
     def is_broken_in(self, depth_m: NDArray[np.float32]) -> bool:
         """Whether the next frame, [h, w], shows that it is no thing that stands still."""

@@ -79,7 +79,7 @@ LEAST_PIXELS = 8
 SURE = 0.95
 UNSURE = 0.8
 LENIENCE = 1.4
-# Ours: a step to what is nearer; it hides a body if so much of the outline is there.
+# Ours: what is so much nearer hides a body, if it is along this share of the outline.
 NEARER_M = 0.15
 HALF_HIDDEN = 0.2
 
@@ -204,9 +204,9 @@ def is_doubtful(
     return sum((is_very_low, is_low, is_slim, is_flat, is_unsure)) >= least
 
 
-def hidden_outline(scene: Scene, distance_m: NDArray[np.float32]) -> float:
-    """Share 0..1 of a body's (`body_distance`, [h, w]) outline at which something nearer begins:
-    more may stand behind it than is seen."""
+def is_half_hidden(scene: Scene, distance_m: NDArray[np.float32]) -> bool:
+    """Whether at much of a body's (`body_distance`, [h, w]) outline something nearer begins, behind
+    which there may be more of it."""
     depth_m = scene.cloud.depth_m
     is_body = distance_m < np.inf
     beside = nearer = 0
@@ -216,7 +216,7 @@ def hidden_outline(scene: Scene, distance_m: NDArray[np.float32]) -> float:
             step_m = np.roll(depth_m, step, axis) - depth_m
             beside += np.count_nonzero(is_next)
             nearer += np.count_nonzero(is_next & (depth_m > 0.0) & (step_m > NEARER_M))
-    return nearer / max(beside, 1)
+    return bool(nearer > HALF_HIDDEN * beside)
 
 
 def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:

@@ -1,0 +1,189 @@
+"""Which head is whose, from frame to frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.following import HeadView, follow_head
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
+from topview.people.doubts import BRIEFLY_S, COVERED, slips
+from topview.people.identity import KnownUser, assign
+from topview.people.present import SAME_HEAD_M, SUSPECT, Present, reached
+from topview.people.roll import Roll
+from topview.people.scene import Scene
+from topview.people.settings import PeopleSettings
+
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
+
+# Ours: a head that scores this (`KnownUser.score`) is not doubted.
+SURE_SCORE = 0.75
+# Ours: of one who was hidden for longer the head's looks of then are no more followed.
+FOLLOWED_S = 0.5
+# Ours: the head of one who stoops, so low in statures, may be in view without being made out: it
+# is the highest of the body so near to where it was seen last, from above.
+STOOPED, STOOPING_M = 0.65, 0.25
+# Ours: how much more confidence makes a head out of something else on a body.
+MUCH_MORE = 0.12
+# Ours: a head is this near to the height that its stature gives, and what is so much lower was not.
+UPRIGHT_M, SUNK_M = 0.1, 0.25
+# Ours: a head that is not where it was expected may be so much lower.
+LOWER_M = 0.3
+
+
+def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
+    """Tell everybody on the roll where the head is now, and find their bodies; gives the detected
+    heads that nobody took."""
+    known, time_s = roll.known, scene.time_s
+    options, scores = _options(known, scene, heads)
+    bodies: dict[int, Distance] = {}
+    taken: set[int] = set()
+    present = Present()
+    claims: list[Vector] = []  # places of heads that those who were seen of late did not take
+    for turn in _turns(known, time_s):
+        places = (*claims, *present.heads)
+        is_theirs = [
+            any(np.linalg.norm(head.center_camera - place) < SAME_HEAD_M for place in places)
+            for head in options
+        ]
+        now = scores.copy()
+        now[:, is_theirs] = -np.inf
+        matches = {turn[row]: column for row, column in assign(now[turn]).items()}
+        for index in sorted(turn, key=lambda i: -now[i, matches[i]] if i in matches else 0.0):
+            user = known[index]
+            head = options[matches[index]] if index in matches else None
+            if head is not None and _continues(scene, user, head, present, roll.settings):
+                user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
+                bodies[index] = roll.body_of(scene, user)
+                present.add(user.head_camera, bodies[index])
+                taken.add(matches[index])
+            elif time_s - user.seen_s < FOLLOWED_S:
+                claims.append(user.predicted(time_s))
+    for index, user in enumerate(known):
+        if index not in bodies:
+            bodies[index] = _miss(roll, scene, user)
+    roll.bodies = [bodies[index] for index in range(len(known))]
+    return [head for i, head in enumerate(heads) if i not in taken]
+
+
+def _options(
+    known: Sequence[KnownUser], scene: Scene, heads: Sequence[HeadCandidate]
+) -> tuple[list[HeadCandidate], NDArray[np.float64]]:
+    """The heads, and what each user's head looked like, found again; with [users, options] how well
+    each continues each user."""
+    time_s, options = scene.time_s, list(heads)
+    scores = [user.scores(heads, scene.up_camera, time_s) for user in known]
+    own: list[tuple[int, float]] = []
+    for index, user in enumerate(known):
+        is_lost = time_s - user.seen_s > FOLLOWED_S
+        if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
+            continue
+        head = follow_head(scene.cloud, user.view, user.predicted(time_s), scene.up_camera)
+        if head is not None:
+            options.append(head)
+            own.append((index, user.score(head, scene.up_camera, time_s)))
+    table = np.full((len(known), len(options)), -np.inf)
+    table[:, : len(heads)] = np.reshape(scores, (len(known), len(heads)))
+    for column, (index, score) in enumerate(own, start=len(heads)):
+        table[index, column] = score
+    return options, table
+
+
+def _turns(known: Sequence[KnownUser], time_s: float) -> list[list[int]]:
+    """In which order users find their heads again: whoever is hidden takes nobody's who is not, and
+    who may be furniture comes last."""
+
+    def rank(user: KnownUser) -> int:
+        if user.is_suspect:
+            return 3
+        if user.confidence_now > 0.0:
+            return 0
+        return 1 if time_s - user.seen_s < FOLLOWED_S else 2
+
+    ranks = [rank(user) for user in known]
+    return [[i for i, own in enumerate(ranks) if own == turn] for turn in sorted(set(ranks))]
+
+
+def _continues(
+    scene: Scene, user: KnownUser, head: HeadCandidate, present: Present, settings: PeopleSettings
+) -> bool:
+    """Whether the best head for a user is the user's."""
+    if present.owns(scene, head, settings.new_confidence):
+        return False
+    was_hidden = scene.time_s - user.seen_s > BRIEFLY_S
+    if was_hidden and present.person_under(scene, head, settings) is None:
+        return False
+    return not slips(scene, user, head, scene.time_s)
+
+
+def _miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
+    """Tell a user that the head was not found; gives the body."""
+    way_on = _way_on(scene, user, roll.settings.border_m)
+    user.miss(scene.time_s, scene.up_camera, way_on)
+    body = roll.body_of(scene, user)
+    is_missed = way_on is None and scene.time_s - user.seen_s > BRIEFLY_S
+    stoops = scene.height_of(user.head_camera) < STOOPED * user.height.height_m
+    if is_missed and stoops and scene.covered_share(user.head_camera) < COVERED:
+        top = scene.top_near(body < np.inf, user.head_camera, STOOPING_M)
+        user.head_camera = user.head_camera if top is None else top
+    return body
+
+
+def _way_on(scene: Scene, user: KnownUser, border_m: float) -> Vector | None:
+    """[3] how far on from the place where a head is expected, but was not found, something hides
+    it; None where it must be in view."""
+    place = user.predicted(scene.time_s)
+    if scene.is_hidden_at(place) or scene.is_out(place, border_m):
+        return np.zeros(3)
+    return scene.way_to_hidden(place, user.velocity) if scene.is_empty_at(place) else None
+
+
+def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
+    """Where something higher on a user's body looks much more like a head, for several frames, than
+    what has been followed: that is the head; somewhat lower too, where the expected place is in
+    view and the head is not there. Gives the heads that are left."""
+    left = list(heads)
+    for index, (user, body) in enumerate(roll):
+        rivals = _rivals(roll, scene, user, body, left)
+        user.rival_frames = user.rival_frames + 1 if rivals else 0
+        if user.rival_frames >= roll.settings.frames_until_new:
+            user.jump(rivals[0], HeadView.of(scene.cloud, rivals[0].center_camera), scene.time_s)
+            roll.bodies[index] = roll.body_of(scene, user)
+            left.remove(rivals[0])
+    return left
+
+
+def _rivals(
+    roll: Roll, scene: Scene, user: KnownUser, body: Distance, heads: Sequence[HeadCandidate]
+) -> list[HeadCandidate]:
+    """Those that may rather be the user's head than what is followed."""
+    sure = roll.others_of(user)
+    # Heads may be near to each other in a hug, but are no two heads of one.
+    others = Present(bodies=[body for _, body in sure])
+    is_elsewhere = user.confidence_now == 0.0 and scene.covered_share(user.head_camera) <= COVERED
+    lower_m = LOWER_M if is_elsewhere else 0.0
+    return [
+        head
+        for head in heads
+        if _is_better(scene, user, head, roll.settings.new_confidence)
+        and (head.center_camera - user.head_camera) @ scene.up_camera > -lower_m
+        and reached(scene, head.center_camera, body) < np.inf
+        and all(
+            np.linalg.norm(head.center_camera - other.head_camera) > SAME_HEAD_M
+            for other, _ in sure
+        )
+        and others.person_under(scene, head, roll.settings) is not None
+    ]
+
+
+def _is_better(scene: Scene, user: KnownUser, head: HeadCandidate, new_confidence: float) -> bool:
+    """Whether a head looks much more like a user's than what is followed; not quite as much if it
+    is where that of one of this stature would be, and what is followed is far below."""
+    up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
+    off_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M - user.height.height_m
+    if user.height.is_measured and up_m > SUNK_M and abs(off_m) < UPRIGHT_M:
+        return head.confidence > SUSPECT
+    return head.confidence > max(user.confidence_now + MUCH_MORE, new_confidence)
