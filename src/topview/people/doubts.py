@@ -10,7 +10,7 @@ from topview.people.identity import KnownUser
 from topview.people.present import OWN_HEAD_M, Present, reached
 from topview.people.roll import Roll
 from topview.people.scene import Scene
-from topview.people.validation import is_doubtful
+from topview.people.validation import is_doubtful, is_half_hidden
 
 Distance = NDArray[np.float32]
 
@@ -56,11 +56,14 @@ def is_anothers(scene: Scene, user: KnownUser, roll: Roll) -> bool:
 
 def may_be_an_arm(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
     """Whether who is in doubt may be the arm that somebody moves: in his reach, and hanging
-    together with him."""
+    together with him as far as can be seen."""
     is_own = np.isfinite(own)
     return any(
         np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
-        and np.count_nonzero(is_own & np.isfinite(body)) > JOINED * np.count_nonzero(is_own)
+        and (
+            np.count_nonzero(is_own & np.isfinite(body)) > JOINED * np.count_nonzero(is_own)
+            or is_half_hidden(scene, body)
+        )
         for other, body in roll.others_of(user)
     )
 

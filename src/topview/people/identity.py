@@ -18,7 +18,12 @@ from topview.people.stillness import Stillness
 Vector = NDArray[np.float64]
 
 # Ours: how fast the memory of a velocity fades while its user is hidden, seconds.
-VELOCITY_DECAY_S = 0.5
+VELOCITY_DECAY_S = 0.8
+# Ours: over which a velocity is smoothed, seconds.
+VELOCITY_S = 0.1
+# Ours: who is hidden goes on as in so many seconds before, if that was faster than this; a head that
+# comes to be covered seems to move for a moment.
+WALK_S, WALK_M_PER_S = 0.4, 0.3
 # A sprinting start; a head that moves faster is another's.
 MAX_SPEED_M_PER_S = 4.0
 # How much the walk of one who is hidden may change, metres per second; ours.
@@ -42,7 +47,7 @@ class KnownUser:
     Attributes:
         id: identity, 0 as long as it may be furniture.
         head_camera: [3] the head's centre when last updated, metres.
-        velocity: [3] metres per second.
+        velocity, walk: [3] metres per second: now, and of late.
         time_s: of `head_camera`.
         first_camera, first_s: where and when the head was first seen.
         seen_s: when it was last seen.
@@ -68,6 +73,7 @@ class KnownUser:
         self.confidence_now = head.confidence
         self.view = view
         self.velocity = np.zeros(3)
+        self.walk = np.zeros(3)
         self.time_s = time_s
         self.first_camera, self.first_s = head.center_camera, time_s
         self.seen_s = time_s
@@ -135,8 +141,8 @@ class KnownUser:
         elapsed_s = time_s - self.time_s
         if elapsed_s > 0.0:
             velocity = (head_camera - self.head_camera) / elapsed_s
-            share = 1.0 - np.exp(-elapsed_s / 0.1)
-            self.velocity = self.velocity + share * (velocity - self.velocity)
+            self.velocity = _blend(self.velocity, velocity, elapsed_s / VELOCITY_S)
+            self.walk = _blend(self.walk, velocity, elapsed_s / WALK_S)
             speed = float(np.linalg.norm(self.velocity))
             self.velocity *= min(1.0, MAX_SPEED_M_PER_S / max(speed, 1e-9))
         self.head_camera = head_camera
@@ -156,12 +162,20 @@ class KnownUser:
         """The head has not been measured: go on as predicted, as high as it was, and by `way_on`
         [3]; stay if that is None, as nothing hides it."""
         ahead_s = max(time_s - self.time_s, 0.0)
+        if self.confidence_now > 0.0:
+            speed = float(np.linalg.norm(self.walk))
+            self.velocity = self.walk if speed > WALK_M_PER_S else np.zeros(3)
         self.confidence_now = 0.0
         self.velocity = self.velocity - (self.velocity @ up_camera) * up_camera
         if way_on is not None:
             self.head_camera = self.predicted(time_s) + way_on
         self.velocity = self.velocity * np.exp(-ahead_s / VELOCITY_DECAY_S)
         self.time_s = time_s
+
+
+def _blend(old: Vector, new: Vector, times: float) -> Vector:
+    """[3] a mean that moves to the new; `times` the memory's length have gone by."""
+    return old + (1.0 - np.exp(-times)) * (new - old)
 
 
 def assign(scores: NDArray[np.float64]) -> dict[int, int]:
