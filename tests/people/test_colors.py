@@ -46,19 +46,19 @@ def test_without_colours_or_a_head_in_view_nobody_knows() -> None:
 def test_a_face_share_is_a_share_or_unknown(shares: list[float | None]) -> None:
     memory = FaceMemory()
     for index, share in enumerate(shares):
-        told = memory.update(share, None, index / 30)
+        told = memory.update(share, False, index / 30)
         assert told is None or 0.0 <= told <= 1.0
         assert share is not None or told is None
 
 
 def test_who_turns_away_is_known_by_what_the_face_has_shown() -> None:
     memory = FaceMemory()
-    assert memory.update(0.1, None, 0.0) is None  # a back, or skin that is not seen for skin
-    assert [memory.update(0.6, None, k / 30) for k in range(30)][-1] == pytest.approx(1.0)
-    assert [memory.update(0.1, None, 1 + k / 30) for k in range(60)][-1] == pytest.approx(
+    assert memory.update(0.1, False, 0.0) is None  # a back, or skin that is not seen for skin
+    assert [memory.update(0.6, False, k / 30) for k in range(30)][-1] == pytest.approx(1.0)
+    assert [memory.update(0.1, False, 1 + k / 30) for k in range(60)][-1] == pytest.approx(
         0.0, abs=0.01
     )
-    assert [memory.update(0.6, None, 3 + k / 30) for k in range(60)][-1] == pytest.approx(
+    assert [memory.update(0.6, False, 3 + k / 30) for k in range(60)][-1] == pytest.approx(
         1.0, abs=0.01
     )
 
@@ -69,7 +69,7 @@ def test_a_face_that_is_found_tells_at_once_and_what_little_skin_shows_then_coun
     assert not memory.is_known
     assert memory.update(0.2, True, 0.1) == 1.0
     assert memory.is_known
-    away = [memory.update(0.0, None, 0.3 + k / 30) for k in range(60)]
+    away = [memory.update(0.0, False, 0.3 + k / 30) for k in range(60)]
     assert away[-1] == pytest.approx(0.0, abs=0.01)
     blind = FaceMemory()
     assert blind.update(0.0, True, 0.0) == 1.0
@@ -84,7 +84,6 @@ def blob(belief: list[float], is_seen: bool = True, has_depth: bool = True) -> S
         belief=np.array(belief),
         ellipse=Ellipse.of_pixels(np.array([[3.0, 4.0], [5.0, 6.0]], np.float32)),
         surface_camera=place if has_depth else None,
-        ends_camera=np.stack([place, place]) if has_depth else None,
         palm_camera=place + 0.01 if has_depth else None,
         major_m=0.08,
         minor_m=0.05,

@@ -72,9 +72,6 @@ PARENTS: Final = read_only(np.array([landmark.parent for landmark in LANDMARKS])
 FOLLOWS: Final = read_only(np.array([landmark.follows for landmark in LANDMARKS]))
 DEPTHS: Final = read_only(np.array([landmark.depth for landmark in LANDMARKS]))
 PLACES: Final = read_only(np.array([landmark.place for landmark in LANDMARKS]))
-MARKER_NAMES: Final[tuple[str, ...]] = tuple(
-    f"{name}.{side}" for name in NAMES for side in SIDE_NAMES
-)
 
 ARMS_DEG: Final = (8.0, 35.0, 90.0)
 """How far the arms may be held away from the body when the names are found (ours)."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import cv2
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
@@ -33,6 +32,7 @@ from topview.io import write_atomically
 from topview.io.naming import naming
 from topview.io.readers.images import decode_color
 from topview.records import InputError
+from topview.view.drawing import png_of
 from topview.view.sight import skin_picture
 
 SIMULATED_PER_TONE = 24
@@ -94,7 +94,7 @@ def train_skin(
     if show is not None and labelled:
         rgb = labelled[0].rgb
         view, probability, is_skin = find_skin(as_frame(rgb), histograms)
-        write_atomically(show, _png(skin_picture(view.rgb, probability, is_skin)))
+        write_atomically(show, png_of(skin_picture(view.rgb, probability, is_skin)))
         print(f"{100 * is_skin.mean():.1f} % of {(images or [])[0]} is skin; look at {show}")
 
 
@@ -186,8 +186,3 @@ def _read_image(path: Path) -> NDArray[np.uint8]:
         raise InputError(f"{path}: {error.strerror}; it must be a PNG or JPEG image") from error
     with naming(path):
         return decode_color(data)
-
-
-def _png(picture: NDArray[np.uint8]) -> bytes:
-    _, encoded = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))
-    return encoded.tobytes()

@@ -48,8 +48,6 @@ class SkinBlob:
         ellipse: in the full image.
         surface_camera: [3] metres, the middle of what is seen of it; None if its depth is not
             known.
-        ends_camera: [2, 3] metres, the ends of its major axis at its depth. None if that is not
-            known.
         palm_camera: [3] metres on the skin, where the palm is if it is a hand, maybe with its arm.
             None if its depth is not known.
         major_m, minor_m: true semi-axes, 0 if not known.
@@ -62,7 +60,6 @@ class SkinBlob:
     belief: Vector
     ellipse: Ellipse
     surface_camera: Vector | None
-    ends_camera: Vector | None
     palm_camera: Vector | None
     major_m: float
     minor_m: float
@@ -228,19 +225,14 @@ class FacesAndHands:
 
     def _described(self, view: ColorView, blob: Blob, heads_camera: Sequence[Place]) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
-        surface = ends = None
+        surface = None
         if blob.depth_m > 0.0:
-            ellipse = blob.ellipse
-            surface = np.array(view.point_camera(ellipse.x, ellipse.y, blob.depth_m))
-            ends = np.array(
-                [view.point_camera(x, y, blob.depth_m) for x, y in ellipse.ends.tolist()]
-            )
+            surface = np.array(view.point_camera(blob.ellipse.x, blob.ellipse.y, blob.depth_m))
         return SkinBlob(
             id=blob.id,
             belief=self._beliefs[blob.id],
             ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
             surface_camera=surface,
-            ends_camera=ends,
             palm_camera=palm_of(view, blob, heads_camera, REACH_M),
             major_m=blob.ellipse.major * metres_per_px,
             minor_m=blob.ellipse.minor * metres_per_px,

@@ -47,14 +47,12 @@ class FaceMemory:
         """Whether the colour of skin alone tells from now on."""
         return self._shown > 0.0
 
-    def update(
-        self, skin_share: float | None, is_frontal: bool | None, time_s: float
-    ) -> float | None:
+    def update(self, skin_share: float | None, is_frontal: bool, time_s: float) -> float | None:
         """How much of late the face has looked at the camera, 0..1; None while nobody knows.
 
         Args:
             skin_share: that of the head's pixels which are skin, None where they are not seen.
-            is_frontal: whether a detector of faces finds one there, None where it was not asked.
+            is_frontal: whether a detector of faces finds one there.
             time_s: of the frame.
         """
         elapsed_s, self._last_s = max(time_s - self._last_s, 0.0), time_s

@@ -58,10 +58,11 @@ def may_be_an_arm(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> b
     """Whether who is in doubt may be the arm that somebody moves: in his reach, and hanging
     together with him as far as can be seen."""
     is_own = np.isfinite(own)
+    pixels = np.count_nonzero(is_own)
     return any(
         np.linalg.norm(scene.overview_of(user.head_camera - other.head_camera)) < REACH_M
         and (
-            np.count_nonzero(is_own & np.isfinite(body)) > JOINED * np.count_nonzero(is_own)
+            np.count_nonzero(is_own & np.isfinite(body)) > JOINED * pixels
             or is_half_hidden(scene, body)
         )
         for other, body in roll.others_of(user)

@@ -21,8 +21,8 @@ Vector = NDArray[np.float64]
 VELOCITY_DECAY_S = 0.8
 # Ours: over which a velocity is smoothed, seconds.
 VELOCITY_S = 0.1
-# Ours: who is hidden goes on as in so many seconds before, if that was faster than this; a head that
-# comes to be covered seems to move for a moment.
+# Ours: who is hidden goes on as in so many seconds before, if that was faster than this; a head
+# that comes to be covered seems to move for a moment.
 WALK_S, WALK_M_PER_S = 0.4, 0.3
 # A sprinting start; a head that moves faster is another's.
 MAX_SPEED_M_PER_S = 4.0

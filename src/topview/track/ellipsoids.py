@@ -248,8 +248,7 @@ class EllipsoidTracker:
             own = self._some(points[reach & (away[k] <= away[1 - k])])
             axes, cost_m = self._axes(arm, own, R, side=2.0 * k - 1.0)
             offset = (arm.shoulder - torso.neck_camera) @ R
-            palm = offset + (axes * arm.lengths_m[:, None]).sum(0) @ R
-            arms.append(Arm(offset, axes @ R, palm, cost_m / s.cap_m, cost_m < s.found_m))
+            arms.append(Arm(offset, axes @ R, cost_m / s.cap_m, cost_m < s.found_m))
         return arms
 
     def _axes(self, arm: _HungArm, points: Array, R: Array, side: float) -> tuple[Array, float]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from topview.body import JOINT_NAMES
 from topview.detect.cloud import Cloud
 from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
-from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons
+from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons, png_of
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
 from topview.view.scene3d import Stage, paint_scene
 
@@ -131,8 +130,7 @@ class ContactSheet:
         Raises:
             InputError: no frame was shown.
         """
-        _, png = cv2.imencode(".png", cv2.cvtColor(self.paint(), cv2.COLOR_RGB2BGR))
-        return png.tobytes()
+        return png_of(self.paint())
 
     def _paint_header(self, sheet: Image, moments: Sequence[Moment]) -> None:
         x = float(MARGIN_PX) + 2

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from topview.body import JOINTS
 from topview.camera import project
-from topview.records import Frame, JointState, Person
+from topview.records import Camera, Frame, JointState, Person
 from topview.view.palette import GROUND, MUTED, OUTLINE, PANEL, Color, mix, person_color
 
 Image = NDArray[np.uint8]
@@ -143,6 +143,27 @@ def _relief(frame: Frame) -> NDArray[np.float64]:
     return 1.0 / np.sqrt(1.0 + 0.15 * (slope_x**2 + slope_y**2) / step_m**2)
 
 
+def png_of(picture: Image) -> bytes:
+    """A PNG file's bytes."""
+    _, encoded = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    return encoded.tobytes()
+
+
+def places_of(
+    points_camera: NDArray[np.float64], camera: Camera, scale: float
+) -> NDArray[np.float64]:
+    """[N, 2] where [N, 3] points are in a camera's picture that is `scale` times as large."""
+    return (project(points_camera, camera) + 0.5) * scale - 0.5
+
+
+def mask_as_large(mask: NDArray[np.bool_], size_px: tuple[int, int]) -> NDArray[np.bool_]:
+    """A [h, w] mask at (width, height)."""
+    if mask.shape == size_px[::-1]:
+        return mask
+    large = cv2.resize(mask.view(np.uint8), size_px, interpolation=cv2.INTER_NEAREST)
+    return np.asarray(large, np.uint8) > 0
+
+
 def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[int, int]) -> Image:
     """The frame fitted into (width, height) with every person's skeleton over it, nearest last.
 
@@ -154,7 +175,7 @@ def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[
     fitted = round(camera.width * scale), round(camera.height * scale)
     picture = resized(frame_picture(frame), fitted)
     for person in sorted(people, key=lambda person: -float(person.joints_camera[0, 2])):
-        joints_px = (project(person.joints_camera, camera) + 0.5) * scale - 0.5
+        joints_px = places_of(person.joints_camera, camera, scale)
         draw_skeleton(picture, person, joints_px)
         _label_head(picture, person, joints_px)
     panel = np.full((height, width, 3), GROUND, np.uint8)

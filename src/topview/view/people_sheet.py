@@ -9,13 +9,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera import project
 from topview.people.finder import Found
 from topview.people.present import TOO_NEAR
 from topview.people.scene import Scene
 from topview.people.users import User
 from topview.records import Frame, InputError, Person
-from topview.view.drawing import Image, draw_line, draw_text, frame_picture, resized
+from topview.view.drawing import (
+    Image,
+    draw_line,
+    draw_text,
+    frame_picture,
+    mask_as_large,
+    places_of,
+    png_of,
+    resized,
+)
 from topview.view.palette import (
     GRID,
     GRID_STRONG,
@@ -98,8 +106,7 @@ class PeopleSheet:
         Raises:
             InputError: no frame was shown.
         """
-        _, png = cv2.imencode(".png", cv2.cvtColor(self.paint(), cv2.COLOR_RGB2BGR))
-        return png.tobytes()
+        return png_of(self.paint())
 
 
 def paint_found(found: Found) -> Image:
@@ -226,7 +233,7 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
     for blob in sight.blobs:
         draw_blob(blobs, blob, blobs.shape[1] / frame.camera.width)
     skin = probability_picture(sight.skin, (frame.camera.width, frame.camera.height))
-    is_outside = ~_as_large(sight.is_skin, frame)
+    is_outside = ~mask_as_large(sight.is_skin, (frame.camera.width, frame.camera.height))
     skin[is_outside] = skin[is_outside] // 2
     changed = "; the light has changed" if sight.light_changed else ""
     return [
@@ -234,12 +241,6 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
         ("P(skin), bright where it is a region", _fitted(skin)),
         ("F face, L left hand, R right hand, ? other; belief in %", blobs),
     ]
-
-
-def _as_large(mask: NDArray[np.bool_], frame: Frame) -> NDArray[np.bool_]:
-    size = frame.camera.width, frame.camera.height
-    large = cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-    return np.asarray(large, np.uint8) > 0
 
 
 def _fitted(picture: Image) -> Image:
@@ -265,7 +266,7 @@ def _beside(panels: Sequence[Image]) -> Image:
 
 def _place(picture: Image, frame: Frame, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     scale = picture.shape[1] / frame.camera.width
-    return (project(point_camera[None], frame.camera)[0] + 0.5) * scale - 0.5
+    return places_of(point_camera[None], frame.camera, scale)[0]
 
 
 def _label(

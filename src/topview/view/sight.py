@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera import project
 from topview.detect.beliefs import Kind
 from topview.detect.faces_and_hands import SkinBlob
 from topview.records import Frame
-from topview.view.drawing import Image, draw_line, draw_text
+from topview.view.drawing import Image, draw_line, draw_text, mask_as_large, places_of
 from topview.view.palette import MUTED, OUTLINE, TEXT, Color
 
 KIND_COLORS: Final = MappingProxyType(
@@ -34,7 +33,7 @@ DIMMED: Final = 0.3
 
 def draw_mask(image: Image, mask: NDArray[np.bool_]) -> None:
     """Dim what is outside of a mask, which may be smaller than the image ([h, w])."""
-    is_out = ~_as_large(mask, image)
+    is_out = ~mask_as_large(mask, (image.shape[1], image.shape[0]))
     image[is_out] = (image[is_out] * DIMMED).astype(np.uint8)
 
 
@@ -66,7 +65,7 @@ def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.flo
     for head in heads_camera:
         if not np.isfinite(head).all() or head[2] <= 0.0:
             continue
-        at = (project(head[None], frame.camera)[0] + 0.5) * scale - 0.5
+        at = places_of(head[None], frame.camera, scale)[0]
         for arm in np.array([[5.0, 0.0], [0.0, 5.0]]):
             draw_line(image, at - arm, at + arm, OUTLINE, 4)
             draw_line(image, at - arm, at + arm, TEXT, 2)
@@ -78,14 +77,6 @@ def skin_picture(rgb: Image, probability: NDArray[np.uint8], is_skin: NDArray[np
     found = rgb.copy()
     draw_mask(found, is_skin)
     return np.hstack([rgb, probability_picture(probability, (width, height)), found])
-
-
-def _as_large(mask: NDArray[np.bool_], image: Image) -> NDArray[np.bool_]:
-    height, width = image.shape[:2]
-    if mask.shape == (height, width):
-        return mask
-    large = cv2.resize(mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
-    return np.asarray(large, np.uint8) > 0
 
 
 def _draw_ellipse(

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 OVERALL: Final = "#1f6fb2"
 OCCLUDED: Final = "#c8402f"
-PRINTED: Final = "#8a8f98"
-"""Blue and red as in Fig. 6.3; grey for the thesis's numbers."""
+"""Blue and red as in Fig. 6.3."""
 
 STYLE: Final[dict[Any, Any]] = {
     "axes.grid": True,

@@ -85,7 +85,6 @@ class Arm:
 
     shoulder_torso: Array
     axes_torso: Array
-    palm_torso: Array
     discrepancy: float
     is_found: bool
 
@@ -235,8 +234,7 @@ class ArmFilter:
         difference, pixels, _ = look.compared(mean, s)[0]
         discrepancy = float(difference / (s.cap_m * max(pixels, 1.0)))
         shoulder = look.nominal_shoulder + mean.offsets[0]
-        palm = shoulder + look.lengths_m @ mean.axes[0]
-        return Arm(shoulder, mean.axes[0], palm, discrepancy, discrepancy < s.found_discrepancy)
+        return Arm(shoulder, mean.axes[0], discrepancy, discrepancy < s.found_discrepancy)
 
 
 class _Look:
