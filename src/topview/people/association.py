@@ -23,9 +23,13 @@ Distance = NDArray[np.float32]
 SURE_SCORE = 0.75
 # Ours: of one who was hidden for longer the head's looks of then are no more followed.
 FOLLOWED_S = 0.5
-# Ours: the head of one who stoops, so low in statures, may be in view without being made out: it
-# is the highest of the body so near to where it was seen last, from above.
+# Ours: a head so low in statures is one's who stoops; where it is not made out, it is the highest of
+# the body so near to where it was seen last, from above.
 STOOPED, STOOPING_M = 0.65, 0.25
+# Ours: of whom less is seen stands right behind somebody.
+UNSEEN_M2 = 0.02
+# Ours: a head that is hidden by and by seems to slide down by so much before it is missed.
+SLID_M = 0.35
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
 # Ours: a head is this near to the height that its stature gives, and what is so much lower was not.
@@ -124,12 +128,32 @@ def _miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     way_on = _way_on(scene, user, roll.settings.border_m)
     user.miss(scene.time_s, scene.up_camera, way_on)
     body = roll.body_of(scene, user)
-    is_missed = way_on is None and scene.time_s - user.seen_s > BRIEFLY_S
-    stoops = scene.height_of(user.head_camera) < STOOPED * user.height.height_m
-    if is_missed and stoops and scene.covered_share(user.head_camera) < COVERED:
-        top = scene.top_near(body < np.inf, user.head_camera, STOOPING_M)
-        user.head_camera = user.head_camera if top is None else top
+    if way_on is not None and _area_m2(scene, body, user) < UNSEEN_M2:
+        _place_behind_cover(scene, user)
+    elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
+        _look_for_the_stooping(scene, user, body)
     return body
+
+
+def _place_behind_cover(scene: Scene, user: KnownUser) -> None:
+    """Of whom nothing is seen stands, most likely, right behind what hides him."""
+    user.head_camera = user.head_camera + scene.way_to_cover(user.head_camera)
+    sunk_m = user.height.height_m - scene.height_of(user.head_camera) - HEAD_HALF_HEIGHT_M
+    if user.height.is_measured and 0.0 < sunk_m < SLID_M:
+        user.head_camera = user.head_camera + sunk_m * scene.up_camera
+
+
+def _look_for_the_stooping(scene: Scene, user: KnownUser, body: Distance) -> None:
+    """The head of one who stoops may be in view without being made out."""
+    stoops = scene.height_of(user.head_camera) < STOOPED * user.height.height_m
+    if stoops and scene.covered_share(user.head_camera) < COVERED:
+        top = scene.top_near(body < np.inf, user.seen_camera, STOOPING_M)
+        user.head_camera = user.head_camera if top is None else top
+
+
+def _area_m2(scene: Scene, body: Distance, user: KnownUser) -> float:
+    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
+    return np.count_nonzero(body < np.inf) * pixel_m**2
 
 
 def _way_on(scene: Scene, user: KnownUser, border_m: float) -> Vector | None:

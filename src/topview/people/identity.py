@@ -50,7 +50,7 @@ class KnownUser:
         velocity, walk: [3] metres per second: now, and of late.
         time_s: of `head_camera`.
         first_camera, first_s: where and when the head was first seen.
-        seen_s: when it was last seen.
+        seen_camera, seen_s: where and when it was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
         face: how much of it is in view of late.
@@ -69,7 +69,7 @@ class KnownUser:
 
     def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         self.id = id
-        self.head_camera = head.center_camera
+        self.head_camera = self.seen_camera = head.center_camera
         self.confidence_now = head.confidence
         self.view = view
         self.velocity = np.zeros(3)
@@ -145,13 +145,13 @@ class KnownUser:
             self.walk = _blend(self.walk, velocity, elapsed_s / WALK_S)
             speed = float(np.linalg.norm(self.velocity))
             self.velocity *= min(1.0, MAX_SPEED_M_PER_S / max(speed, 1e-9))
-        self.head_camera = head_camera
+        self.head_camera = self.seen_camera = head_camera
         self.time_s = self.seen_s = time_s
         self.frames_seen += 1
 
     def jump(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
         """What was followed was not the head; this is."""
-        self.head_camera = head.center_camera
+        self.head_camera = self.seen_camera = head.center_camera
         self.velocity = np.zeros(3)
         self.confidence_now = head.confidence
         self.view = view

@@ -16,6 +16,11 @@ from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
 # Ours: behind what a head goes is so far aside at most, if it goes at all.
 ASIDE_M = 0.05 * np.arange(1, 9)
 GOING_M_PER_S = 0.5
+# Ours: where a body is, right of and above the head's centre; how far aside it may be hidden, and
+# what each metre costs in shares of it.
+BODY = np.array([(right, -up) for up in (0.0, 0.3, 0.5, 0.7, 0.9) for right in (-0.18, 0.0, 0.18)])
+ASIDES_M = 0.05 * np.arange(-12, 13)
+COST_PER_M = 0.3
 # Ours: this share of a body is below its top, save for single readings.
 TOP = 0.97
 
@@ -193,6 +198,17 @@ class Scene:
             if self.is_hidden_at(head_camera + way_m * aside):
                 return way_m * aside
         return None
+
+    def way_to_cover(self, head_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[3] how far aside of a head's place a body of which nothing is seen may be: where the
+        most of it is hidden, but no further than it must."""
+        right = right_of(self.up_camera)
+        body = head_camera + BODY[:, :1] * right + BODY[:, 1:] * self.up_camera
+        places = body[:, None] + ASIDES_M[:, None] * right
+        depth_m, _ = self.cloud.lookup(np.moveaxis(places, -1, 0))
+        is_hidden = (depth_m > 0.0) & (depth_m < places[..., 2] - 2 * HEAD_RADIUS_M)
+        gain = is_hidden.mean(0) - COST_PER_M * np.abs(ASIDES_M)
+        return ASIDES_M[int(np.argmax(gain))] * right
 
     def covered_share(self, head_camera: NDArray[np.float64]) -> float:
         """Share of a head at a [3] place that something nearer hides or that is out of view."""
