@@ -23,8 +23,8 @@ Distance = NDArray[np.float32]
 SURE_SCORE = 0.75
 # Ours: of one who was hidden for longer the head's looks of then are no more followed.
 FOLLOWED_S = 0.5
-# Ours: a head so low in statures is one's who stoops; where it is not made out, it is the highest of
-# the body so near to where it was seen last, from above.
+# Ours: a head so low in statures is one's who stoops; where it is not made out, it is the highest
+# of the body so near to where it was seen last, from above.
 STOOPED, STOOPING_M = 0.65, 0.25
 # Ours: of whom less is seen stands right behind somebody.
 UNSEEN_M2 = 0.02

@@ -21,7 +21,7 @@ CHEST_BELOW_M, CHEST_ASIDE_M, WINDOW_M = (0.2, 0.65), 0.16, 0.4
 # Less of them tells nothing.
 LEAST_M2 = 0.02
 # Lightness and chromaticities (red and green of all) in so many steps each, and their ranges.
-STEPS, RANGES = (6, 10, 10), (0.0, 256.0, 0.1, 0.6, 0.1, 0.6)
+STEPS, RANGES = (6, 16, 16), (0.0, 256.0, 0.0, 1.0, 0.0, 1.0)
 # Whose heads are this near to each other may be taken for one another; until they are so far apart
 # again. They are compared where they are no nearer than the third, and their clothes are learnt
 # while nobody is nearer than the last.
