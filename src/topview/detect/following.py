@@ -37,8 +37,11 @@ MOTION_M: Final = 0.1
 CANDIDATES: Final = 32
 MAX_DEPTH_CHANGE_M: Final = 0.15
 # Ours: a head that is known may lean further than one that is new.
-TILTS_RAD: Final = np.array([-2.4, -1.8, -1.2, -0.6, 0.0, 0.6, 1.2, 1.8, 2.4, np.pi])
-TILTS_COST = 0.12
+TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
+# Or hang down, where nothing upright looks this much like one; that costs no more than so much.
+HANGING_RAD: Final = np.array([-2.4, -1.8, 1.8, 2.4, np.pi])
+UPRIGHT: Final = 0.5
+MOST_PENALTY: Final = 0.3
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
 LIKENESS: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.15
@@ -108,12 +111,10 @@ def follow_head(
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
     centers[:, 1] = (rows - camera.cy) / camera.fy * depth_m
     centers[:, 2] = depth_m
-    ups = tilted_ups(up_camera, TILTS_RAD)
-    evidence = head_evidence(
-        cloud, np.tile(centers, (len(ups), 1)), np.repeat(ups, len(centers), axis=0)
-    )
-    upright = 1.0 - np.minimum(TILT_PENALTY * np.abs(TILTS_RAD), 0.3)
-    confidence = (upright[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
+    confidence = _confidence(cloud, centers, up_camera, TILTS_RAD)
+    if confidence.max() < UPRIGHT:
+        hanging = _confidence(cloud, centers, up_camera, HANGING_RAD)
+        confidence = np.maximum(confidence, hanging)
     deeper_m = depth_m - float(predicted_camera[2])
     total = cost.ravel()[best] + (deeper_m / MOTION_M) ** 2 - LIKENESS * confidence
     chosen = int(np.argmin(total))
@@ -121,6 +122,18 @@ def follow_head(
         return None
     center = _settle(cloud, centers[chosen], up_camera)
     return None if center is None else HeadCandidate(center, float(confidence[chosen]))
+
+
+def _confidence(
+    cloud: Cloud, centers_camera: Vector, up_camera: Vector, tilts_rad: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[N] that heads are at [N, 3] places, tilted as suits each best."""
+    ups = tilted_ups(up_camera, tilts_rad)
+    evidence = head_evidence(
+        cloud, np.tile(centers_camera, (len(ups), 1)), np.repeat(ups, len(centers_camera), axis=0)
+    )
+    upright = 1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
+    return (upright[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
 
 
 def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:

@@ -48,13 +48,8 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
     present = Present()
     claims: list[Vector] = []  # places of heads that those who were seen of late did not take
     for turn in _turns(known, time_s):
-        places = (*claims, *present.heads)
-        is_theirs = [
-            any(np.linalg.norm(head.center_camera - place) < SAME_HEAD_M for place in places)
-            for head in options
-        ]
         now = scores.copy()
-        now[:, is_theirs] = -np.inf
+        now[:, _are_near(options, [*claims, *present.heads])] = -np.inf
         matches = {turn[row]: column for row, column in assign(now[turn]).items()}
         for index in sorted(turn, key=lambda i: -now[i, matches[i]] if i in matches else 0.0):
             user = known[index]
@@ -71,6 +66,15 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
             bodies[index] = _miss(roll, scene, user)
     roll.bodies = [bodies[index] for index in range(len(known))]
     return [head for i, head in enumerate(heads) if i not in taken]
+
+
+def _are_near(heads: Sequence[HeadCandidate], places: Sequence[Vector]) -> NDArray[np.bool_]:
+    """[heads] which of them are at one of the places, [3] each."""
+    if not heads or not places:
+        return np.zeros(len(heads), np.bool_)
+    centers = np.array([head.center_camera for head in heads])
+    offsets_m = np.linalg.norm(centers[:, None] - np.array(places), axis=-1)
+    return offsets_m.min(1) < SAME_HEAD_M
 
 
 def _options(

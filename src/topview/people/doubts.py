@@ -16,11 +16,10 @@ Distance = NDArray[np.float32]
 
 # Ours: one who was hidden for longer must look like a person again.
 BRIEFLY_S = 0.15
-# Ours: one who was in doubt and has not been for so many frames is somebody.
+# Ours: one who has been in no doubt so often, one look after the other, is somebody.
 UNDOUBTED_FRAMES = 5
-# Ours: one who was in no doubt at first, and is in none in so many frames, is somebody for good; as
-# is whoever has gone so far.
-PROVEN_FRAMES, PROVEN_M = 15, 0.3
+# Ours: whoever has gone so far is somebody for good.
+PROVEN_M = 0.3
 # Ours: a head this much of which is hidden does not go further down, or aside, than this from where
 # it is expected in the next frame.
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
@@ -71,7 +70,7 @@ def may_be_an_arm(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> b
 
 def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
     """Whether who is in doubt, half hidden say, or has no credit yet, looks like a person for long
-    enough; called once a frame."""
+    enough; called once for each look."""
     settings = roll.settings
     head = HeadCandidate(user.head_camera, user.confidence_now)
     others = [body for other, body in roll if other is not user]
@@ -79,7 +78,7 @@ def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bo
         scene, head, Present([], others).left_of(own), settings.limits, 1
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
-    return user.undoubted_frames >= (UNDOUBTED_FRAMES if user.is_suspect else PROVEN_FRAMES)
+    return user.undoubted_frames >= UNDOUBTED_FRAMES
 
 
 def is_proven(user: KnownUser, time_s: float) -> bool:

@@ -26,8 +26,8 @@ STEPS, RANGES = (6, 16, 16), (0.0, 256.0, 0.0, 1.0, 0.0, 1.0)
 # again. They are compared where they are no nearer than the third, and their clothes are learnt
 # while nobody is nearer than the last.
 TOGETHER_M, PARTED_M, JUDGED_M, APART_M = 0.5, 1.4, 0.3, 0.7
-# New looks go into the remembered ones by this share.
-RATE = 0.1
+# New looks go into the remembered ones by this share, in every so many frames.
+RATE, EVERY = 0.3, 5
 # By so much two must be less like themselves than like each other, to have been exchanged.
 CLEARLY = 0.4
 
@@ -94,7 +94,9 @@ def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> No
     """Remember what everybody wears; who met, and wear each other's clothes now, are exchanged."""
     users = [user for user in known if not user.is_suspect]
     _note_company(users)
-    if not sees_color:
+    if not sees_color or not (
+        scene.cloud.frame.index % EVERY == 0 or any(user.company for user in users)
+    ):
         return
     worn = {
         user: colors_under(

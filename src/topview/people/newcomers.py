@@ -28,9 +28,9 @@ Distance = NDArray[np.float32]
 
 # Ours: what may be furniture and has not moved for so long is.
 DOUBTED_S = 5.0
-# Ours: who was in no doubt, but is since, and of whom nothing has moved in so many frames that show
-# enough of him, is in doubt.
-PROBATION_FRAMES = 45
+# Ours: who is in no doubt at first is looked at in every so many frames; of whom nothing has moved
+# in so many of these looks, and who is in doubt since, is a suspect.
+EVERY, PROBATION_LOOKS = 3, 15
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
@@ -58,13 +58,16 @@ class Newcomers:
             if user.is_suspect and is_anothers(scene, user, roll):
                 roll.strike_out(user)
                 continue
-            is_like = user.seen_s == scene.time_s and is_undoubted(scene, user, body, roll)
+            if not user.is_suspect and (scene.cloud.frame.index + user.id) % EVERY:
+                continue
+            is_seen = user.seen_s == scene.time_s
+            is_like = is_seen and is_undoubted(scene, user, body, roll)
             user.stillness.look(scene.cloud.depth_m)
             if user.is_suspect:
                 self._judge_suspect(roll, scene, user, body, is_like)
             elif is_like or is_proven(user, scene.time_s):
                 user.stillness = None
-            elif user.stillness.telling_frames > PROBATION_FRAMES:
+            elif user.stillness.telling_frames > PROBATION_LOOKS:
                 user.is_suspect = not user.stillness.is_broken
                 user.watch(scene.cloud.depth_m, np.isfinite(body), scene.time_s)
 
