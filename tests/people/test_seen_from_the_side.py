@@ -7,8 +7,8 @@ import pytest
 from people_scenes import box, frame, head_of, plane, render, standing_person, with_noise
 
 from topview.detect.cloud import Cloud
-from topview.detect.following import HeadView
-from topview.detect.heads import HeadCandidate
+from topview.detect.following import HeadView, follow_head
+from topview.detect.heads import HeadCandidate, head_evidence
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
 from topview.people.identity import KnownUser
@@ -95,3 +95,17 @@ def test_an_outline_that_flickers_is_no_movement() -> None:
     stillness = Stillness(seen(0.0), is_body)
     assert not any(stillness.is_broken_in(seen(0.12 * (k > 20))) for k in range(90))
     assert any(stillness.is_broken_in(seen(0.0) - np.float32(0.04)) for _ in range(15))
+
+
+def test_a_head_that_hangs_down_is_followed() -> None:
+    head = head_of(0.0, 2.5, GROUND_Y)
+    hanging = [
+        (np.array([x, 2.0 * head[1] - y, z]), radius)
+        for (x, y, z), radius in standing_person(0.0, 2.5, GROUND_Y)
+    ]
+    cloud = Cloud.from_frame(frame(render(hanging, [np.full_like(FLOOR, 4.9)])))
+    upright = head_evidence(cloud, head[None], UP).confidence[0]
+    found = follow_head(cloud, HeadView.of(cloud, head), head + 0.02, UP)
+    assert found is not None
+    assert np.linalg.norm(found.center_camera - head) < 0.06
+    assert found.confidence > upright + 0.2

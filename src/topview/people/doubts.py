@@ -68,14 +68,19 @@ def may_be_an_arm(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> b
     )
 
 
+def looks_doubtful(scene: Scene, user: KnownUser, own: Distance, roll: Roll, least: int) -> bool:
+    """Whether a known user's body has `least` so many marks of furniture (`is_doubtful`)."""
+    head = HeadCandidate(user.head_camera, user.confidence_now)
+    others = [body for other, body in roll if other is not user]
+    nearest = Present([], others).left_of(own)
+    return is_doubtful(scene, head, nearest, roll.settings.limits, least)
+
+
 def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
     """Whether who is in doubt, half hidden say, or has no credit yet, looks like a person for long
     enough; called once for each look."""
-    settings = roll.settings
-    head = HeadCandidate(user.head_camera, user.confidence_now)
-    others = [body for other, body in roll if other is not user]
-    is_like = head.confidence >= settings.new_confidence and not is_doubtful(
-        scene, head, Present([], others).left_of(own), settings.limits, 1
+    is_like = user.confidence_now >= roll.settings.new_confidence and not looks_doubtful(
+        scene, user, own, roll, 1
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
     return user.undoubted_frames >= UNDOUBTED_FRAMES

@@ -14,6 +14,7 @@ from topview.people.doubts import (
     is_anothers,
     is_proven,
     is_undoubted,
+    looks_doubtful,
     may_be_an_arm,
 )
 from topview.people.height import PRIOR_HEIGHT_M
@@ -31,6 +32,8 @@ DOUBTED_S = 5.0
 # Ours: who is in no doubt at first is looked at in every so many frames; of whom nothing has moved
 # in so many of these looks, and who is in doubt since, is a suspect.
 EVERY, PROBATION_LOOKS = 3, 15
+# Ours: one who sits quietly has one of the marks of furniture (`is_doubtful`), furniture has more.
+DEEP_DOUBT = 2
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
@@ -68,7 +71,8 @@ class Newcomers:
             elif is_like or is_proven(user, scene.time_s):
                 user.stillness = None
             elif user.stillness.telling_frames > PROBATION_LOOKS:
-                user.is_suspect = not user.stillness.is_broken
+                is_still = not user.stillness.is_broken
+                user.is_suspect = is_still and looks_doubtful(scene, user, body, roll, DEEP_DOUBT)
                 user.watch(scene.cloud.depth_m, np.isfinite(body), scene.time_s)
 
     def _judge_suspect(
