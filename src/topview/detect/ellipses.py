@@ -87,12 +87,6 @@ class Ellipse:
         """Square pixels."""
         return pi * self.major * self.minor
 
-    @property
-    def ends(self) -> NDArray[np.float64]:
-        """[2, 2] (x, y) of the two ends of the major axis."""
-        along = self.major * np.array([cos(self.angle), sin(self.angle)])
-        return np.stack([self.center - along, self.center + along])
-
     def distance(self, points: Points) -> NDArray[np.float64]:
         """[...] D(p, h) of [..., 2] points (Eq. 4.3, 4.4): 1 on the ellipse, less inside.
 
