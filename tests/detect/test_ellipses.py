@@ -59,7 +59,7 @@ def test_scaling_image_and_ellipse_keeps_distances(
 def test_the_ends_of_the_major_axis_lie_on_the_ellipse() -> None:
     ellipse = Ellipse(50.0, 40.0, 20.0, 5.0, 0.3)
     along = 20.0 * np.array([np.cos(0.3), np.sin(0.3)])
-    ends = np.array([[50.0, 40.0] - along, [50.0, 40.0] + along])
+    ends = ellipse.center + np.stack([-along, along])
     assert ellipse.distance(ends) == pytest.approx([1.0, 1.0])
 
 
