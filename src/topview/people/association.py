@@ -124,7 +124,7 @@ def _continues(
     was_hidden = scene.time_s - user.seen_s > BRIEFLY_S
     if was_hidden and present.person_under(scene, head, settings) is None:
         return False
-    return not slips(scene, user, head, scene.time_s)
+    return not slips(scene, user, head)
 
 
 def _miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:

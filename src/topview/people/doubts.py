@@ -29,17 +29,17 @@ REACH_M = 0.9
 JOINED = 0.3
 
 
-def slips(scene: Scene, user: KnownUser, head: HeadCandidate, time_s: float) -> bool:
+def slips(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
     """Whether a user's head seems to move as something comes before it: it is the shoulder then
     that still is to be seen, or a half of the head."""
-    expected = user.predicted(time_s)
+    expected = user.predicted(scene.time_s)
     offset = head.center_camera - expected
     up_m = float(offset @ scene.up_camera)
     is_covered = scene.covered_share(expected) > COVERED
     if up_m < -SLIP_M:
         higher = head.center_camera - up_m * scene.up_camera
         return is_covered or scene.covered_share(higher) > COVERED
-    was_seen = time_s - user.seen_s < BRIEFLY_S
+    was_seen = scene.time_s - user.seen_s < BRIEFLY_S
     return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
 
 

@@ -11,12 +11,7 @@ from numpy.typing import NDArray
 from topview.detect.cloud import Cloud
 from topview.detect.detectors import SkinHeads, head_detector
 from topview.detect.faces_and_hands import Sight
-from topview.detect.heads import (
-    HeadCandidate,
-    HeadDetector,
-    Hints,
-    refine_center,
-)
+from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
 from topview.people.association import correct, find_again
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
@@ -37,9 +32,7 @@ from topview.timing import StageClock
 
 __all__ = ["PeopleFinder", "PeopleSettings"]
 
-Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

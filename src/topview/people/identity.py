@@ -1,4 +1,4 @@
-"""Users over time: where each is expected, and which head is whose."""
+"""What is remembered of a user, and how well a head continues it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class KnownUser:
         head_camera: [3] the head's centre when last updated, metres.
         velocity, walk: [3] metres per second: now, and of late.
         time_s: of `head_camera`.
-        first_camera, first_s: where and when the head was first seen.
+        first_camera: [3] where the head was first seen.
         seen_camera, seen_s: where and when it was last seen.
         frames_seen: how many times.
         height: the stature's estimate.
@@ -75,7 +75,7 @@ class KnownUser:
         self.velocity = np.zeros(3)
         self.walk = np.zeros(3)
         self.time_s = time_s
-        self.first_camera, self.first_s = head.center_camera, time_s
+        self.first_camera = head.center_camera
         self.seen_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()

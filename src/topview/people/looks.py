@@ -43,12 +43,12 @@ def colors_under(
     window = _window(scene, head_camera)
     if window is None:
         return None
-    aside_m = _aside_m(scene, window, head_camera)
+    aside_m = scene.aside_of(head_camera, window)
     below_m = scene.height_of(head_camera) - scene.heights_m[window]
     is_chest = (aside_m < CHEST_ASIDE_M) & (cloud.depth_m[window] > 0.0)
     is_chest &= (below_m > CHEST_BELOW_M[0]) & (below_m < CHEST_BELOW_M[1])
     for other in others_camera:
-        is_chest &= aside_m <= _aside_m(scene, window, other)
+        is_chest &= aside_m <= scene.aside_of(other, window)
     pixel_m = float(head_camera[2]) / cloud.camera.fx
     if np.count_nonzero(is_chest) * pixel_m**2 < LEAST_M2:
         return None
@@ -77,12 +77,6 @@ def _window(scene: Scene, head_camera: Vector) -> tuple[slice, slice] | None:
     top, bottom = max(int(row), 0), min(int(row + down_px) + 2, camera.height)
     left, right = max(int(column - aside_px), 0), min(int(column + aside_px) + 2, camera.width)
     return np.s_[top:bottom, left:right] if top < bottom and left < right else None
-
-
-def _aside_m(scene: Scene, window: tuple[slice, slice], head_camera: Vector) -> NDArray[np.float32]:
-    right, forward = scene.overview_of(head_camera)
-    overview_m = scene.overview_m[window]
-    return np.hypot(overview_m[..., 0] - right, overview_m[..., 1] - forward)
 
 
 def unlikeness(one: Colors, other: Colors) -> float:

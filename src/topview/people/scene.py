@@ -13,6 +13,7 @@ from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
 
+WHOLE = (slice(None), slice(None))
 # Ours: behind what a head goes is so far aside at most, if it goes at all.
 ASIDE_M = 0.05 * np.arange(1, 9)
 GOING_M_PER_S = 0.5
@@ -124,21 +125,25 @@ class Scene:
         """Of the frame."""
         return self.cloud.frame.timestamp_s
 
+    def aside_of(
+        self, point_camera: NDArray[np.float64], window: tuple[slice, slice] = WHOLE
+    ) -> NDArray[np.float64]:
+        """[h, w] metres from a [3] point, seen from above; in a window of the image."""
+        right, forward = self.overview_of(point_camera)
+        overview_m = self.overview_m[window]
+        return np.hypot(overview_m[..., 0] - right, overview_m[..., 1] - forward)
+
     def is_under(self, head_camera: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
         """[h, w] what lies in the upright cylinder under a head."""
-        right, forward = self.overview_of(head_camera)
-        aside_m = np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
         top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M
-        return (aside_m < radius_m) & (self.heights_m < top_m)
+        return (self.aside_of(head_camera) < radius_m) & (self.heights_m < top_m)
 
     def top_near(
         self, is_body: NDArray[np.bool_], head_camera: NDArray[np.float64], radius_m: float
     ) -> NDArray[np.float64] | None:
         """[3] centre of a head at the top of what of a body [h, w] is within a radius of a head's
         place, seen from above; None if nothing is."""
-        right, forward = self.overview_of(head_camera)
-        aside_m = np.hypot(self.overview_m[..., 0] - right, self.overview_m[..., 1] - forward)
-        is_near = is_body & (aside_m < radius_m)
+        is_near = is_body & (self.aside_of(head_camera) < radius_m)
         if not is_near.any():
             return None
         heights_m = self.heights_m[is_near]
@@ -206,8 +211,7 @@ class Scene:
         body = head_camera + BODY[:, :1] * right + BODY[:, 1:] * self.up_camera
         places = body[:, None] + ASIDES_M[:, None] * right
         depth_m, _ = self.cloud.lookup(np.moveaxis(places, -1, 0))
-        is_hidden = (depth_m > 0.0) & (depth_m < places[..., 2] - 2 * HEAD_RADIUS_M)
-        gain = is_hidden.mean(0) - COST_PER_M * np.abs(ASIDES_M)
+        gain = _is_nearer(depth_m, places[..., 2]).mean(0) - COST_PER_M * np.abs(ASIDES_M)
         return ASIDES_M[int(np.argmax(gain))] * right
 
     def covered_share(self, head_camera: NDArray[np.float64]) -> float:
@@ -215,13 +219,17 @@ class Scene:
         right = right_of(self.up_camera)
         points = head_camera + INSIDE[:, :1] * right + INSIDE[:, 1:] * self.up_camera
         depth_m, in_view = self.cloud.lookup(points.T)
-        is_hidden = (depth_m > 0.0) & (depth_m < points[:, 2] - 2 * HEAD_RADIUS_M)
-        return float((is_hidden | ~in_view).mean())
+        return float((_is_nearer(depth_m, points[:, 2]) | ~in_view).mean())
 
     def is_hidden_at(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether something nearer hides a head's place."""
         depth_m, in_view = self.cloud.lookup(point_camera)
-        return bool(in_view and 0.0 < depth_m < point_camera[2] - 2 * HEAD_RADIUS_M)
+        return bool(in_view and _is_nearer(depth_m, point_camera[2]))
+
+
+def _is_nearer(depth_m: NDArray[np.float32], z_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """[...] whether what is seen is so much nearer than heads at depths z that it hides them."""
+    return (depth_m > 0.0) & (depth_m < z_m - 2 * HEAD_RADIUS_M)
 
 
 def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
