@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
+from topview.detect.head_colors import HeadColors
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
     HEAD_HALF_HEIGHT_M,
@@ -45,6 +46,8 @@ MOST_PENALTY: Final = 0.3
 # What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
 LIKENESS: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.15
+# What the colours of a head weigh against those of the body.
+COLORS: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,9 +80,14 @@ def _nearest_pixel(cloud: Cloud, center_camera: Vector) -> tuple[int, int]:
 
 
 def follow_head(
-    cloud: Cloud, view: HeadView, predicted_camera: Vector, up_camera: Vector
+    cloud: Cloud,
+    view: HeadView,
+    predicted_camera: Vector,
+    up_camera: Vector,
+    colors: HeadColors | None = None,
 ) -> HeadCandidate | None:
-    """The place near `predicted_camera` that looks most like `view` and like a head at all.
+    """The place near `predicted_camera` that looks most like `view` and like a head at all, and has
+    most of its colours.
 
     Finds heads that nothing sets free from what is behind or above them (bent forward, an arm
     over the head). None where nothing looks like it.
@@ -96,10 +104,13 @@ def follow_head(
     offset_m = (np.arange(2 * search_px + 1) - search_px) * pixel_m
     moved_m2 = offset_m[:, None] ** 2 + offset_m**2
     cost = unlike / LIKE_M2 + moved_m2 / MOTION_M**2
+    row, column = _nearest_pixel(cloud, predicted_camera)
+    if colors is not None:
+        share = colors.share_about(cloud, row, column, float(predicted_camera[2]), search_px)
+        cost += COLORS * (0.5 - share)
     best = lowest(cost, CANDIDATES)
     down, across = np.unravel_index(best, cost.shape)
 
-    row, column = _nearest_pixel(cloud, predicted_camera)
     camera = cloud.camera
     rows, columns = row + down - search_px, column + across - search_px
     height, width = cloud.depth_m.shape

@@ -11,10 +11,12 @@ from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
 from topview.people.doubts import BRIEFLY_S, COVERED, slips
 from topview.people.identity import KnownUser, assign
+from topview.people.looks import colors_of_head
 from topview.people.present import SAME_HEAD_M, SUSPECT, Present, reached
 from topview.people.roll import Roll
 from topview.people.scene import Scene
 from topview.people.settings import PeopleSettings
+from topview.people.unseen import miss
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -23,13 +25,6 @@ Distance = NDArray[np.float32]
 SURE_SCORE = 0.75
 # Ours: of one who was hidden for longer the head's looks of then are no more followed.
 FOLLOWED_S = 0.5
-# Ours: a head so low in statures is one's who stoops; where it is not made out, it is the highest
-# of the body so near to where it was seen last, from above.
-STOOPED, STOOPING_M = 0.65, 0.25
-# Ours: of whom less is seen stands right behind somebody.
-UNSEEN_M2 = 0.02
-# Ours: a head that is hidden by and by seems to slide down by so much before it is missed.
-SLID_M = 0.35
 # Ours: how much more confidence makes a head out of something else on a body.
 MUCH_MORE = 0.12
 # Ours: a head is this near to the height that its stature gives, and what is so much lower was not.
@@ -42,7 +37,7 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
     """Tell everybody on the roll where the head is now, and find their bodies; gives the detected
     heads that nobody took."""
     known, time_s = roll.known, scene.time_s
-    options, scores = _options(known, scene, heads)
+    options, scores = _options(roll, scene, heads)
     bodies: dict[int, Distance] = {}
     taken: set[int] = set()
     present = Present()
@@ -63,7 +58,7 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
                 claims.append(user.predicted(time_s))
     for index, user in enumerate(known):
         if index not in bodies:
-            bodies[index] = _miss(roll, scene, user)
+            bodies[index] = miss(roll, scene, user)
     roll.bodies = [bodies[index] for index in range(len(known))]
     return [head for i, head in enumerate(heads) if i not in taken]
 
@@ -78,18 +73,19 @@ def _are_near(heads: Sequence[HeadCandidate], places: Sequence[Vector]) -> NDArr
 
 
 def _options(
-    known: Sequence[KnownUser], scene: Scene, heads: Sequence[HeadCandidate]
+    roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]
 ) -> tuple[list[HeadCandidate], NDArray[np.float64]]:
     """The heads, and what each user's head looked like, found again; with [users, options] how well
     each continues each user."""
-    time_s, options = scene.time_s, list(heads)
+    known, time_s, options = roll.known, scene.time_s, list(heads)
     scores = [user.scores(heads, scene.up_camera, time_s) for user in known]
     own: list[tuple[int, float]] = []
     for index, user in enumerate(known):
         is_lost = time_s - user.seen_s > FOLLOWED_S
         if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
             continue
-        head = follow_head(scene.cloud, user.view, user.predicted(time_s), scene.up_camera)
+        expected, colors = user.predicted(time_s), colors_of_head(roll, scene, user)
+        head = follow_head(scene.cloud, user.view, expected, scene.up_camera, colors)
         if head is not None:
             options.append(head)
             own.append((index, user.score(head, scene.up_camera, time_s)))
@@ -125,48 +121,6 @@ def _continues(
     if was_hidden and present.person_under(scene, head, settings) is None:
         return False
     return not slips(scene, user, head)
-
-
-def _miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
-    """Tell a user that the head was not found; gives the body."""
-    way_on = _way_on(scene, user, roll.settings.border_m)
-    user.miss(scene.time_s, scene.up_camera, way_on)
-    body = roll.body_of(scene, user)
-    if way_on is not None and _area_m2(scene, body, user) < UNSEEN_M2:
-        _place_behind_cover(scene, user)
-    elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
-        _look_for_the_stooping(scene, user, body)
-    return body
-
-
-def _place_behind_cover(scene: Scene, user: KnownUser) -> None:
-    """Of whom nothing is seen stands, most likely, right behind what hides him."""
-    user.head_camera = user.head_camera + scene.way_to_cover(user.head_camera)
-    sunk_m = user.height.height_m - scene.height_of(user.head_camera) - HEAD_HALF_HEIGHT_M
-    if user.height.is_measured and 0.0 < sunk_m < SLID_M:
-        user.head_camera = user.head_camera + sunk_m * scene.up_camera
-
-
-def _look_for_the_stooping(scene: Scene, user: KnownUser, body: Distance) -> None:
-    """The head of one who stoops may be in view without being made out."""
-    stoops = scene.height_of(user.head_camera) < STOOPED * user.height.height_m
-    if stoops and scene.covered_share(user.head_camera) < COVERED:
-        top = scene.top_near(body < np.inf, user.seen_camera, STOOPING_M)
-        user.head_camera = user.head_camera if top is None else top
-
-
-def _area_m2(scene: Scene, body: Distance, user: KnownUser) -> float:
-    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
-    return np.count_nonzero(body < np.inf) * pixel_m**2
-
-
-def _way_on(scene: Scene, user: KnownUser, border_m: float) -> Vector | None:
-    """[3] how far on from the place where a head is expected, but was not found, something hides
-    it; None where it must be in view."""
-    place = user.predicted(scene.time_s)
-    if scene.is_hidden_at(place) or scene.is_out(place, border_m):
-        return np.zeros(3)
-    return scene.way_to_hidden(place, user.velocity) if scene.is_empty_at(place) else None
 
 
 def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:

@@ -18,7 +18,7 @@ from topview.people.colors import hands_in, skin_share
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
 from topview.people.identity import KnownUser
-from topview.people.looks import tell_apart
+from topview.people.looks import learn_heads, tell_apart
 from topview.people.newcomers import UNMOVED, Newcomers
 from topview.people.pieces import Pieces
 from topview.people.present import Present, Refusal
@@ -100,6 +100,8 @@ class PeopleFinder:
         with self.clock.stage("users"):
             roll.heed(tracked)
             heads = find_again(roll, scene, heads)
+            if self.sight is not None:
+                learn_heads(roll, scene)
             tell_apart(scene, roll.known, sees_color=self.sight is not None)
             heads = correct(roll, scene, heads)
             self._newcomers.judge(roll, scene)

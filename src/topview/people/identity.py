@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from topview.detect.following import HeadView
+from topview.detect.head_colors import HeadColors
 from topview.detect.heads import HeadCandidate
 from topview.people.colors import FaceMemory
 from topview.people.height import HeightEstimate
@@ -64,6 +65,7 @@ class KnownUser:
         stillness: of one who may be furniture, or has not yet proven otherwise; else None.
         watched_s: since when.
         colors: histogram of the clothes (`people.looks`), None while unknown.
+        head_colors: what colours the head has, None while unknown.
         company: whom it may have been taken for, of late.
     """
 
@@ -86,6 +88,7 @@ class KnownUser:
         self.stillness: Stillness | None = None
         self.watched_s = time_s
         self.colors: NDArray[np.float32] | None = None
+        self.head_colors: HeadColors | None = None
         self.company: set[KnownUser] = set()
         self.body_m: NDArray[np.float32] | None = None
 
@@ -98,7 +101,7 @@ class KnownUser:
 
     def exchange(self, other: KnownUser) -> None:
         """The two were taken for one another: what is known of each goes to the other's head."""
-        for name in ("id", "height", "face", "colors"):
+        for name in ("id", "height", "face", "colors", "head_colors"):
             own = getattr(self, name)
             setattr(self, name, getattr(other, name))
             setattr(other, name, own)

@@ -1,4 +1,5 @@
-"""Who is who after two people met: their clothes tell (ours; the thesis knows users by place)."""
+"""What people look like: their clothes tell who is who after two met, the colours of a head where
+it is (ours; the thesis knows users by place, and skin alone)."""
 
 from __future__ import annotations
 
@@ -9,7 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.head_colors import HeadColors
+from topview.detect.heads import HEAD_HALF_HEIGHT_M
 from topview.people.identity import KnownUser
+from topview.people.roll import Roll
 from topview.people.scene import Scene
 
 Vector = NDArray[np.float64]
@@ -30,6 +34,8 @@ TOGETHER_M, PARTED_M, JUDGED_M, APART_M = 0.5, 1.4, 0.3, 0.7
 RATE, EVERY = 0.3, 5
 # By so much two must be less like themselves than like each other, to have been exchanged.
 CLEARLY = 0.4
+# From this confidence on, and so near to where the stature puts it, a head is taken for what it is.
+SURE_HEAD, UPRIGHT_M = 0.75, 0.12
 
 
 def colors_under(
@@ -106,6 +112,41 @@ def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> No
         if colors is not None and not user.company and _nearest_m(user, users) > APART_M:
             before = colors if user.colors is None else user.colors
             user.colors = np.asarray(before + RATE * (colors - before), np.float32)
+
+
+def learn_heads(roll: Roll, scene: Scene) -> None:
+    """Remember the colours of heads that are seen for sure, and not bent."""
+    users = [user for user in roll.known if not user.is_suspect]
+    for user, body in roll:
+        if user in users and _shows_head(user, scene) and _nearest_m(user, users) > APART_M:
+            now = HeadColors.of(scene.cloud, user.head_camera, body)
+            if now is not None:
+                before = user.head_colors
+                user.head_colors = now if before is None else before.learn(now)
+
+
+def _shows_head(user: KnownUser, scene: Scene) -> bool:
+    """Whether it is time to look at a head, and it is what it seems to be."""
+    is_time = user.head_colors is None or (scene.cloud.frame.index + user.id) % EVERY == 0
+    if not is_time or user.confidence_now < SURE_HEAD:
+        return False
+    top_m = scene.height_of(user.head_camera) + HEAD_HALF_HEIGHT_M
+    return not user.height.is_measured or abs(top_m - user.height.height_m) < UPRIGHT_M
+
+
+def colors_of_head(roll: Roll, scene: Scene, user: KnownUser) -> HeadColors | None:
+    """What colours a user's head has, and neither the own body nor people near by; None while that
+    is not known."""
+    if user.head_colors is None or scene.cloud.frame.color is None:
+        return None
+    near = [
+        other.head_colors
+        for other in roll.known
+        if other is not user
+        and other.head_colors is not None
+        and _distance_m(user, other) < APART_M
+    ]
+    return user.head_colors.against(near)
 
 
 def _note_company(users: Sequence[KnownUser]) -> None:

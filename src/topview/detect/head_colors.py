@@ -1,0 +1,114 @@
+"""Which colours are a known head's, and not the body's below (ours; the thesis knows skin alone).
+
+A head that hangs down, or is half hidden, has hardly a form; but hair, skin or a cap are seldom of
+the colours of the clothes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from topview.detect.cloud import Cloud
+
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
+Counts = NDArray[np.float32]
+
+# All ours. Bins of Y, U and V, as powers of two of levels; a colour tells about its neighbours,
+# too, by this many bins.
+SHIFTS: Final = (5, 3, 3)
+SMOOTH_BINS: Final = 1.0
+# Of a head, and of the body below it, by the distance from the head's centre.
+HEAD_M: Final = 0.12
+BODY_M: Final = (0.3, 1.3)
+# Fewer pixels of either teach nothing.
+LEAST_PIXELS: Final = 12
+# New looks go into the remembered ones by this share.
+RATE: Final = 0.2
+# A colour that neither has more of than this tells nothing.
+RARE: Final = np.float32(0.002)
+# About a place the colours within this radius are looked at.
+ABOUT_M: Final = 0.06
+# What is so much nearer or further than a head is none of it, and tells nothing.
+NEAR_M: Final = 0.35
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadColors:
+    """Histograms, [8, 32, 32] of Y, U and V and of sum 1, of a head and of the body below it."""
+
+    head: Counts
+    body: Counts
+
+    @classmethod
+    def of(cls, cloud: Cloud, head_camera: Vector, body: Distance) -> HeadColors | None:
+        """Of a head at [3] and its body ([h, w] distance from it, `body_distance`); None where too
+        little of them is seen or there is no colour."""
+        color = cloud.frame.color
+        if color is None:
+            return None
+        every = color[:: cloud.stride, :: cloud.stride]
+        is_above, is_below = body < BODY_M[0], (body > BODY_M[0]) & (body < BODY_M[1])
+        offset = cloud.points_camera[is_above] - head_camera.astype(np.float32)
+        head = every[is_above][np.einsum("ij,ij->i", offset, offset) < HEAD_M**2]
+        below = every[is_below]
+        if min(len(head), len(below)) < LEAST_PIXELS:
+            return None
+        return cls(_histogram(head), _histogram(below))
+
+    def learn(self, now: HeadColors) -> HeadColors:
+        """Both, with something of what they are now."""
+        head, body = (
+            np.asarray(old + RATE * (new - old), np.float32)
+            for old, new in ((self.head, now.head), (self.body, now.body))
+        )
+        return HeadColors(head, body)
+
+    def against(self, others: Sequence[HeadColors]) -> HeadColors:
+        """The same, with other people's heads and bodies for what this head is not."""
+        if not others:
+            return self
+        theirs = [counts for other in others for counts in (other.head, other.body)]
+        return HeadColors(self.head, np.maximum.reduce([self.body, *theirs]))
+
+    def share_about(
+        self, cloud: Cloud, row: int, column: int, depth_m: float, radius_px: int
+    ) -> NDArray[np.float32]:
+        """[n, n] for the pixels about one, `n = 2 * radius_px + 1`: whether around each there are
+        the head's colours (1), or the body's (0); 0.5 where that is not known. The image goes on
+        beyond its border as it is there."""
+        color = cloud.frame.color
+        assert color is not None
+        about_px = max(1, round(ABOUT_M * cloud.camera.fx / depth_m))
+        reach = np.arange(-radius_px - about_px, radius_px + about_px + 1)
+        height, width = cloud.depth_m.shape
+        rows = np.clip(row + reach, 0, height - 1)
+        columns = np.clip(column + reach, 0, width - 1)
+        bins = _bins(color[np.ix_(rows * cloud.stride, columns * cloud.stride)])
+        head, body = self.head[bins] + RARE, self.body[bins] + RARE
+        off_m = np.abs(cloud.depth_m[np.ix_(rows, columns)] - np.float32(depth_m))
+        share = np.where(off_m > NEAR_M, np.float32(0.5), head / (head + body))
+        side = 2 * about_px + 1
+        smooth = np.asarray(cv2.blur(share, (side, side)), np.float32)
+        return smooth[about_px:-about_px, about_px:-about_px]
+
+
+def _bins(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.signedinteger], ...]:
+    """Of Y, U and V, [n, m] each, of [n, m, 3] colours."""
+    yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
+    return tuple(yuv[..., channel] >> shift for channel, shift in enumerate(SHIFTS))
+
+
+def _histogram(rgb: NDArray[np.uint8]) -> Counts:
+    """Of [N, 3] colours."""
+    counts = np.zeros([256 >> shift for shift in SHIFTS], np.float32)
+    np.add.at(counts, _bins(rgb[None]), np.float32(1.0))
+    smooth = gaussian_filter(counts, SMOOTH_BINS, mode="constant")
+    return np.asarray(smooth / len(rgb), np.float32)

@@ -1,0 +1,93 @@
+"""Where the head of a user is who is known, but whose head is not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HEAD_HALF_HEIGHT_M
+from topview.people.doubts import BRIEFLY_S, COVERED
+from topview.people.identity import KnownUser
+from topview.people.roll import Roll
+from topview.people.scene import Scene
+
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
+
+# Ours, in statures: a head that is higher is upright, and over the trunk, which is between these
+# heights; one that is lower is one's who stoops.
+UPRIGHT, TRUNK, STOOPED = 0.8, (0.5, 0.85), 0.65
+# Ours: of whom less is seen stands right behind somebody; of a trunk more tells where the head is,
+# no further aside than this from over what is seen of it.
+UNSEEN_M2, TRUNK_M2, OVER_TRUNK_M = 0.02, 0.03, 0.12
+# Ours: where the head of one who stoops is not made out, it is the highest of the body so near to
+# where it was seen last, from above.
+STOOPING_M = 0.25
+# Ours: a head that is hidden by and by seems to slide down by so much before it is missed.
+SLID_M = 0.35
+
+
+def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
+    """Tell a user that the head was not found, and where it is most likely; gives the body."""
+    way_on = _way_on(scene, user, roll.settings.border_m)
+    user.miss(scene.time_s, scene.up_camera, way_on)
+    body = roll.body_of(scene, user)
+    trunk = _trunk(scene, user, body)
+    if trunk is not None and _stands_at(scene, user, UPRIGHT):
+        _place_over(scene, user, trunk)
+    elif way_on is not None and _area_m2(scene, body < np.inf, user) < UNSEEN_M2:
+        _place_behind_cover(scene, user)
+    elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
+        _look_for_the_stooping(scene, user, body)
+    return body
+
+
+def _way_on(scene: Scene, user: KnownUser, border_m: float) -> Vector | None:
+    """[3] how far on from the place where a head is expected, but was not found, something hides
+    it; None where it must be in view."""
+    place = user.predicted(scene.time_s)
+    if scene.is_hidden_at(place) or scene.is_out(place, border_m):
+        return np.zeros(3)
+    return scene.way_to_hidden(place, user.velocity) if scene.is_empty_at(place) else None
+
+
+def _stands_at(scene: Scene, user: KnownUser, statures: float) -> bool:
+    """Whether the head is higher than so many statures."""
+    return scene.height_of(user.head_camera) > statures * user.height.height_m
+
+
+def _area_m2(scene: Scene, is_seen: NDArray[np.bool_], user: KnownUser) -> float:
+    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
+    return np.count_nonzero(is_seen) * pixel_m**2
+
+
+def _trunk(scene: Scene, user: KnownUser, body: Distance) -> Vector | None:
+    """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
+    low_m, high_m = (share * user.height.height_m for share in TRUNK)
+    is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
+    if _area_m2(scene, is_trunk, user) < TRUNK_M2:
+        return None
+    return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
+
+
+def _place_over(scene: Scene, user: KnownUser, trunk: Vector) -> None:
+    """Upright people's heads go where their trunks go."""
+    off = trunk - scene.overview_of(user.head_camera)
+    way = max(1.0 - OVER_TRUNK_M / max(float(np.hypot(*off)), 1e-9), 0.0) * off
+    user.head_camera = user.head_camera + way @ scene.basis_camera
+
+
+def _place_behind_cover(scene: Scene, user: KnownUser) -> None:
+    """Of whom nothing is seen stands, most likely, right behind what hides him."""
+    user.head_camera = user.head_camera + scene.way_to_cover(user.head_camera)
+    sunk_m = user.height.height_m - scene.height_of(user.head_camera) - HEAD_HALF_HEIGHT_M
+    if user.height.is_measured and 0.0 < sunk_m < SLID_M:
+        user.head_camera = user.head_camera + sunk_m * scene.up_camera
+
+
+def _look_for_the_stooping(scene: Scene, user: KnownUser, body: Distance) -> None:
+    """The head of one who stoops may be in view without being made out."""
+    is_in_view = scene.covered_share(user.head_camera) < COVERED
+    if is_in_view and not _stands_at(scene, user, STOOPED):
+        top = scene.top_near(body < np.inf, user.seen_camera, STOOPING_M)
+        user.head_camera = user.head_camera if top is None else top
