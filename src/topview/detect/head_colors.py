@@ -78,6 +78,13 @@ class HeadColors:
         theirs = [counts for other in others for counts in (other.head, other.body)]
         return HeadColors(self.head, np.maximum.reduce([self.body, *theirs]))
 
+    def share_at(self, cloud: Cloud, head_camera: Vector) -> float | None:
+        """Whether a head at [3] has this one's colours, 0..1; None without colour."""
+        if cloud.frame.color is None:
+            return None
+        row, column, _ = cloud.pixel_of(head_camera)
+        return float(self.share_about(cloud, int(row), int(column), float(head_camera[2]), 0)[0, 0])
+
     def share_about(
         self, cloud: Cloud, row: int, column: int, depth_m: float, radius_px: int
     ) -> NDArray[np.float32]:
@@ -110,5 +117,5 @@ def _histogram(rgb: NDArray[np.uint8]) -> Counts:
     """Of [N, 3] colours."""
     counts = np.zeros([256 >> shift for shift in SHIFTS], np.float32)
     np.add.at(counts, _bins(rgb[None]), np.float32(1.0))
-    smooth = gaussian_filter(counts, SMOOTH_BINS, mode="constant")
+    smooth = gaussian_filter(counts, SMOOTH_BINS)
     return np.asarray(smooth / len(rgb), np.float32)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.following import HeadView, follow_head
-from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
-from topview.people.doubts import BRIEFLY_S, COVERED, slips
+from topview.detect.heads import HeadCandidate
+from topview.people.doubts import ALIKE, BRIEFLY_S, COVERED, is_unlike, likeness, slips
+from topview.people.height import sunk_m
 from topview.people.identity import KnownUser, assign
 from topview.people.looks import colors_of_head
 from topview.people.present import SAME_HEAD_M, SUSPECT, Present, reached
@@ -118,7 +119,9 @@ def _continues(
     if present.owns(scene, head, settings.new_confidence):
         return False
     was_hidden = scene.time_s - user.seen_s > BRIEFLY_S
-    if was_hidden and present.person_under(scene, head, settings) is None:
+    if was_hidden and (
+        is_unlike(scene, user, head) or present.person_under(scene, head, settings) is None
+    ):
         return False
     return not slips(scene, user, head)
 
@@ -145,13 +148,11 @@ def _rivals(
     sure = roll.others_of(user)
     # Heads may be near to each other in a hug, but are no two heads of one.
     others = Present(bodies=[body for _, body in sure])
-    is_elsewhere = user.confidence_now == 0.0 and scene.covered_share(user.head_camera) <= COVERED
-    lower_m = LOWER_M if is_elsewhere else 0.0
     return [
         head
         for head in heads
         if _is_better(scene, user, head, roll.settings.new_confidence)
-        and (head.center_camera - user.head_camera) @ scene.up_camera > -lower_m
+        and _is_high_enough(scene, user, head)
         and reached(scene, head.center_camera, body) < np.inf
         and all(
             np.linalg.norm(head.center_camera - other.head_camera) > SAME_HEAD_M
@@ -161,11 +162,21 @@ def _rivals(
     ]
 
 
+def _is_high_enough(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
+    """Whether a head is no lower than what is followed; it may be somewhat where that is not seen,
+    and neither hidden nor of other colours than this."""
+    up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
+    if up_m > 0.0 or user.confidence_now > 0.0:
+        return up_m > 0.0
+    is_covered = scene.covered_share(user.head_camera) > COVERED
+    return up_m > -LOWER_M and (not is_covered or likeness(scene, user, head) > ALIKE)
+
+
 def _is_better(scene: Scene, user: KnownUser, head: HeadCandidate, new_confidence: float) -> bool:
     """Whether a head looks much more like a user's than what is followed; not quite as much if it
     is where that of one of this stature would be, and what is followed is far below."""
     up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
-    off_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M - user.height.height_m
-    if user.height.is_measured and up_m > SUNK_M and abs(off_m) < UPRIGHT_M:
+    below_m = sunk_m(scene, head.center_camera, user.height)
+    if below_m is not None and up_m > SUNK_M and abs(below_m) < UPRIGHT_M:
         return head.confidence > SUSPECT
     return head.confidence > max(user.confidence_now + MUCH_MORE, new_confidence)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
+from topview.people.height import sunk_m
 from topview.people.identity import KnownUser
 from topview.people.present import OWN_HEAD_M, Present, reached
 from topview.people.roll import Roll
@@ -20,13 +21,31 @@ BRIEFLY_S = 0.15
 UNDOUBTED_FRAMES = 5
 # Ours: whoever has gone so far is somebody for good.
 PROVEN_M = 0.3
+# Ours: as is one whose head is hidden, but went so far until so lately, if the body moves, too.
+COME_M, LATELY_S = 0.15, 0.5
 # Ours: a head this much of which is hidden does not go further down, or aside, than this from where
 # it is expected in the next frame.
 COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
 # From the head to the hand of a stretched arm, of tall people (Table 3.1).
 REACH_M = 0.9
+# Ours: a head that is hidden by and by seems to slide down, by so much before it is missed; of one
+# that is less far below the stature that does not tell.
+SUNK_M, SLID_M = 0.12, 0.35
+# Ours: nobody comes back taller than he was by more than this.
+TALLER_M = 0.12
+# Ours: shares of a head's colours that are its own and not the clothes'. Of a hundred simulated
+# heads one has less than 0.57, of places on shoulders half have less than 0.23.
+UNLIKE, UNTOLD, ALIKE = 0.3, 0.5, 0.55
 # Ours: so much of what hangs together with an arm is its body's.
 JOINED = 0.3
+
+
+def likeness(scene: Scene, user: KnownUser, head: HeadCandidate) -> float:
+    """How far a head has the colours of a user's, 0..1; `UNTOLD` where that is not known."""
+    if user.head_colors is None:
+        return UNTOLD
+    share = user.head_colors.share_at(scene.cloud, head.center_camera)
+    return UNTOLD if share is None else share
 
 
 def slips(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
@@ -36,11 +55,34 @@ def slips(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
     offset = head.center_camera - expected
     up_m = float(offset @ scene.up_camera)
     is_covered = scene.covered_share(expected) > COVERED
-    if up_m < -SLIP_M:
-        higher = head.center_camera - up_m * scene.up_camera
-        return is_covered or scene.covered_share(higher) > COVERED
+    if _is_low(scene, user, head) or (
+        up_m < -SLIP_M and (is_covered or _is_under_cover(scene, head, -up_m))
+    ):
+        return likeness(scene, user, head) < ALIKE
     was_seen = scene.time_s - user.seen_s < BRIEFLY_S
     return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
+
+
+def _is_low(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
+    """Whether a head is below something that may hide the true one, upright."""
+    below_m = sunk_m(scene, head.center_camera, user.height)
+    return (
+        below_m is not None and SUNK_M < below_m < SLID_M and _is_under_cover(scene, head, below_m)
+    )
+
+
+def _is_under_cover(scene: Scene, head: HeadCandidate, up_m: float) -> bool:
+    """Whether something hides what is so far above a head."""
+    return scene.covered_share(head.center_camera + up_m * scene.up_camera) > COVERED
+
+
+def is_unlike(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
+    """Whether a head by which one who was hidden seems to come back is not that of then: too high,
+    or of other colours."""
+    below_m = sunk_m(scene, head.center_camera, user.height)
+    if below_m is not None and below_m < -TALLER_M:
+        return True
+    return scene.covered_share(user.head_camera) > COVERED and likeness(scene, user, head) < UNLIKE
 
 
 def is_anothers(scene: Scene, user: KnownUser, roll: Roll) -> bool:
@@ -84,6 +126,12 @@ def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bo
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
     return user.undoubted_frames >= UNDOUBTED_FRAMES
+
+
+def has_come(scene: Scene, user: KnownUser) -> bool:
+    """Whether a head that is not seen now was of late, and had gone across the floor."""
+    way_m = np.hypot(*scene.overview_of(user.seen_camera - user.first_camera))
+    return scene.time_s - user.seen_s < LATELY_S and bool(way_m > COME_M)
 
 
 def is_proven(user: KnownUser, time_s: float) -> bool:

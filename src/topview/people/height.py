@@ -53,6 +53,14 @@ class HeightEstimate:
         self.height_m = upper - (upper - lower) * (1.0 - place % 1.0)
 
 
+def sunk_m(scene: Scene, head_camera: NDArray[np.float64], height: HeightEstimate) -> float | None:
+    """How far the top of a head at a [3] place is below the stature; None if that or the floor is
+    not known."""
+    if not height.is_measured or scene.floor is None:
+        return None
+    return height.height_m - scene.height_of(head_camera) - HEAD_HALF_HEIGHT_M
+
+
 def measured_height(
     scene: Scene, head_camera: NDArray[np.float64], is_body: NDArray[np.bool_]
 ) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.head_colors import HeadColors
-from topview.detect.heads import HEAD_HALF_HEIGHT_M
+from topview.people.height import sunk_m
 from topview.people.identity import KnownUser
 from topview.people.roll import Roll
 from topview.people.scene import Scene
@@ -130,8 +130,8 @@ def _shows_head(user: KnownUser, scene: Scene) -> bool:
     is_time = user.head_colors is None or (scene.cloud.frame.index + user.id) % EVERY == 0
     if not is_time or user.confidence_now < SURE_HEAD:
         return False
-    top_m = scene.height_of(user.head_camera) + HEAD_HALF_HEIGHT_M
-    return not user.height.is_measured or abs(top_m - user.height.height_m) < UPRIGHT_M
+    below_m = sunk_m(scene, user.head_camera, user.height)
+    return below_m is None or abs(below_m) < UPRIGHT_M
 
 
 def colors_of_head(roll: Roll, scene: Scene, user: KnownUser) -> HeadColors | None:

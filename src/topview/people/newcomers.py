@@ -11,6 +11,7 @@ from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
 from topview.people.background import Background
 from topview.people.doubts import (
+    has_come,
     is_anothers,
     is_proven,
     is_undoubted,
@@ -81,8 +82,8 @@ class Newcomers:
         assert user.stillness is not None
         depth_m, is_body = scene.cloud.depth_m, np.isfinite(body)
         is_somebody = user.stillness.is_broken or is_like
-        is_seen = user.seen_s == scene.time_s
-        if is_seen and is_somebody and not may_be_an_arm(scene, user, body, roll):
+        is_there = user.seen_s == scene.time_s or has_come(scene, user)
+        if is_there and is_somebody and not may_be_an_arm(scene, user, body, roll):
             self._name(user)
             user.watch(depth_m, is_body, scene.time_s)
         elif scene.time_s - user.watched_s > DOUBTED_S:

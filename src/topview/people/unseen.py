@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.heads import HEAD_HALF_HEIGHT_M
-from topview.people.doubts import BRIEFLY_S, COVERED
+from topview.people.doubts import BRIEFLY_S, COVERED, SLID_M
+from topview.people.height import sunk_m
 from topview.people.identity import KnownUser
 from topview.people.roll import Roll
 from topview.people.scene import Scene
@@ -20,11 +20,11 @@ UPRIGHT, TRUNK, STOOPED = 0.8, (0.5, 0.85), 0.65
 # Ours: of whom less is seen stands right behind somebody; of a trunk more tells where the head is,
 # no further aside than this from over what is seen of it.
 UNSEEN_M2, TRUNK_M2, OVER_TRUNK_M = 0.02, 0.03, 0.12
+# Ours: what is less high, in a column of the image, is an arm.
+COLUMN_M = 0.3
 # Ours: where the head of one who stoops is not made out, it is the highest of the body so near to
 # where it was seen last, from above.
 STOOPING_M = 0.25
-# Ours: a head that is hidden by and by seems to slide down by so much before it is missed.
-SLID_M = 0.35
 
 
 def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
@@ -33,8 +33,11 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     user.miss(scene.time_s, scene.up_camera, way_on)
     body = roll.body_of(scene, user)
     trunk = _trunk(scene, user, body)
-    if trunk is not None and _stands_at(scene, user, UPRIGHT):
+    is_gone = way_on is not None or scene.is_empty_at(user.head_camera)
+    if trunk is not None and is_gone and _stands_at(scene, user, UPRIGHT):
         _place_over(scene, user, trunk)
+        if way_on is not None:
+            _stand_upright(scene, user)
     elif way_on is not None and _area_m2(scene, body < np.inf, user) < UNSEEN_M2:
         _place_behind_cover(scene, user)
     elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
@@ -65,24 +68,33 @@ def _trunk(scene: Scene, user: KnownUser, body: Distance) -> Vector | None:
     """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
     low_m, high_m = (share * user.height.height_m for share in TRUNK)
     is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
+    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
+    is_trunk &= np.count_nonzero(is_trunk, axis=0) * pixel_m > COLUMN_M
     if _area_m2(scene, is_trunk, user) < TRUNK_M2:
         return None
     return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
 
 
 def _place_over(scene: Scene, user: KnownUser, trunk: Vector) -> None:
-    """Upright people's heads go where their trunks go."""
+    """Upright people's heads go where their trunks go; but not to where they would be seen."""
     off = trunk - scene.overview_of(user.head_camera)
     way = max(1.0 - OVER_TRUNK_M / max(float(np.hypot(*off)), 1e-9), 0.0) * off
-    user.head_camera = user.head_camera + way @ scene.basis_camera
+    place = user.head_camera + way @ scene.basis_camera
+    if not scene.is_empty_at(place) or scene.is_empty_at(user.head_camera):
+        user.head_camera = place
 
 
 def _place_behind_cover(scene: Scene, user: KnownUser) -> None:
     """Of whom nothing is seen stands, most likely, right behind what hides him."""
     user.head_camera = user.head_camera + scene.way_to_cover(user.head_camera)
-    sunk_m = user.height.height_m - scene.height_of(user.head_camera) - HEAD_HALF_HEIGHT_M
-    if user.height.is_measured and 0.0 < sunk_m < SLID_M:
-        user.head_camera = user.head_camera + sunk_m * scene.up_camera
+    _stand_upright(scene, user)
+
+
+def _stand_upright(scene: Scene, user: KnownUser) -> None:
+    """A head that is about as high as the stature is taken to be just that."""
+    below_m = sunk_m(scene, user.head_camera, user.height)
+    if below_m is not None and below_m < SLID_M:
+        user.head_camera = user.head_camera + below_m * scene.up_camera
 
 
 def _look_for_the_stooping(scene: Scene, user: KnownUser, body: Distance) -> None:
