@@ -8,7 +8,7 @@ hypotheses for multiple objects tracking (ISVC 2009): a blob's pixels move on wi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from math import exp
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from topview.detect.ellipses import Ellipse, Moments
 from topview.detect.seeing import ColorView
 from topview.detect.skin import SkinRegion
-from topview.kernels.skin import count_values, paint, share_pixels
+from topview.kernels.skin import count_values, median_reading, paint, share_pixels
 
 Pixels = NDArray[np.float32]
 
@@ -177,7 +177,7 @@ class BlobTracker:
             if is_its.any():
                 overlap = float((claims[is_its] > 1).mean())
                 own = region.pixels[is_its]
-                depth_m = view.depth_of(own) or region.depth_m
+                depth_m = median_reading(own, view.depth_m) or region.depth_m
                 self._see(blob, region, own, depth_m, overlap, elapsed_s, now_s)
 
     def _share(self, view: ColorView, region: SkinRegion, blobs: list[Blob]) -> NDArray[np.bool_]:
@@ -187,7 +187,7 @@ class BlobTracker:
         share_pixels(
             region.pixels,
             view.depth_m,
-            np.array([astuple(blob.ellipse) for blob in blobs]),
+            np.array([blob.ellipse.sizes for blob in blobs]),
             np.array([blob.depth_m for blob in blobs]),
             self.settings.same_depth_m,
             belongs,

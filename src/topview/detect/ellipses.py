@@ -56,6 +56,11 @@ class Ellipse:
     minor: float
     angle: float
 
+    @property
+    def sizes(self) -> tuple[float, float, float, float, float]:
+        """Its attributes, in order."""
+        return self.x, self.y, self.major, self.minor, self.angle
+
     @classmethod
     def of_pixels(cls, pixels: Pixels) -> Ellipse:
         """The filled ellipse that has the second moments of [N, 2] pixels (x, y)."""

@@ -13,7 +13,6 @@ from typing import Final
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 
 from topview.detect.cloud import Cloud
 
@@ -21,10 +20,8 @@ Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
 Counts = NDArray[np.float32]
 
-# All ours. Bins of Y, U and V, as powers of two of levels; a colour tells about its neighbours,
-# too, by this many bins.
-SHIFTS: Final = (5, 3, 3)
-SMOOTH_BINS: Final = 1.0
+# All ours. Bins of Y, U and V, as powers of two of levels.
+SHIFTS: Final = (5, 4, 4)
 # Of a head, and of the body below it, by the distance from the head's centre.
 HEAD_M: Final = 0.12
 BODY_M: Final = (0.3, 1.3)
@@ -42,7 +39,7 @@ NEAR_M: Final = 0.35
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadColors:
-    """Histograms, [8, 32, 32] of Y, U and V and of sum 1, of a head and of the body below it."""
+    """Histograms, [8, 16, 16] of Y, U and V and of sum 1, of a head and of the body below it."""
 
     head: Counts
     body: Counts
@@ -115,7 +112,7 @@ def _bins(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.signedinteger], ...]:
 
 def _histogram(rgb: NDArray[np.uint8]) -> Counts:
     """Of [N, 3] colours."""
-    counts = np.zeros([256 >> shift for shift in SHIFTS], np.float32)
-    np.add.at(counts, _bins(rgb[None]), np.float32(1.0))
-    smooth = gaussian_filter(counts, SMOOTH_BINS)
-    return np.asarray(smooth / len(rgb), np.float32)
+    yuv = cv2.cvtColor(rgb[None], cv2.COLOR_RGB2YUV)
+    bins = [256 >> shift for shift in SHIFTS]
+    counts = cv2.calcHist([yuv], [0, 1, 2], None, bins, [0, 256] * 3)
+    return np.asarray(counts / len(rgb), np.float32)

@@ -90,13 +90,6 @@ class ColorView:
             return mask
         return mask[:: self.stride, :: self.stride][:height, :width]
 
-    def depth_of(self, pixels: NDArray[np.float32]) -> float:
-        """Median reading in metres of [N, 2] pixels (x, y), 0 where there is none."""
-        columns, rows = pixels.astype(np.intp).T
-        depths = self.depth_m[rows, columns]
-        depths = depths[depths > 0.0]
-        return float(np.median(depths)) if len(depths) else 0.0
-
     def point_camera(self, x: float, y: float, depth_m: float) -> Place:
         """Metres, of a place in the small image at a depth."""
         camera = self.camera

@@ -121,6 +121,19 @@ def connected_regions(
 
 
 @njit(cache=True, nogil=True)
+def median_reading(pixels: NDArray[np.float32], depth_m: NDArray[np.float32]) -> float:
+    """Of [h, w] depths at [N, 2] pixels (x, y), all inside; 0 where there is none."""
+    readings_m = np.empty(len(pixels), np.float32)
+    readings = 0
+    for n in range(len(pixels)):
+        reading_m = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
+        if reading_m > 0.0:
+            readings_m[readings] = reading_m
+            readings += 1
+    return float(np.median(readings_m[:readings])) if readings > 0 else 0.0
+
+
+@njit(cache=True, nogil=True)
 def paint(pixels: NDArray[np.float32], value: int, out: NDArray[np.generic]) -> None:
     """Set [h, w] `out` to a value at [N, 2] pixels (x, y), all inside."""
     for n in range(len(pixels)):
