@@ -232,21 +232,19 @@ def test_a_head_that_sinks_under_cover_is_a_shoulder_unless_it_has_the_colours(
     assert (likeness(scene, user, HeadCandidate(low, 0.9)) > ALIKE) == sees_color
 
 
-def test_nobody_comes_back_taller_or_with_other_colours() -> None:
+def test_nobody_comes_back_from_behind_somebody_taller_or_with_other_colours() -> None:
     z = 3.0
     place = head_of(0.0, z, GROUND_Y)
     scene = colored_scene(head_and_body(0.0, z, SKIN, RED), 5)
     user = known(scene, place)
-    head = HeadCandidate(place, 0.9)
-    assert not is_unlike(scene, user, head)
-    assert is_unlike(scene, user, HeadCandidate(place + 0.2 * UP, 0.9))
     user.head_colors = colors_at(scene, place)
-    chest = HeadCandidate(place - 0.45 * UP, 0.9)
+    head, chest, fist = (HeadCandidate(place + up_m * UP, 0.9) for up_m in (0.0, -0.45, 0.2))
     assert likeness(scene, user, chest) < UNLIKE
-    assert not is_unlike(scene, user, chest)  # nothing hides the place of the head
-    user.head_camera = place + np.array([0.0, 0.0, 1.0])  # but he himself would, were he behind
-    assert is_unlike(scene, user, chest)
+    assert not any(is_unlike(scene, user, each) for each in (head, chest, fist))  # nothing hides it
+    user.head_camera = place + np.array([0.0, 0.0, 1.0])  # what is seen there would
     assert not is_unlike(scene, user, head)
+    assert is_unlike(scene, user, chest)
+    assert is_unlike(scene, user, fist)
 
 
 def test_who_came_across_the_floor_is_there_though_the_head_is_hidden() -> None:

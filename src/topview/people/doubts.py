@@ -77,12 +77,13 @@ def _is_under_cover(scene: Scene, head: HeadCandidate, up_m: float) -> bool:
 
 
 def is_unlike(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
-    """Whether a head by which one who was hidden seems to come back is not that of then: too high,
-    or of other colours."""
+    """Whether a head by which one whom something hid seems to come back is not that of then: too
+    high, or of other colours."""
+    if scene.covered_share(user.head_camera) <= COVERED:
+        return False
     below_m = sunk_m(scene, head.center_camera, user.height)
-    if below_m is not None and below_m < -TALLER_M:
-        return True
-    return scene.covered_share(user.head_camera) > COVERED and likeness(scene, user, head) < UNLIKE
+    is_higher = below_m is not None and below_m < -TALLER_M
+    return is_higher or likeness(scene, user, head) < UNLIKE
 
 
 def is_anothers(scene: Scene, user: KnownUser, roll: Roll) -> bool:
