@@ -14,6 +14,8 @@ from topview.records import Camera, Frame
 TARGET_FOCAL_LENGTH_PX = 140.0
 # One standard deviation of a Kinect's depth is about this times z^2 (Khoshelham & Elberink 2012).
 NOISE_PER_SQUARE_M = 0.0015
+# Depth cameras read nothing that is nearer (Kinect's near mode).
+NEAREST_M = 0.4
 
 
 def depth_noise_m(depth_m: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import Cloud
+from topview.detect.cloud import NEAREST_M, Cloud
 from topview.detect.head_colors import HeadColors
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
@@ -63,7 +63,7 @@ class HeadView:
 
 
 def _radius_px(cloud: Cloud, center_camera: Vector, radius_m: float) -> int:
-    return int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), 0.4)))
+    return int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), NEAREST_M)))
 
 
 def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import Cloud
+from topview.detect.cloud import NEAREST_M, Cloud
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -90,7 +90,7 @@ class HeadColors:
         beyond its border as it is there."""
         color = cloud.frame.color
         assert color is not None
-        about_px = max(1, round(ABOUT_M * cloud.camera.fx / depth_m))
+        about_px = max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_M)))
         reach = np.arange(-radius_px - about_px, radius_px + about_px + 1)
         height, width = cloud.depth_m.shape
         rows = np.clip(row + reach, 0, height - 1)
