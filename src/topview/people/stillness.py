@@ -33,10 +33,8 @@ KEPT, KEPT_MAGNITUDE = 0.85, 0.76
 MEDIAN_SQUARE = 0.455
 # Less of a body says nothing of that, as readings beside what hides the rest are off.
 LEAST_SHARE = 0.7
-# What stands still leaves no pixels free for what is behind it, save along its outline, which shows
-# now this, now that; of those that showed it in so many of the first frames it leaves fewer.
+# What stands still leaves no pixels free for what is behind it, save along its outline.
 LEFT_SHARE = 0.3
-STEADY_FRAMES, STEADY_LEFT_SHARE = 4, 0.12
 # One frame alone may show what somebody's shadow does.
 MOVED_FRAMES = 3
 # Readings beside what hid the rest were off: from so many times the pixels on they count no more.
@@ -87,14 +85,9 @@ class Stillness:
             self._count += is_same
         self._step(seen_m, is_same)
         self._recent_m[is_same] += np.float32(RATE) * (seen_m - self._recent_m)[is_same]
-        is_left = seen_m > self._start_m + SAME_M
-        if is_left.mean() > LEFT_SHARE:
+        if (seen_m > self._start_m + SAME_M).mean() > LEFT_SHARE:
             return True
-        if self._frames <= FIRST_FRAMES:
-            return False
-        if (is_left & (self._count >= STEADY_FRAMES)).mean() > STEADY_LEFT_SHARE:
-            return True
-        if is_same.mean() < LEAST_SHARE:
+        if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
             return False
         self.telling_frames += 1
         change_m = (self._recent_m - self._sum_m / self._count)[is_same]
