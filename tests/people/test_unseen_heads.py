@@ -176,6 +176,21 @@ def test_the_colours_of_a_bent_or_unsure_head_are_not_learnt() -> None:
         assert (colors_of_head(roll, scene, user) is not None) == is_learnt
 
 
+def test_a_head_is_where_the_body_has_its_colours() -> None:
+    scene, head = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
+    colors, is_body = colors_at(scene, head), np.isfinite(body_at(scene, head))
+    found = colors.place_in(scene.cloud, is_body)
+    assert found is not None
+    place, share = found
+    assert np.linalg.norm(place - head) < 0.1
+    assert share > 0.9
+    assert colors.place_in(scene.cloud, np.zeros_like(is_body)) is None
+    headless = colored_scene(head_and_body(0.0, 2.5, RED, RED))
+    nowhere = colors.place_in(headless.cloud, is_body)
+    assert nowhere is not None
+    assert nowhere[1] < 0.1
+
+
 # Where a head is that is not seen
 
 
@@ -210,6 +225,26 @@ def test_a_stretched_arm_is_no_trunk() -> None:
     body = miss(roll, scene, user)
     assert np.count_nonzero(np.isfinite(body)) > 50
     assert np.linalg.norm(user.head_camera - truth) < 0.1
+
+
+@pytest.mark.parametrize("is_alone", [False, True])
+def test_the_head_of_one_who_is_alone_is_sought_by_its_colours(is_alone: bool) -> None:
+    """He bent down while he was lost in view; somebody near by might hide the head, though."""
+    z = 2.5
+    place = head_of(0.0, z, GROUND_Y)
+    before = colored_scene(head_and_body(0.0, z, HAIR, RED))
+    user = known(before, place)
+    user.head_colors = colors_at(before, place)
+    bent = np.array([0.0, GROUND_Y - 0.9, z - 0.3])
+    trunk = limb((0.0, GROUND_Y - 0.85, z), (0.0, GROUND_Y - 1.0, z - 0.2), 0.13)
+    legs = limb((0.0, GROUND_Y - 0.8, z), (0.0, GROUND_Y - 0.1, z), 0.1)
+    scene = colored_scene([([(bent, 0.11)], HAIR), (trunk + legs, RED)], 10)
+    other = known(scene, place + np.array([3.0 if is_alone else 1.0, 0.0, 0.0]), 2)
+    roll = roll_of(scene, user, other)
+    roll.bodies[0] = body_at(scene, bent)
+    roll.remember(scene, [np.isfinite(body) for body in roll.bodies])
+    miss(roll, scene, user)
+    assert (np.linalg.norm(user.head_camera - bent) < 0.1) == is_alone
 
 
 @pytest.mark.parametrize("sees_color", [False, True])

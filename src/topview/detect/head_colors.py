@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_M, Cloud
+from topview.detect.heads import CENTER_BEHIND_SURFACE_M
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -102,6 +103,24 @@ class HeadColors:
         side = 2 * about_px + 1
         smooth = np.asarray(cv2.blur(share, (side, side)), np.float32)
         return smooth[about_px:-about_px, about_px:-about_px]
+
+    def place_in(self, cloud: Cloud, is_body: NDArray[np.bool_]) -> tuple[Vector, float] | None:
+        """The [3] centre of a head where a body, [h, w], has most of the head's colours, and their
+        share; None without colour or body."""
+        if cloud.frame.color is None or not is_body.any():
+            return None
+        every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
+        own = np.zeros(is_body.shape, np.float32)
+        bins = tuple(channel[0] for channel in _bins(every[is_body][None]))
+        head, body = self.head[bins] + RARE, self.body[bins] + RARE
+        own[is_body] = head / (head + body)
+        depth_m = max(float(np.median(cloud.depth_m[is_body])), NEAREST_M)
+        side = 2 * max(1, round(ABOUT_M * cloud.camera.fx / depth_m)) + 1
+        share = np.where(is_body, cv2.blur(own, (side, side)), 0.0)
+        best = np.unravel_index(int(np.argmax(share)), share.shape)
+        seen = cloud.points_camera[best].astype(np.float64)
+        behind = 1.0 + CENTER_BEHIND_SURFACE_M / max(float(np.linalg.norm(seen)), NEAREST_M)
+        return seen * behind, float(share[best])
 
 
 def _bins(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.signedinteger], ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.people.doubts import BRIEFLY_S, COVERED, SLID_M
+from topview.people.doubts import ALIKE, BRIEFLY_S, COVERED, SLID_M
 from topview.people.height import sunk_m
 from topview.people.identity import KnownUser
 from topview.people.roll import Roll
@@ -25,6 +25,8 @@ COLUMN_M = 0.3
 # Ours: where the head of one who stoops is not made out, it is the highest of the body so near to
 # where it was seen last, from above.
 STOOPING_M = 0.25
+# Ours: who has nobody so near is hidden by nobody.
+ALONE_M = 2.0
 
 
 def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
@@ -41,7 +43,7 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     elif way_on is not None and _area_m2(scene, body < np.inf, user) < UNSEEN_M2:
         _place_behind_cover(scene, user)
     elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
-        _look_for_the_stooping(scene, user, body)
+        _look_for_the_head(roll, scene, user, body)
     return body
 
 
@@ -97,9 +99,24 @@ def _stand_upright(scene: Scene, user: KnownUser) -> None:
         user.head_camera = user.head_camera + below_m * scene.up_camera
 
 
-def _look_for_the_stooping(scene: Scene, user: KnownUser, body: Distance) -> None:
-    """The head of one who stoops may be in view without being made out."""
+def _is_alone(roll: Roll, user: KnownUser) -> bool:
+    """Whether nobody else is near."""
+    return all(
+        np.linalg.norm(other.head_camera - user.head_camera) > ALONE_M
+        for other, _ in roll.others_of(user)
+    )
+
+
+def _look_for_the_head(roll: Roll, scene: Scene, user: KnownUser, body: Distance) -> None:
+    """The head of one who bends may be in view without being made out: where the body has its
+    colours, if nobody near by may hide it; or, of one who stoops, at the body's top near by."""
+    is_body = body < np.inf
+    if user.head_colors is not None and _is_alone(roll, user):
+        found = user.head_colors.place_in(scene.cloud, is_body)
+        if found is not None and found[1] > ALIKE:
+            user.head_camera = found[0]
+            return
     is_in_view = scene.covered_share(user.head_camera) < COVERED
     if is_in_view and not _stands_at(scene, user, STOOPED):
-        top = scene.top_near(body < np.inf, user.seen_camera, STOOPING_M)
+        top = scene.top_near(is_body, user.seen_camera, STOOPING_M)
         user.head_camera = user.head_camera if top is None else top
