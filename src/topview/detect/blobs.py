@@ -187,7 +187,7 @@ class BlobTracker:
         share_pixels(
             region.pixels,
             view.depth_m,
-            np.array([blob.ellipse.sizes for blob in blobs]),
+            np.array([blob.ellipse.parameters for blob in blobs]),
             np.array([blob.depth_m for blob in blobs]),
             self.settings.same_depth_m,
             belongs,

@@ -64,6 +64,10 @@ class Cloud:
         """[h, w] True where there is a depth."""
         return self.depth_m > 0.0
 
+    def pixel_m(self, point_camera: NDArray[np.float64]) -> float:
+        """How broad a pixel is at the depth of a [3] point, metres."""
+        return float(point_camera[2]) / self.camera.fx
+
     def lookup(
         self, points_camera: NDArray[np.floating]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

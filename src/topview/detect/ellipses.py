@@ -57,7 +57,7 @@ class Ellipse:
     angle: float
 
     @property
-    def sizes(self) -> tuple[float, float, float, float, float]:
+    def parameters(self) -> tuple[float, float, float, float, float]:
         """Its attributes, in order."""
         return self.x, self.y, self.major, self.minor, self.angle
 

@@ -19,7 +19,7 @@ from topview.detect.background import (
 from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.blobs import Blob, BlobSettings, BlobTracker
 from topview.detect.ellipses import Ellipse
-from topview.detect.heads import CENTER_BEHIND_SURFACE_M
+from topview.detect.heads import center_behind
 from topview.detect.palms import palm_of
 from topview.detect.seeing import ColorView, Light, Place
 from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
@@ -77,8 +77,7 @@ class SkinBlob:
         """[3] the centre of the head, if it is a face of known depth."""
         if self.kind != Kind.FACE or self.surface_camera is None:
             return None
-        distance_m = float(np.linalg.norm(self.surface_camera))
-        return self.surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / distance_m)
+        return center_behind(self.surface_camera)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

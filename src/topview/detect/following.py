@@ -100,7 +100,7 @@ def follow_head(
     if patch.shape != (side, side):
         patch = cv2.resize(patch, (side, side), interpolation=cv2.INTER_NEAREST)
     unlike = cv2.matchTemplate(window, patch, cv2.TM_SQDIFF) / side**2
-    pixel_m = float(predicted_camera[2]) / cloud.camera.fx
+    pixel_m = cloud.pixel_m(predicted_camera)
     offset_m = (np.arange(2 * search_px + 1) - search_px) * pixel_m
     moved_m2 = offset_m[:, None] ** 2 + offset_m**2
     cost = unlike / LIKE_M2 + moved_m2 / MOTION_M**2

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_M, Cloud
-from topview.detect.heads import CENTER_BEHIND_SURFACE_M
+from topview.detect.heads import center_behind
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -91,18 +91,15 @@ class HeadColors:
         beyond its border as it is there."""
         color = cloud.frame.color
         assert color is not None
-        about_px = max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_M)))
+        about_px = _about_px(cloud, depth_m)
         reach = np.arange(-radius_px - about_px, radius_px + about_px + 1)
         height, width = cloud.depth_m.shape
         rows = np.clip(row + reach, 0, height - 1)
         columns = np.clip(column + reach, 0, width - 1)
-        bins = _bins(color[np.ix_(rows * cloud.stride, columns * cloud.stride)])
-        head, body = self.head[bins] + RARE, self.body[bins] + RARE
+        shares = self._shares(color[np.ix_(rows * cloud.stride, columns * cloud.stride)])
         off_m = np.abs(cloud.depth_m[np.ix_(rows, columns)] - np.float32(depth_m))
-        share = np.where(off_m > NEAR_M, np.float32(0.5), head / (head + body))
-        side = 2 * about_px + 1
-        smooth = np.asarray(cv2.blur(share, (side, side)), np.float32)
-        return smooth[about_px:-about_px, about_px:-about_px]
+        shares[off_m > NEAR_M] = 0.5
+        return _mean_about(shares, about_px)[about_px:-about_px, about_px:-about_px]
 
     def place_in(self, cloud: Cloud, is_body: NDArray[np.bool_]) -> tuple[Vector, float] | None:
         """The [3] centre of a head where a body, [h, w], has most of the head's colours, and their
@@ -111,22 +108,27 @@ class HeadColors:
             return None
         every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
         own = np.zeros(is_body.shape, np.float32)
-        bins = tuple(channel[0] for channel in _bins(every[is_body][None]))
-        head, body = self.head[bins] + RARE, self.body[bins] + RARE
-        own[is_body] = head / (head + body)
-        depth_m = max(float(np.median(cloud.depth_m[is_body])), NEAREST_M)
-        side = 2 * max(1, round(ABOUT_M * cloud.camera.fx / depth_m)) + 1
-        share = np.where(is_body, cv2.blur(own, (side, side)), 0.0)
+        own[is_body] = self._shares(every[is_body][None])[0]
+        depth_m = float(np.median(cloud.depth_m[is_body]))
+        share = np.where(is_body, _mean_about(own, _about_px(cloud, depth_m)), 0.0)
         best = np.unravel_index(int(np.argmax(share)), share.shape)
-        seen = cloud.points_camera[best].astype(np.float64)
-        behind = 1.0 + CENTER_BEHIND_SURFACE_M / max(float(np.linalg.norm(seen)), NEAREST_M)
-        return seen * behind, float(share[best])
+        return center_behind(cloud.points_camera[best].astype(np.float64)), float(share[best])
+
+    def _shares(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """[n, m] of each of [n, m, 3] colours, whether it is the head's (1) or the body's (0)."""
+        yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
+        bins = tuple(yuv[..., channel] >> shift for channel, shift in enumerate(SHIFTS))
+        head, body = self.head[bins] + RARE, self.body[bins] + RARE
+        return np.asarray(head / (head + body), np.float32)
 
 
-def _bins(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.signedinteger], ...]:
-    """Of Y, U and V, [n, m] each, of [n, m, 3] colours."""
-    yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
-    return tuple(yuv[..., channel] >> shift for channel, shift in enumerate(SHIFTS))
+def _about_px(cloud: Cloud, depth_m: float) -> int:
+    return max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_M)))
+
+
+def _mean_about(shares: NDArray[np.float32], about_px: int) -> NDArray[np.float32]:
+    side = 2 * about_px + 1
+    return np.asarray(cv2.blur(shares, (side, side)), np.float32)
 
 
 def _histogram(rgb: NDArray[np.uint8]) -> Counts:

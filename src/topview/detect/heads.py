@@ -278,7 +278,12 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
     )
     if not count:
         return None
-    return surface * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface))
+    return center_behind(surface)
+
+
+def center_behind(surface_camera: Vector) -> Vector:
+    """[3] the centre of a head of which the middle of the surface, [3], is seen."""
+    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface_camera))
 
 
 def median_near(

@@ -181,6 +181,16 @@ def _blend(old: Vector, new: Vector, times: float) -> Vector:
     return old + (1.0 - np.exp(-times)) * (new - old)
 
 
+def distance_m(one: KnownUser, other: KnownUser) -> float:
+    """Between two heads."""
+    return float(np.linalg.norm(one.head_camera - other.head_camera))
+
+
+def nearest_m(user: KnownUser, users: Sequence[KnownUser]) -> float:
+    """To the nearest other head."""
+    return min((distance_m(user, other) for other in users if other is not user), default=np.inf)
+
+
 def assign(scores: NDArray[np.float64]) -> dict[int, int]:
     """Row to column of the assignment with the highest sum of [users, heads] scores; pairs whose
     score is -inf are never made."""

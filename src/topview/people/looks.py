@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from topview.detect.head_colors import HeadColors
 from topview.people.height import sunk_m
-from topview.people.identity import KnownUser
+from topview.people.identity import KnownUser, distance_m, nearest_m
 from topview.people.roll import Roll
 from topview.people.scene import Scene
 
@@ -55,8 +55,7 @@ def colors_under(
     is_chest &= (below_m > CHEST_BELOW_M[0]) & (below_m < CHEST_BELOW_M[1])
     for other in others_camera:
         is_chest &= aside_m <= scene.aside_of(other, window)
-    pixel_m = float(head_camera[2]) / cloud.camera.fx
-    if np.count_nonzero(is_chest) * pixel_m**2 < LEAST_M2:
+    if np.count_nonzero(is_chest) * cloud.pixel_m(head_camera) ** 2 < LEAST_M2:
         return None
     every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
     return _histogram(every[window][is_chest].astype(np.float32))
@@ -106,10 +105,10 @@ def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> No
         if user.seen_s == scene.time_s
     }
     for one, other in combinations(worn, 2):
-        if other in one.company and _distance_m(one, other) > JUDGED_M:
+        if other in one.company and distance_m(one, other) > JUDGED_M:
             _judge(one, worn[one], other, worn[other])
     for user, colors in worn.items():
-        if colors is not None and not user.company and _nearest_m(user, users) > APART_M:
+        if colors is not None and not user.company and nearest_m(user, users) > APART_M:
             before = colors if user.colors is None else user.colors
             user.colors = np.asarray(before + RATE * (colors - before), np.float32)
 
@@ -118,7 +117,7 @@ def learn_heads(roll: Roll, scene: Scene) -> None:
     """Remember the colours of heads that are seen for sure, and not bent."""
     users = [user for user in roll.known if not user.is_suspect]
     for user, body in roll:
-        if user in users and _shows_head(user, scene) and _nearest_m(user, users) > APART_M:
+        if user in users and _shows_head(user, scene) and nearest_m(user, users) > APART_M:
             now = HeadColors.of(scene.cloud, user.head_camera, body)
             if now is not None:
                 before = user.head_colors
@@ -142,9 +141,7 @@ def colors_of_head(roll: Roll, scene: Scene, user: KnownUser) -> HeadColors | No
     near = [
         other.head_colors
         for other in roll.known
-        if other is not user
-        and other.head_colors is not None
-        and _distance_m(user, other) < APART_M
+        if other is not user and other.head_colors is not None and distance_m(user, other) < APART_M
     ]
     return user.head_colors.against(near)
 
@@ -154,11 +151,11 @@ def _note_company(users: Sequence[KnownUser]) -> None:
     for user in users:
         user.company &= set(users)
     for one, other in combinations(users, 2):
-        distance_m = _distance_m(one, other)
-        if distance_m < TOGETHER_M and 0.0 in (one.confidence_now, other.confidence_now):
+        apart_m = distance_m(one, other)
+        if apart_m < TOGETHER_M and 0.0 in (one.confidence_now, other.confidence_now):
             one.company.add(other)
             other.company.add(one)
-        elif distance_m > PARTED_M:
+        elif apart_m > PARTED_M:
             _part(one, other)
 
 
@@ -176,11 +173,3 @@ def _judge(one: KnownUser, ones: Colors | None, other: KnownUser, others: Colors
         one.exchange(other)
     if abs(as_are - exchanged) > CLEARLY:
         _part(one, other)
-
-
-def _distance_m(one: KnownUser, other: KnownUser) -> float:
-    return float(np.linalg.norm(one.head_camera - other.head_camera))
-
-
-def _nearest_m(user: KnownUser, users: Sequence[KnownUser]) -> float:
-    return min((_distance_m(user, other) for other in users if other is not user), default=np.inf)

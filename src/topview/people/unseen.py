@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from topview.people.doubts import ALIKE, BRIEFLY_S, COVERED, SLID_M
 from topview.people.height import sunk_m
-from topview.people.identity import KnownUser
+from topview.people.identity import KnownUser, nearest_m
 from topview.people.roll import Roll
 from topview.people.scene import Scene
 
@@ -34,9 +34,10 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     way_on = _way_on(scene, user, roll.settings.border_m)
     user.miss(scene.time_s, scene.up_camera, way_on)
     body = roll.body_of(scene, user)
-    trunk = _trunk(scene, user, body)
     is_gone = way_on is not None or scene.is_empty_at(user.head_camera)
-    if trunk is not None and is_gone and _stands_at(scene, user, UPRIGHT):
+    stood = is_gone and _stands_at(scene, user, UPRIGHT)
+    trunk = _trunk(scene, user, body) if stood else None
+    if trunk is not None:
         _place_over(scene, user, trunk)
         if way_on is not None:
             _stand_upright(scene, user)
@@ -62,16 +63,15 @@ def _stands_at(scene: Scene, user: KnownUser, statures: float) -> bool:
 
 
 def _area_m2(scene: Scene, is_seen: NDArray[np.bool_], user: KnownUser) -> float:
-    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
-    return np.count_nonzero(is_seen) * pixel_m**2
+    return np.count_nonzero(is_seen) * scene.cloud.pixel_m(user.head_camera) ** 2
 
 
 def _trunk(scene: Scene, user: KnownUser, body: Distance) -> Vector | None:
     """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
     low_m, high_m = (share * user.height.height_m for share in TRUNK)
     is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
-    pixel_m = float(user.head_camera[2]) / scene.cloud.camera.fx
-    is_trunk &= np.count_nonzero(is_trunk, axis=0) * pixel_m > COLUMN_M
+    heights_m = np.count_nonzero(is_trunk, axis=0) * scene.cloud.pixel_m(user.head_camera)
+    is_trunk &= heights_m > COLUMN_M
     if _area_m2(scene, is_trunk, user) < TRUNK_M2:
         return None
     return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
@@ -99,19 +99,12 @@ def _stand_upright(scene: Scene, user: KnownUser) -> None:
         user.head_camera = user.head_camera + below_m * scene.up_camera
 
 
-def _is_alone(roll: Roll, user: KnownUser) -> bool:
-    """Whether nobody else is near."""
-    return all(
-        np.linalg.norm(other.head_camera - user.head_camera) > ALONE_M
-        for other, _ in roll.others_of(user)
-    )
-
-
 def _look_for_the_head(roll: Roll, scene: Scene, user: KnownUser, body: Distance) -> None:
     """The head of one who bends may be in view without being made out: where the body has its
     colours, if nobody near by may hide it; or, of one who stoops, at the body's top near by."""
     is_body = body < np.inf
-    if user.head_colors is not None and _is_alone(roll, user):
+    others = [other for other, _ in roll.others_of(user)]
+    if user.head_colors is not None and nearest_m(user, others) > ALONE_M:
         found = user.head_colors.place_in(scene.cloud, is_body)
         if found is not None and found[1] > ALIKE:
             user.head_camera = found[0]
