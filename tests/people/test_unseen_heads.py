@@ -4,49 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, Rgb, dressed, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from people_scenes import CAMERA, Ball, box, frame, head_of, limb, plane, render, standing_person
+from people_scenes import Ball, box, head_of, limb, render, standing_person
 
-from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView, follow_head
 from topview.detect.head_colors import HeadColors
 from topview.detect.heads import HeadCandidate
 from topview.people.doubts import ALIKE, UNLIKE, has_come, is_unlike, likeness, slips
-from topview.people.floor import FloorPlane
 from topview.people.identity import KnownUser
 from topview.people.looks import colors_of_head, learn_heads
 from topview.people.roll import Roll
-from topview.people.scene import Scene, SceneSettings
+from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.unseen import miss
-from topview.records import Frame
 
-UP = np.array([0.0, -1.0, 0.0])
-GROUND_Y = 1.1
-FLOOR = plane(UP, GROUND_Y)
-ROOM = [FLOOR, np.full_like(FLOOR, 4.9)]
-SKIN, HAIR, RED, BLUE, GREY = (
-    (200, 150, 120),
-    (50, 40, 30),
-    (180, 40, 40),
-    (40, 50, 190),
-    (120,) * 3,
-)
+SKIN, HAIR = (200, 150, 120), (50, 40, 30)
 STATURE_M = 1.75
-Rgb = tuple[int, ...]
 Distance = NDArray[np.float32]
-
-
-def scene_of(
-    depth_m: NDArray[np.float32], color: NDArray[np.uint8] | None = None, index: int = 0
-) -> Scene:
-    plain = frame(depth_m, index)
-    cloud = Cloud.from_frame(Frame(plain.index, plain.timestamp_s, plain.depth_m, CAMERA, color))
-    is_background = np.zeros(cloud.depth_m.shape, np.bool_)
-    return Scene.of(cloud, FloorPlane(UP.copy(), GROUND_Y), is_background, SceneSettings())
 
 
 def head_and_body(x: float, z: float, head: Rgb, body: Rgb) -> list[tuple[list[Ball], Rgb]]:
@@ -59,11 +37,7 @@ def head_and_body(x: float, z: float, head: Rgb, body: Rgb) -> list[tuple[list[B
 
 
 def colored_scene(parts: list[tuple[list[Ball], Rgb]], index: int = 0) -> Scene:
-    depth_m = render([ball for balls, _ in parts for ball in balls], ROOM)
-    color = np.full((*depth_m.shape, 3), GREY, np.uint8)
-    for balls, rgb in parts:
-        color[(render(balls) > 0.0) & (np.abs(render(balls) - depth_m) < 1e-4)] = rgb
-    return scene_of(depth_m, color, index)
+    return scene_of(*dressed(parts), index)
 
 
 def body_at(scene: Scene, head_camera: NDArray[np.float64]) -> Distance:
@@ -112,7 +86,7 @@ def test_colours_that_head_and_clothes_share_tell_nothing() -> None:
 
 def test_there_are_no_head_colours_without_colour_or_body() -> None:
     head = head_of(0.0, 2.5, GROUND_Y)
-    grey = scene_of(render(standing_person(0.0, 2.5, GROUND_Y), ROOM))
+    grey = scene_of(render(standing_person(0.0, 2.5, GROUND_Y), ROOM), None, 0)
     assert HeadColors.of(grey.cloud, head, body_at(grey, head)) is None
     scene = colored_scene(head_and_body(0.0, 2.5, SKIN, RED))
     nothing = np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
@@ -199,7 +173,7 @@ def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
     z = 3.0
     truth = head_of(0.5, z, GROUND_Y)
     arm = box((-0.4, truth[1] - 0.2, 2.0), (1.0, truth[1] + 0.15, 2.1))
-    scene = scene_of(render(standing_person(0.5, z, GROUND_Y), [*ROOM, arm]), index=1)
+    scene = scene_of(render(standing_person(0.5, z, GROUND_Y), [*ROOM, arm]), None, 1)
     user = known(scene, truth)
     roll = roll_of(scene, user)
     user.head_camera = truth - np.array([0.5, 0.0, 0.0])
@@ -218,8 +192,8 @@ def test_a_stretched_arm_is_no_trunk() -> None:
     shoulder_y = GROUND_Y - 0.8 * STATURE_M
     balls = standing_person(0.0, z, GROUND_Y)
     balls += limb((0.2, shoulder_y, z), (0.95, shoulder_y, z), 0.05)
-    bare = scene_of(render(balls, ROOM))
-    scene = scene_of(render(balls, [*ROOM, pillar]), index=1)
+    bare = scene_of(render(balls, ROOM), None, 0)
+    scene = scene_of(render(balls, [*ROOM, pillar]), None, 1)
     user = known(bare, truth)
     roll = roll_of(bare, user)
     body = miss(roll, scene, user)
@@ -283,7 +257,7 @@ def test_nobody_comes_back_from_behind_somebody_taller_or_with_other_colours() -
 
 
 def test_who_came_across_the_floor_is_there_though_the_head_is_hidden() -> None:
-    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), index=30)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 30)
     user = known(scene, head_of(0.0, 2.6, GROUND_Y))
     user.seen_s = scene.time_s - 0.2
     assert not has_come(scene, user)

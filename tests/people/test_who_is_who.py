@@ -4,47 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, Rgb, dressed, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from people_scenes import CAMERA, Ball, box, frame, head_of, plane, render, standing_person
+from people_scenes import box, head_of, render, standing_person
 
-from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
 from topview.people.association import find_again
-from topview.people.floor import FloorPlane
 from topview.people.identity import KnownUser
 from topview.people.looks import CLEARLY, colors_under, tell_apart, unlikeness
 from topview.people.roll import Roll
-from topview.people.scene import Scene, SceneSettings
+from topview.people.scene import Scene
 from topview.people.settings import PeopleSettings
-from topview.records import Frame
-
-UP = np.array([0.0, -1.0, 0.0])
-GROUND_Y = 1.1
-FLOOR = plane(UP, GROUND_Y)
-ROOM = [FLOOR, np.full_like(FLOOR, 4.9)]
-RED, BLUE, GREY = (180, 40, 40), (40, 50, 190), (120, 120, 120)
-Rgb = tuple[int, int, int]
-
-
-def scene_of(depth_m: NDArray[np.float32], color: NDArray[np.uint8] | None, index: int) -> Scene:
-    plain = frame(depth_m, index)
-    colored = Frame(plain.index, plain.timestamp_s, plain.depth_m, CAMERA, color)
-    nothing = np.zeros((240, 320), np.bool_)
-    cloud = Cloud.from_frame(colored)
-    is_background = nothing[:: cloud.stride, :: cloud.stride]
-    return Scene.of(cloud, FloorPlane(UP.copy(), GROUND_Y), is_background, SceneSettings())
-
-
-def dressed(people: list[tuple[list[Ball], Rgb]]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """[H, W] depth of people in a room, and [H, W, 3] their colours, all over."""
-    depth_m = render([ball for balls, _ in people for ball in balls], ROOM)
-    color = np.full((*depth_m.shape, 3), GREY, np.uint8)
-    for balls, rgb in people:
-        color[(render(balls) > 0.0) & (np.abs(render(balls) - depth_m) < 1e-4)] = rgb
-    return depth_m, color
 
 
 def known(number: int, scene: Scene, place: NDArray[np.float64]) -> KnownUser:

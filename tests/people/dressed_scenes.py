@@ -1,0 +1,37 @@
+"""Known heads in a coloured room, for the tests of who is who and of heads that are not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from people_scenes import CAMERA, Ball, frame, plane, render
+
+from topview.detect.cloud import Cloud
+from topview.people.floor import FloorPlane
+from topview.people.scene import Scene, SceneSettings
+from topview.records import Frame
+
+UP = np.array([0.0, -1.0, 0.0])
+GROUND_Y = 1.1
+FLOOR = plane(UP, GROUND_Y)
+ROOM = [FLOOR, np.full_like(FLOOR, 4.9)]
+RED, BLUE, GREY = (180, 40, 40), (40, 50, 190), (120, 120, 120)
+Rgb = tuple[int, int, int]
+
+
+def scene_of(depth_m: NDArray[np.float32], color: NDArray[np.uint8] | None, index: int) -> Scene:
+    plain = frame(depth_m, index)
+    colored = Frame(plain.index, plain.timestamp_s, plain.depth_m, CAMERA, color)
+    nothing = np.zeros((240, 320), np.bool_)
+    cloud = Cloud.from_frame(colored)
+    is_background = nothing[:: cloud.stride, :: cloud.stride]
+    return Scene.of(cloud, FloorPlane(UP.copy(), GROUND_Y), is_background, SceneSettings())
+
+
+def dressed(people: list[tuple[list[Ball], Rgb]]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """[H, W] depth of people in a room, and [H, W, 3] their colours, all over."""
+    depth_m = render([ball for balls, _ in people for ball in balls], ROOM)
+    color = np.full((*depth_m.shape, 3), GREY, np.uint8)
+    for balls, rgb in people:
+        color[(render(balls) > 0.0) & (np.abs(render(balls) - depth_m) < 1e-4)] = rgb
+    return depth_m, color
