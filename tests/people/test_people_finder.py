@@ -14,7 +14,7 @@ from people_scenes import (
     with_noise,
 )
 
-from topview.people.finder import PeopleFinder
+from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.users import User
 
 GROUND_Y = 1.1
@@ -136,6 +136,27 @@ def test_two_who_cross_keep_their_ids() -> None:
     assert was_hidden
     assert len(ids["front"]) == len(ids["back"]) == 1
     assert ids["front"] != ids["back"]
+
+
+def test_who_shows_but_a_part_behind_another_for_long_stays_the_same() -> None:
+    """Longer than anybody is waited for of whom nothing is seen."""
+    finder = PeopleFinder()
+    hidden_s = PeopleSettings().grace_s + 3.0
+    xs = (*np.linspace(-1.0, 0.05, 30), *[0.05] * int(30 * hidden_s), *np.linspace(0.05, -1.0, 30))
+    depths = {
+        x: render(
+            standing_person(x, 2.3, GROUND_Y, 1.9) + standing_person(0.2, 3.3, GROUND_Y, 1.7), ROOM
+        )
+        for x in set(xs)
+    }
+    unseen_frames = 0
+    users: list[User] = []
+    for index, x in enumerate(xs):
+        users = finder.update(frame(with_noise(depths[x], index), index))
+        assert sorted(user.id for user in users) == [1, 2]
+        unseen_frames += sum(not user.head_is_seen for user in users)
+    assert unseen_frames > 30 * PeopleSettings().grace_s
+    assert all(user.head_is_seen for user in users)
 
 
 def test_who_stands_still_never_melts_into_the_room() -> None:

@@ -111,6 +111,25 @@ def test_who_is_hidden_takes_nobodys_head() -> None:
     assert len(roll.bodies) == 2
 
 
+def test_who_was_hidden_for_long_takes_nobodys_head_who_was_seen_a_moment_ago() -> None:
+    """Of one whose shoulder was followed the head comes into view, and nobody else's."""
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 200)
+    here = known(1, scene, place + np.array([-0.1, 0.2, 0.05]))
+    here.view = HeadView.of(scene.cloud, np.array([1.5, 0.0, 5.4]))  # looks like nothing near
+    away = known(2, scene, place + np.array([-0.8, 0.0, 0.0]))
+    for user, unseen_s in ((here, 0.1), (away, 4.0)):
+        user.confidence_now = 0.0
+        user.seen_s = scene.time_s - unseen_s
+        user.time_s = scene.time_s - 1 / 30
+    head = HeadCandidate(place, 0.95)
+    bodies = [np.full_like(scene.cloud.depth_m, np.inf)] * 2
+    assert find_again(Roll(PeopleSettings(), [away, here], bodies), scene, [head]) == [head]
+    here.seen_s = scene.time_s - 2.0
+    assert find_again(Roll(PeopleSettings(), [away, here], bodies), scene, [head]) == []
+    assert away.seen_s == scene.time_s
+
+
 def test_of_whom_nothing_is_seen_stands_behind_what_hides_him() -> None:
     pillar = box((-0.35, GROUND_Y - 2.0, 1.8), (0.35, GROUND_Y, 2.0))
     scene = scene_of(render([], [*ROOM, pillar]), None, 0)

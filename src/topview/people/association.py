@@ -42,10 +42,9 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
     bodies: dict[int, Distance] = {}
     taken: set[int] = set()
     present = Present()
-    claims: list[Vector] = []  # places of heads that those who were seen of late did not take
     for turn in _turns(known, time_s):
         now = scores.copy()
-        now[:, _are_near(options, [*claims, *present.heads])] = -np.inf
+        now[:, _are_near(options, present.heads)] = -np.inf
         matches = {turn[row]: column for row, column in assign(now[turn]).items()}
         for index in sorted(turn, key=lambda i: -now[i, matches[i]] if i in matches else 0.0):
             user = known[index]
@@ -55,11 +54,11 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
                 bodies[index] = roll.body_of(scene, user)
                 present.add(user.head_camera, bodies[index])
                 taken.add(matches[index])
-            elif time_s - user.seen_s < FOLLOWED_S:
-                claims.append(user.predicted(time_s))
-    for index, user in enumerate(known):
-        if index not in bodies:
-            bodies[index] = miss(roll, scene, user)
+        for index in turn:
+            if index not in bodies:
+                bodies[index] = miss(roll, scene, known[index])
+                if time_s - known[index].seen_s < FOLLOWED_S:
+                    present.add(known[index].head_camera, bodies[index])
     roll.bodies = [bodies[index] for index in range(len(known))]
     return [head for i, head in enumerate(heads) if i not in taken]
 

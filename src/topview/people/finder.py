@@ -98,7 +98,6 @@ class PeopleFinder:
         with self.clock.stage("heads"):
             heads = self._detect(scene)
         with self.clock.stage("users"):
-            roll.heed(tracked)
             heads = find_again(roll, scene, heads)
             if self.sight is not None:
                 learn_heads(roll, scene)

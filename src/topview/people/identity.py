@@ -52,6 +52,7 @@ class KnownUser:
         time_s: of `head_camera`.
         first_camera: [3] where the head was first seen.
         seen_camera, seen_s: where and when it was last seen.
+        there_s: when it, or enough of the body, last was.
         frames_seen: how many times.
         height: the stature's estimate.
         face: how much of it is in view of late.
@@ -78,7 +79,7 @@ class KnownUser:
         self.walk = np.zeros(3)
         self.time_s = time_s
         self.first_camera = head.center_camera
-        self.seen_s = time_s
+        self.seen_s = self.there_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
         self.face = FaceMemory()

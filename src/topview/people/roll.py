@@ -8,22 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.parts import JOINT_NAMES
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.identity import KnownUser
 from topview.people.scene import Scene
 from topview.people.segmentation import Memory, body_distance
 from topview.people.settings import PeopleSettings
-from topview.records import JointState, Person
 
 Distance = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-# Ours: a tracked body whose head is further from the expected one has been lost itself.
-STRAYED_M = 0.5
-# Ours: a tracked body tells where its hidden head is if this share of its joints is seen.
-KNOWING_SHARE = 0.3
-HEAD_JOINT = JOINT_NAMES.index("head")
+# Ours: of whom more than this is seen has not gone, though the head is hidden.
+SHOWN_M2 = 0.03
 # Ours: a limb whose connection with the body is hidden seems further away from the head by this
 # much in each second, until it is out of reach.
 FADING_M_PER_S = 1.5
@@ -60,20 +55,6 @@ class Roll:
         """All but one, and but those who may be furniture, with their bodies."""
         return [(other, body) for other, body in self if other is not user and not other.is_suspect]
 
-    def heed(self, tracked: Sequence[Person]) -> None:
-        """Where a head was not seen in the last frame, a body of which enough was seen knows
-        better."""
-        known = {user.id: user for user in self.known if user.confidence_now == 0.0}
-        for person in tracked:
-            user = known.get(person.id)
-            given = person.joint_state[person.joint_state != JointState.ABSENT]
-            seen = (given == JointState.VISIBLE).mean()
-            if user is None or seen < KNOWING_SHARE:
-                continue
-            head_camera = person.joints_camera[HEAD_JOINT]
-            if np.linalg.norm(head_camera - user.head_camera) < STRAYED_M:
-                user.head_camera = np.array(head_camera)
-
     def body_of(self, scene: Scene, user: KnownUser) -> Distance:
         """[h, w] a known user's body in the present frame."""
         is_seen = user.seen_s == scene.time_s
@@ -102,13 +83,27 @@ class Roll:
         self._last_depth_m, self._last_s = scene.cloud.depth_m, scene.time_s
 
     def dismiss(self, scene: Scene) -> None:
-        """Forget who has been away for too long: soon if he went out of the picture, but not
-        while he stands so near that only the head is out of it."""
-        settings = self.settings
+        """Forget who has been away for too long: soon if he went out of the picture, late if
+        something hides him, and later if only the head is hidden or out of the picture."""
         for user, _ in self:
-            has_body = user.body_m is not None and bool(np.isfinite(user.body_m).any())
-            is_out = scene.is_out(user.head_camera, settings.border_m)
-            grace_s = settings.out_s if is_out and not has_body else settings.grace_s
-            stands_near = has_body and scene.is_above(user.head_camera)
-            if not stands_near and scene.time_s - user.seen_s > grace_s:
+            is_body = np.zeros(0, np.bool_) if user.body_m is None else np.isfinite(user.body_m)
+            if user.seen_s == scene.time_s or self._shows(scene, user, is_body):
+                user.there_s = scene.time_s
+            is_out = scene.is_out(user.head_camera, self.settings.border_m)
+            grace_s = self.settings.out_s if is_out and not is_body.any() else self.settings.grace_s
+            if scene.time_s - user.there_s > grace_s:
                 self.strike_out(user)
+
+    def _shows(self, scene: Scene, user: KnownUser, is_body: Mask) -> bool:
+        """Whether of one whose head is not seen enough else is."""
+        if scene.is_above(user.head_camera):  # stands too near for the head to be in the picture
+            return bool(is_body.any())
+        if scene.time_s - user.seen_s > self.settings.headless_s:
+            return False
+        body_m2 = area_m2(scene, user, is_body)
+        return body_m2 > SHOWN_M2 and scene.is_hidden_at(user.head_camera)
+
+
+def area_m2(scene: Scene, user: KnownUser, is_seen: Mask) -> float:
+    """Of pixels at a user's distance."""
+    return np.count_nonzero(is_seen) * scene.cloud.pixel_m(user.head_camera) ** 2

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from topview.people.doubts import ALIKE, BRIEFLY_S, COVERED, SLID_M
 from topview.people.height import sunk_m
 from topview.people.identity import KnownUser, nearest_m
-from topview.people.roll import Roll
+from topview.people.roll import Roll, area_m2
 from topview.people.scene import Scene
 
 Vector = NDArray[np.float64]
@@ -41,7 +41,7 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
         _place_over(scene, user, trunk)
         if way_on is not None:
             _stand_upright(scene, user)
-    elif way_on is not None and _area_m2(scene, body < np.inf, user) < UNSEEN_M2:
+    elif way_on is not None and area_m2(scene, user, body < np.inf) < UNSEEN_M2:
         _place_behind_cover(scene, user)
     elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
         _look_for_the_head(roll, scene, user, body)
@@ -62,17 +62,13 @@ def _stands_at(scene: Scene, user: KnownUser, statures: float) -> bool:
     return scene.height_of(user.head_camera) > statures * user.height.height_m
 
 
-def _area_m2(scene: Scene, is_seen: NDArray[np.bool_], user: KnownUser) -> float:
-    return np.count_nonzero(is_seen) * scene.cloud.pixel_m(user.head_camera) ** 2
-
-
 def _trunk(scene: Scene, user: KnownUser, body: Distance) -> Vector | None:
     """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
     low_m, high_m = (share * user.height.height_m for share in TRUNK)
     is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
     heights_m = np.count_nonzero(is_trunk, axis=0) * scene.cloud.pixel_m(user.head_camera)
     is_trunk &= heights_m > COLUMN_M
-    if _area_m2(scene, is_trunk, user) < TRUNK_M2:
+    if area_m2(scene, user, is_trunk) < TRUNK_M2:
         return None
     return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
 
