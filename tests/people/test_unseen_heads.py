@@ -13,14 +13,22 @@ from people_scenes import Ball, box, head_of, limb, render, standing_person
 from topview.detect.following import HeadView, follow_head
 from topview.detect.head_colors import HeadColors
 from topview.detect.heads import HeadCandidate
-from topview.people.doubts import ALIKE, UNLIKE, has_come, is_unlike, likeness, slips
+from topview.people.doubts import (
+    ALIKE,
+    UNLIKE,
+    has_come,
+    is_something_lower,
+    is_unlike,
+    likeness,
+    slips,
+)
 from topview.people.identity import KnownUser
 from topview.people.looks import colors_of_head, learn_heads
 from topview.people.roll import Roll
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
-from topview.people.unseen import miss
+from topview.people.unseen import FOUND, miss
 
 SKIN, HAIR = (200, 150, 120), (50, 40, 30)
 STATURE_M = 1.75
@@ -153,16 +161,35 @@ def test_the_colours_of_a_bent_or_unsure_head_are_not_learnt() -> None:
 def test_a_head_is_where_the_body_has_its_colours() -> None:
     scene, head = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
     colors, is_body = colors_at(scene, head), np.isfinite(body_at(scene, head))
-    found = colors.place_in(scene.cloud, is_body)
+    near = head + 0.3 * np.array([0.0, 1.0, 0.0])
+    found = colors.place_in(scene.cloud, is_body, near, 0.4)
     assert found is not None
     place, share = found
     assert np.linalg.norm(place - head) < 0.1
-    assert share > 0.9
-    assert colors.place_in(scene.cloud, np.zeros_like(is_body)) is None
+    assert 0.7 < share < 0.9  # a disc fills 0.79 of a window as broad
+    assert colors.place_in(scene.cloud, np.zeros_like(is_body), near, 0.4) is None
+    assert colors.place_in(scene.cloud, is_body, near + np.array([1.0, 0.0, 0.0]), 0.4) is None
     headless = colored_scene(head_and_body(0.0, 2.5, RED, RED))
-    nowhere = colors.place_in(headless.cloud, is_body)
+    nowhere = colors.place_in(headless.cloud, is_body, near, 0.4)
     assert nowhere is not None
     assert nowhere[1] < 0.1
+
+
+def test_a_hand_of_the_heads_colour_is_not_taken_for_it() -> None:
+    """It is as near, but not as broad."""
+    z = 2.5
+    colors = colors_at(colored_scene(head_and_body(0.0, z, SKIN, RED)), head_of(0.0, z, GROUND_Y))
+    chest = np.array([0.0, GROUND_Y - 1.0, z - 0.1])
+    bent, hand = chest + np.array([-0.2, 0.0, -0.1]), chest + np.array([0.2, 0.0, -0.1])
+    trunk = limb((0.0, GROUND_Y - 1.3, z), (0.0, GROUND_Y - 0.7, z), 0.15)
+    for has_head in (False, True):
+        skin = [(hand, 0.05), *([(bent, 0.1)] if has_head else [])]
+        scene = colored_scene([(skin, SKIN), (trunk, RED)])
+        is_body = (scene.cloud.depth_m > 0.0) & (scene.cloud.depth_m < 3.0)
+        found = colors.place_in(scene.cloud, is_body, chest, 0.4)
+        assert found is not None
+        assert (found[1] > FOUND) == has_head
+        assert (np.linalg.norm(found[0] - bent) < 0.1) == has_head
 
 
 # Where a head is that is not seen
@@ -217,6 +244,7 @@ def test_the_head_of_one_who_is_alone_is_sought_by_its_colours(is_alone: bool) -
     roll = roll_of(scene, user, other)
     roll.bodies[0] = body_at(scene, bent)
     roll.remember(scene, [np.isfinite(body) for body in roll.bodies])
+    user.head_camera = bent + np.array([0.0, -0.3, 0.1])
     miss(roll, scene, user)
     assert (np.linalg.norm(user.head_camera - bent) < 0.1) == is_alone
 
@@ -239,6 +267,19 @@ def test_a_head_that_sinks_under_cover_is_a_shoulder_unless_it_has_the_colours(
     scene = scene_of(depth_m, color, 1)
     assert slips(scene, user, HeadCandidate(low, 0.9)) != sees_color
     assert (likeness(scene, user, HeadCandidate(low, 0.9)) > ALIKE) == sees_color
+
+
+@pytest.mark.parametrize(("down_m", "is_lower"), [(0.0, False), (0.45, True)])
+def test_what_is_below_the_stature_and_of_the_clothes_colours_is_no_head(
+    down_m: float, is_lower: bool
+) -> None:
+    """A chest is none, even if nothing covers the head; without colour nobody knows."""
+    scene, place = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
+    user = known(scene, place)
+    head = HeadCandidate(place - down_m * UP, 0.95)
+    assert not is_something_lower(scene, user, head)
+    user.head_colors = colors_at(scene, place)
+    assert is_something_lower(scene, user, head) == is_lower
 
 
 def test_nobody_comes_back_from_behind_somebody_taller_or_with_other_colours() -> None:

@@ -32,8 +32,12 @@ LEAST_PIXELS: Final = 12
 RATE: Final = 0.2
 # A colour that neither has more of than this tells nothing.
 RARE: Final = np.float32(0.002)
-# About a place the colours within this radius are looked at.
+# About a place the colours within this radius are looked at; and, where a head is sought on a body,
+# within a head's, as hands and arms have its colours, too, but are not as broad.
 ABOUT_M: Final = 0.06
+SEARCHED_M: Final = 0.1
+# Dark hair is hard to read; what is read of a head is no less than this.
+READ: Final = 0.5
 # What is so much nearer or further than a head is none of it, and tells nothing.
 NEAR_M: Final = 0.35
 
@@ -101,17 +105,23 @@ class HeadColors:
         shares[off_m > NEAR_M] = 0.5
         return _mean_about(shares, about_px)[about_px:-about_px, about_px:-about_px]
 
-    def place_in(self, cloud: Cloud, is_body: NDArray[np.bool_]) -> tuple[Vector, float] | None:
-        """The [3] centre of a head where a body, [h, w], has most of the head's colours, and their
-        share; None without colour or body."""
-        if cloud.frame.color is None or not is_body.any():
+    def place_in(
+        self, cloud: Cloud, is_body: NDArray[np.bool_], near_camera: Vector, reach_m: float
+    ) -> tuple[Vector, float] | None:
+        """The [3] centre of a head where a body, [h, w], has most of the head's colours, no further
+        than `reach_m` from a place [3], and their share of a window as broad as a head; None
+        without colour or body there."""
+        offset = cloud.points_camera - near_camera.astype(np.float32)
+        is_near = is_body & (np.einsum("ijk,ijk->ij", offset, offset) < reach_m**2)
+        if cloud.frame.color is None or not is_near.any():
             return None
         every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
         own = np.zeros(is_body.shape, np.float32)
         own[is_body] = self._shares(every[is_body][None])[0]
-        depth_m = float(np.median(cloud.depth_m[is_body]))
-        share = np.where(is_body, _mean_about(own, _about_px(cloud, depth_m)), 0.0)
-        best = np.unravel_index(int(np.argmax(share)), share.shape)
+        about_px = _about_px(cloud, float(near_camera[2]), SEARCHED_M)
+        read = _mean_about((cloud.depth_m > 0.0).astype(np.float32), about_px)
+        share = _mean_about(own, about_px) / np.maximum(read, READ)
+        best = np.unravel_index(int(np.argmax(np.where(is_near, share, 0.0))), share.shape)
         return center_behind(cloud.points_camera[best].astype(np.float64)), float(share[best])
 
     def _shares(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -122,8 +132,8 @@ class HeadColors:
         return np.asarray(head / (head + body), np.float32)
 
 
-def _about_px(cloud: Cloud, depth_m: float) -> int:
-    return max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_M)))
+def _about_px(cloud: Cloud, depth_m: float, radius_m: float = ABOUT_M) -> int:
+    return max(1, round(radius_m * cloud.camera.fx / max(depth_m, NEAREST_M)))
 
 
 def _mean_about(shares: NDArray[np.float32], about_px: int) -> NDArray[np.float32]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.people.doubts import ALIKE, BRIEFLY_S, COVERED, SLID_M
+from topview.people.doubts import BRIEFLY_S, COVERED, SLID_M
 from topview.people.height import sunk_m
 from topview.people.identity import KnownUser, nearest_m
 from topview.people.roll import Roll, area_m2
@@ -25,8 +25,9 @@ COLUMN_M = 0.3
 # Ours: where the head of one who stoops is not made out, it is the highest of the body so near to
 # where it was seen last, from above.
 STOOPING_M = 0.25
-# Ours: who has nobody so near is hidden by nobody.
-ALONE_M = 2.0
+# Ours: who has nobody so near is hidden by nobody; a head is sought first near to where it was, and
+# is found where so much of what is as broad has its colours: of an arm less has.
+ALONE_M, SOUGHT_M, FOUND = 2.0, (0.2, 0.4), 0.42
 
 
 def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
@@ -34,6 +35,9 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     way_on = _way_on(scene, user, roll.settings.border_m)
     user.miss(scene.time_s, scene.up_camera, way_on)
     body = roll.body_of(scene, user)
+    is_lost = scene.time_s - user.seen_s > BRIEFLY_S
+    if way_on is None and is_lost and _is_found_by_colors(roll, scene, user, body):
+        return body
     is_gone = way_on is not None or scene.is_empty_at(user.head_camera)
     stood = is_gone and _stands_at(scene, user, UPRIGHT)
     trunk = _trunk(scene, user, body) if stood else None
@@ -43,8 +47,8 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
             _stand_upright(scene, user)
     elif way_on is not None and area_m2(scene, user, body < np.inf) < UNSEEN_M2:
         _place_behind_cover(scene, user)
-    elif way_on is None and scene.time_s - user.seen_s > BRIEFLY_S:
-        _look_for_the_head(roll, scene, user, body)
+    elif way_on is None and is_lost:
+        _place_at_top(scene, user, body)
     return body
 
 
@@ -95,17 +99,23 @@ def _stand_upright(scene: Scene, user: KnownUser) -> None:
         user.head_camera = user.head_camera + below_m * scene.up_camera
 
 
-def _look_for_the_head(roll: Roll, scene: Scene, user: KnownUser, body: Distance) -> None:
-    """The head of one who bends may be in view without being made out: where the body has its
-    colours, if nobody near by may hide it; or, of one who stoops, at the body's top near by."""
-    is_body = body < np.inf
+def _is_found_by_colors(roll: Roll, scene: Scene, user: KnownUser, body: Distance) -> bool:
+    """The head of one who bends may be in view without being made out: it is where the body has
+    its colours, and near to where it was, if nobody near by may hide it."""
     others = [other for other, _ in roll.others_of(user)]
-    if user.head_colors is not None and nearest_m(user, others) > ALONE_M:
-        found = user.head_colors.place_in(scene.cloud, is_body)
-        if found is not None and found[1] > ALIKE:
+    if user.head_colors is None or nearest_m(user, others) < ALONE_M:
+        return False
+    for reach_m in SOUGHT_M:
+        found = user.head_colors.place_in(scene.cloud, body < np.inf, user.head_camera, reach_m)
+        if found is not None and found[1] > FOUND:
             user.head_camera = found[0]
-            return
+            return True
+    return False
+
+
+def _place_at_top(scene: Scene, user: KnownUser, body: Distance) -> None:
+    """The head of one who stoops, where it is not made out, is the body's top near by."""
     is_in_view = scene.covered_share(user.head_camera) < COVERED
     if is_in_view and not _stands_at(scene, user, STOOPED):
-        top = scene.top_near(is_body, user.seen_camera, STOOPING_M)
+        top = scene.top_near(body < np.inf, user.seen_camera, STOOPING_M)
         user.head_camera = user.head_camera if top is None else top
