@@ -123,6 +123,23 @@ def test_what_hides_a_body_does_not_break_its_stillness_and_what_it_leaves_does(
     assert stillness.is_broken_in(left_m)
 
 
+@pytest.mark.parametrize("is_steady", [False, True])
+def test_limbs_leave_pixels_free_and_an_outline_that_flickers_does_not(is_steady: bool) -> None:
+    """A sixth of the pixels is left free: that of limbs, or what showed it by turns from the
+    start."""
+    depth_m = np.full((30, 12), 3.0, np.float32)
+    left_m = depth_m.copy()
+    left_m[:, :2] = 4.5
+    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_))
+    for index in range(FIRST_FRAMES - 1):
+        stillness.look(depth_m if is_steady or index % 2 else left_m)
+    assert not stillness.has_left
+    for _ in range(MOVED_FRAMES):
+        stillness.look(left_m)
+    assert stillness.has_left == is_steady
+    assert not stillness.is_broken
+
+
 def test_a_board_half_hidden_at_first_is_nobody_and_somebody_there_is_once_he_moves() -> None:
     person = standing_person(-0.2, 2.6, GROUND_Y)
     board = box((0.1, GROUND_Y - 1.6, 4.4), (0.5, GROUND_Y, 4.7))

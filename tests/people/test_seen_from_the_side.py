@@ -71,13 +71,13 @@ def test_a_head_does_not_sink_while_something_passes_before_it() -> None:
     assert off_m < 0.1
 
 
-@pytest.mark.parametrize("seed", [521, 522])
+@pytest.mark.parametrize("seed", [521, 522, 620, 623])
 def test_one_who_walks_in_profile_is_found_by_his_head(seed: int) -> None:
     recording = SimulatedRecording(scene_by_name("walking", seed=seed, frames=30))
     finder = PeopleFinder(PeopleSettings(detector="depth"))
     found = [finder.update(each) for each in recording]
     head = recording.simulate(29).truth.joints[0, JOINT_NAMES.index("head")]
-    assert [len(users) for users in found[-5:]] == [1] * 5
+    assert [len(users) for users in found[15:]] == [1] * 15  # within half a second
     assert np.linalg.norm(found[-1][0].head_camera - head) < 0.1
 
 

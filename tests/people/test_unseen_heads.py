@@ -17,7 +17,7 @@ from topview.people.doubts import (
     ALIKE,
     UNLIKE,
     has_come,
-    is_something_lower,
+    is_no_head,
     is_unlike,
     likeness,
     slips,
@@ -269,17 +269,17 @@ def test_a_head_that_sinks_under_cover_is_a_shoulder_unless_it_has_the_colours(
     assert (likeness(scene, user, HeadCandidate(low, 0.9)) > ALIKE) == sees_color
 
 
-@pytest.mark.parametrize(("down_m", "is_lower"), [(0.0, False), (0.45, True)])
+@pytest.mark.parametrize(("down_m", "is_none"), [(0.0, False), (0.45, True)])
 def test_what_is_below_the_stature_and_of_the_clothes_colours_is_no_head(
-    down_m: float, is_lower: bool
+    down_m: float, is_none: bool
 ) -> None:
     """A chest is none, even if nothing covers the head; without colour nobody knows."""
     scene, place = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
     user = known(scene, place)
     head = HeadCandidate(place - down_m * UP, 0.95)
-    assert not is_something_lower(scene, user, head)
+    assert not is_no_head(scene, user, head)
     user.head_colors = colors_at(scene, place)
-    assert is_something_lower(scene, user, head) == is_lower
+    assert is_no_head(scene, user, head) == is_none
 
 
 def test_nobody_comes_back_from_behind_somebody_taller_or_with_other_colours() -> None:

@@ -13,7 +13,7 @@ from topview.people.doubts import (
     ALIKE,
     BRIEFLY_S,
     COVERED,
-    is_something_lower,
+    is_no_head,
     is_unlike,
     likeness,
     slips,
@@ -130,7 +130,7 @@ def _continues(
         is_unlike(scene, user, head) or present.person_under(scene, head, settings) is None
     ):
         return False
-    return not slips(scene, user, head) and not is_something_lower(scene, user, head)
+    return not slips(scene, user, head) and not is_no_head(scene, user, head)
 
 
 def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
@@ -160,7 +160,7 @@ def _rivals(
         for head in heads
         if _is_better(scene, user, head, roll.settings.new_confidence)
         and _is_high_enough(scene, user, head)
-        and not is_something_lower(scene, user, head)
+        and not is_no_head(scene, user, head)
         and reached(scene, head.center_camera, body) < np.inf
         and all(
             np.linalg.norm(head.center_camera - other.head_camera) > SAME_HEAD_M

@@ -76,9 +76,9 @@ def _is_under_cover(scene: Scene, head: HeadCandidate, up_m: float) -> bool:
     return scene.covered_share(head.center_camera + up_m * scene.up_camera) > COVERED
 
 
-def is_something_lower(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
-    """Whether what is below a user's stature has not the colours of the head: a shoulder, or the
-    back of one who bends."""
+def is_no_head(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
+    """Whether what is below the stature has not the colours of the head: a shoulder, or the back of
+    one who bends. What is above it may still be the head of one whose shoulder was followed."""
     below_m = sunk_m(scene, head.center_camera, user.height)
     is_low = below_m is not None and below_m > SUNK_M
     return is_low and likeness(scene, user, head) < UNLIKE

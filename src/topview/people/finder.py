@@ -214,15 +214,14 @@ class PeopleFinder:
         users: list[User] = []
         suspects: list[Refusal] = []
         for user, is_users in zip(roll.known, masks, strict=True):
+            is_seen = user.seen_s == scene.time_s
+            if is_seen:
+                user.height.add(measured_height(scene, user.head_camera, is_users))
             if user.is_suspect:
                 head = HeadCandidate(user.head_camera, user.confidence_now)
                 suspects.append(Refusal(head, UNMOVED))
                 continue
-            is_seen = user.seen_s == scene.time_s
-            skin: float | None = None
-            if is_seen:
-                user.height.add(measured_height(scene, user.head_camera, is_users))
-                skin = skin_share(self.sight, frame, user.head_camera)
+            skin = skin_share(self.sight, frame, user.head_camera) if is_seen else None
             users.append(
                 User(
                     user.id,

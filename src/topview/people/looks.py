@@ -114,10 +114,11 @@ def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> No
 
 
 def learn_heads(roll: Roll, scene: Scene) -> None:
-    """Remember the colours of heads that are seen for sure, and not bent."""
-    users = [user for user in roll.known if not user.is_suspect]
+    """Remember the colours of heads that are seen for sure, and not bent; of those who may be
+    furniture, as they were at first."""
+    sure = [user for user in roll.known if not user.is_suspect]
     for user, body in roll:
-        if user in users and _shows_head(user, scene) and nearest_m(user, users) > APART_M:
+        if _shows_head(user, scene) and nearest_m(user, sure) > APART_M:
             now = HeadColors.of(scene.cloud, user.head_camera, body)
             if now is not None:
                 before = user.head_colors
@@ -126,8 +127,9 @@ def learn_heads(roll: Roll, scene: Scene) -> None:
 
 def _shows_head(user: KnownUser, scene: Scene) -> bool:
     """Whether it is time to look at a head, and it is what it seems to be."""
-    is_time = user.head_colors is None or (scene.cloud.frame.index + user.id) % EVERY == 0
-    if not is_time or user.confidence_now < SURE_HEAD:
+    is_new = user.head_colors is None
+    is_time = not user.is_suspect and (scene.cloud.frame.index + user.id) % EVERY == 0
+    if not (is_new or is_time) or user.confidence_now < SURE_HEAD:
         return False
     below_m = sunk_m(scene, user.head_camera, user.height)
     return below_m is None or abs(below_m) < UPRIGHT_M

@@ -19,7 +19,7 @@ from topview.people.doubts import (
     may_be_an_arm,
 )
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.people.identity import KnownUser
+from topview.people.identity import KnownUser, nearest_m
 from topview.people.present import Present, Refusal, reached
 from topview.people.roll import Roll
 from topview.people.scene import Scene
@@ -35,6 +35,8 @@ DOUBTED_S = 5.0
 EVERY, PROBATION_LOOKS = 3, 15
 # Ours: one who sits quietly has one of the marks of furniture (`is_doubtful`), furniture has more.
 DEEP_DOUBT = 2
+# Ours: who has nobody so near has no other's limbs on his body.
+ALONE_M = 1.2
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
@@ -81,7 +83,8 @@ class Newcomers:
     ) -> None:
         assert user.stillness is not None
         depth_m, is_body = scene.cloud.depth_m, np.isfinite(body)
-        is_somebody = user.stillness.is_broken or is_like
+        is_alone = nearest_m(user, roll.known) > ALONE_M
+        is_somebody = user.stillness.is_broken or is_like or (is_alone and user.stillness.has_left)
         is_there = user.seen_s == scene.time_s or has_come(scene, user)
         if is_there and is_somebody and not may_be_an_arm(scene, user, body, roll):
             self._name(user)

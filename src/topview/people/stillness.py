@@ -33,8 +33,10 @@ KEPT, KEPT_MAGNITUDE = 0.85, 0.76
 MEDIAN_SQUARE = 0.455
 # Less of a body says nothing of that, as readings beside what hides the rest are off.
 LEAST_SHARE = 0.7
-# What stands still leaves no pixels free for what is behind it, save along its outline.
+# What stands still leaves no pixels free for what is behind it, save along its outline, which shows
+# now this, now that: of those that showed it in so many of the first frames it leaves fewer.
 LEFT_SHARE = 0.3
+STEADY_FRAMES, STEADY_LEFT_SHARE = 4, 0.12
 # One frame alone may show what somebody's shadow does.
 MOVED_FRAMES = 3
 # Readings beside what hid the rest were off: from so many times the pixels on they count no more.
@@ -47,6 +49,8 @@ class Stillness:
     Attributes:
         telling_frames: in how many enough of them was in view.
         moved_frames: in how many it was no thing that stands still.
+        left_frames: in how many it had left pixels free, as limbs do, or what something else that
+            was taken for a part of it has left.
     """
 
     def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
@@ -60,12 +64,17 @@ class Stillness:
         self._steps_m: list[float] = []
         self._square_steps: list[float] = []
         self._frames = 1
-        self.telling_frames = self.moved_frames = 0
+        self.telling_frames = self.moved_frames = self.left_frames = 0
 
     @property
     def is_broken(self) -> bool:
         """Whether it is no thing that stands still."""
         return self.moved_frames >= MOVED_FRAMES
+
+    @property
+    def has_left(self) -> bool:
+        """Whether it has left pixels free for long enough."""
+        return self.left_frames >= MOVED_FRAMES
 
     def look(self, depth_m: NDArray[np.float32]) -> None:
         """Watch the next frame, [h, w]."""
@@ -85,7 +94,11 @@ class Stillness:
             self._count += is_same
         self._step(seen_m, is_same)
         self._recent_m[is_same] += np.float32(RATE) * (seen_m - self._recent_m)[is_same]
-        if (seen_m > self._start_m + SAME_M).mean() > LEFT_SHARE:
+        is_left = seen_m > self._start_m + SAME_M
+        if self._frames > FIRST_FRAMES:
+            steady = (is_left & (self._count >= STEADY_FRAMES)).mean()
+            self.left_frames += bool(steady > STEADY_LEFT_SHARE)
+        if is_left.mean() > LEFT_SHARE:
             return True
         if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
             return False
