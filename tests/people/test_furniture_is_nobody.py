@@ -11,15 +11,19 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 
-from topview.detect.cloud import depth_noise_m
+from topview.detect.cloud import Cloud, depth_noise_m
 from topview.people.finder import PeopleFinder
+from topview.people.floor import FloorPlane
 from topview.people.newcomers import DOUBTED_S
+from topview.people.scene import Scene, SceneSettings
 from topview.people.stillness import FIRST_FRAMES, MOVED_FRAMES, Stillness
+from topview.people.validation import is_torn_out
 from topview.sim import SimulatedRecording, scene_by_name
 
 GROUND_Y = 1.1
 WALL_M = 4.9
-FLOOR = plane(np.array([0.0, -1.0, 0.0]), GROUND_Y)
+UP = np.array([0.0, -1.0, 0.0])
+FLOOR = plane(UP, GROUND_Y)
 ROOM = [FLOOR, np.full_like(FLOOR, WALL_M)]
 FAR_M = 4.5
 
@@ -168,3 +172,33 @@ def test_what_is_uncovered_is_watched_afresh_and_frames_that_hide_it_tell_nothin
     for _ in range(MOVED_FRAMES):
         stillness.look(np.full_like(depth_m, 4.0))
     assert stillness.is_broken
+
+
+def test_a_piece_of_what_is_known_to_be_the_rooms_is_torn_out_of_it_and_a_person_is_not() -> None:
+    """A cupboard is known but for where somebody stood; a person before it is before all of it."""
+    cupboard = box((-0.8, GROUND_Y - 2.0, 4.2), (0.9, GROUND_Y, 4.6))
+    person = standing_person(0.1, 3.0, GROUND_Y)
+    for is_there in (False, True):
+        depth_m = render(person if is_there else [], [*ROOM, cupboard])
+        cloud = Cloud.from_frame(frame(with_noise(depth_m, 0)))
+        is_body = (render(person) > 0.0)[:: cloud.stride, :: cloud.stride]
+        scene = Scene.of(cloud, FloorPlane(UP, GROUND_Y), ~is_body, SceneSettings())
+        body = np.where(is_body, np.float32(0.3), np.float32(np.inf))
+        assert is_torn_out(scene, body) != is_there
+
+
+def test_the_piece_of_a_cupboard_that_somebody_stood_before_is_nobody() -> None:
+    recording = SimulatedRecording(scene_by_name("hug", seed=731, frames=75))
+    finder = PeopleFinder()
+    assert {len(finder.update(each)) for each in recording} == {2}
+
+
+def test_who_was_near_may_have_left_the_pixels_free() -> None:
+    depth_m = np.full((30, 12), 3.0, np.float32)
+    left_m = depth_m.copy()
+    left_m[:, :2] = 4.5
+    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_))
+    stillness.is_mixed = True
+    for index in range(2 * FIRST_FRAMES):
+        stillness.look(depth_m if index < FIRST_FRAMES else left_m)
+    assert not stillness.has_left

@@ -11,7 +11,7 @@ from topview.people.identity import KnownUser
 from topview.people.present import OWN_HEAD_M, Present, reached
 from topview.people.roll import Roll
 from topview.people.scene import Scene
-from topview.people.validation import is_doubtful, is_half_hidden
+from topview.people.validation import is_doubtful, is_half_hidden, is_torn_out
 
 Distance = NDArray[np.float32]
 
@@ -130,8 +130,10 @@ def looks_doubtful(scene: Scene, user: KnownUser, own: Distance, roll: Roll, lea
 def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
     """Whether who is in doubt, half hidden say, or has no credit yet, looks like a person for long
     enough; called once for each look."""
-    is_like = user.confidence_now >= roll.settings.new_confidence and not looks_doubtful(
-        scene, user, own, roll, 1
+    is_like = (
+        user.confidence_now >= roll.settings.new_confidence
+        and not looks_doubtful(scene, user, own, roll, 1)
+        and not is_torn_out(scene, own)
     )
     user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
     return user.undoubted_frames >= UNDOUBTED_FRAMES

@@ -24,7 +24,7 @@ from topview.people.present import Present, Refusal, reached
 from topview.people.roll import Roll
 from topview.people.scene import Scene
 from topview.people.settings import PeopleSettings
-from topview.people.validation import is_doubtful, is_half_hidden, looks_like_person
+from topview.people.validation import is_doubtful, is_half_hidden, is_torn_out, looks_like_person
 
 Distance = NDArray[np.float32]
 
@@ -83,8 +83,9 @@ class Newcomers:
     ) -> None:
         assert user.stillness is not None
         depth_m, is_body = scene.cloud.depth_m, np.isfinite(body)
-        is_alone = nearest_m(user, roll.known) > ALONE_M
-        is_somebody = user.stillness.is_broken or is_like or (is_alone and user.stillness.has_left)
+        user.stillness.is_mixed |= nearest_m(user, roll.known) < ALONE_M
+        walks_off = user.stillness.has_left and not is_torn_out(scene, body)
+        is_somebody = user.stillness.is_broken or is_like or walks_off
         is_there = user.seen_s == scene.time_s or has_come(scene, user)
         if is_there and is_somebody and not may_be_an_arm(scene, user, body, roll):
             self._name(user)

@@ -49,8 +49,7 @@ class Stillness:
     Attributes:
         telling_frames: in how many enough of them was in view.
         moved_frames: in how many it was no thing that stands still.
-        left_frames: in how many it had left pixels free, as limbs do, or what something else that
-            was taken for a part of it has left.
+        is_mixed: whether what was taken for a part of it may be somebody else, who was near.
     """
 
     def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
@@ -64,7 +63,8 @@ class Stillness:
         self._steps_m: list[float] = []
         self._square_steps: list[float] = []
         self._frames = 1
-        self.telling_frames = self.moved_frames = self.left_frames = 0
+        self.telling_frames = self.moved_frames = self._left_frames = 0
+        self.is_mixed = False
 
     @property
     def is_broken(self) -> bool:
@@ -73,8 +73,8 @@ class Stillness:
 
     @property
     def has_left(self) -> bool:
-        """Whether it has left pixels free for long enough."""
-        return self.left_frames >= MOVED_FRAMES
+        """Whether it has left pixels free for long enough, as limbs do."""
+        return self._left_frames >= MOVED_FRAMES and not self.is_mixed
 
     def look(self, depth_m: NDArray[np.float32]) -> None:
         """Watch the next frame, [h, w]."""
@@ -97,7 +97,7 @@ class Stillness:
         is_left = seen_m > self._start_m + SAME_M
         if self._frames > FIRST_FRAMES:
             steady = (is_left & (self._count >= STEADY_FRAMES)).mean()
-            self.left_frames += bool(steady > STEADY_LEFT_SHARE)
+            self._left_frames += bool(steady > STEADY_LEFT_SHARE)
         if is_left.mean() > LEFT_SHARE:
             return True
         if self._frames <= FIRST_FRAMES or is_same.mean() < LEAST_SHARE:
