@@ -23,8 +23,9 @@ UNSEEN_M2, TRUNK_M2, OVER_TRUNK_M = 0.02, 0.03, 0.12
 # Ours: what is less high, in a column of the image, is an arm.
 COLUMN_M = 0.3
 # Ours: where the head of one who stoops is not made out, it is the highest of the body so near to
-# where it was seen last, from above.
-STOOPING_M = 0.25
+# where it was seen last, from above; of one who is alone, and bends down, so near to where it was
+# thought to be.
+STOOPING_M, SUNK_ASIDE_M = 0.25, 0.5
 # Ours: who has nobody so near is hidden by nobody; a head is sought first near to where it was, and
 # is found where so much of what is as broad has its colours: of an arm less has.
 ALONE_M, SOUGHT_M, FOUND = 2.0, (0.2, 0.4), 0.42
@@ -35,8 +36,8 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
     way_on = _way_on(scene, user, roll.settings.border_m)
     user.miss(scene.time_s, scene.up_camera, way_on)
     body = roll.body_of(scene, user)
-    is_lost = scene.time_s - user.seen_s > BRIEFLY_S
-    if way_on is None and is_lost and _is_found_by_colors(roll, scene, user, body):
+    is_lost = way_on is None and scene.time_s - user.seen_s > BRIEFLY_S
+    if is_lost and _is_alone(roll, user) and _is_found_in_view(scene, user, body):
         return body
     is_gone = way_on is not None or scene.is_empty_at(user.head_camera)
     stood = is_gone and _stands_at(scene, user, UPRIGHT)
@@ -47,7 +48,7 @@ def miss(roll: Roll, scene: Scene, user: KnownUser) -> Distance:
             _stand_upright(scene, user)
     elif way_on is not None and area_m2(scene, user, body < np.inf) < UNSEEN_M2:
         _place_behind_cover(scene, user)
-    elif way_on is None and is_lost:
+    elif is_lost:
         _place_at_top(scene, user, body)
     return body
 
@@ -99,18 +100,26 @@ def _stand_upright(scene: Scene, user: KnownUser) -> None:
         user.head_camera = user.head_camera + below_m * scene.up_camera
 
 
-def _is_found_by_colors(roll: Roll, scene: Scene, user: KnownUser, body: Distance) -> bool:
+def _is_alone(roll: Roll, user: KnownUser) -> bool:
+    """Whether nobody is so near that he might hide the head."""
+    return nearest_m(user, [other for other, _ in roll.others_of(user)]) > ALONE_M
+
+
+def _is_found_in_view(scene: Scene, user: KnownUser, body: Distance) -> bool:
     """The head of one who bends may be in view without being made out: it is where the body has
-    its colours, and near to where it was, if nobody near by may hide it."""
-    others = [other for other, _ in roll.others_of(user)]
-    if user.head_colors is None or nearest_m(user, others) < ALONE_M:
+    its colours, near to where it was; or, if there is nothing any more, at the body's top."""
+    is_body = body < np.inf
+    if user.head_colors is not None:
+        for reach_m in SOUGHT_M:
+            found = user.head_colors.place_in(scene.cloud, is_body, user.head_camera, reach_m)
+            if found is not None and found[1] > FOUND:
+                user.head_camera = found[0]
+                return True
+    if not scene.is_empty_at(user.head_camera):
         return False
-    for reach_m in SOUGHT_M:
-        found = user.head_colors.place_in(scene.cloud, body < np.inf, user.head_camera, reach_m)
-        if found is not None and found[1] > FOUND:
-            user.head_camera = found[0]
-            return True
-    return False
+    top = scene.top_near(is_body, user.head_camera, SUNK_ASIDE_M)
+    user.head_camera = user.head_camera if top is None else top
+    return top is not None
 
 
 def _place_at_top(scene: Scene, user: KnownUser, body: Distance) -> None:
