@@ -230,7 +230,7 @@ def test_a_stretched_arm_is_no_trunk() -> None:
 
 @pytest.mark.parametrize(
     ("is_alone", "sees_color", "off_m"),
-    [(False, True, None), (True, True, 0.1), (True, False, 0.2)],
+    [(False, True, 0.2), (True, True, 0.1), (True, False, 0.2)],
 )
 def test_the_head_of_one_who_is_alone_is_sought_by_its_colours_or_at_the_bodys_top(
     is_alone: bool, sees_color: bool, off_m: float
