@@ -35,8 +35,8 @@ DOUBTED_S = 5.0
 EVERY, PROBATION_LOOKS = 3, 15
 # Ours: one who sits quietly has one of the marks of furniture (`is_doubtful`), furniture has more.
 DEEP_DOUBT = 2
-# Ours: who has nobody so near has no other's limbs on his body.
-ALONE_M = 1.2
+# Ours: of whoever has somebody so near, limbs may be mixed with his.
+MIXED_M = 1.2
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, UNMOVED = "may be a user's own", "just come", "has not moved, as furniture"
 
@@ -83,7 +83,7 @@ class Newcomers:
     ) -> None:
         assert user.stillness is not None
         depth_m, is_body = scene.cloud.depth_m, np.isfinite(body)
-        user.stillness.is_mixed |= nearest_m(user, roll.known) < ALONE_M
+        user.stillness.is_mixed |= nearest_m(user, roll.known) < MIXED_M
         walks_off = user.stillness.has_left and not is_torn_out(scene, body)
         is_somebody = user.stillness.is_broken or is_like or walks_off
         is_there = user.seen_s == scene.time_s or has_come(scene, user)

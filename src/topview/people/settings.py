@@ -25,8 +25,8 @@ class PeopleSettings:
         frames_until_new: consecutive frames in which a new head must be seen.
         least_apart_m: two heads, seen from above; a shoulder is nearer to its own head.
         grace_s: how long a user who is hidden is waited for.
-        headless_s: for how long at most the waiting does not begin, as enough of the body is seen.
         out_s: the same for one who went out of the picture.
+        headless_s: for how long at most the waiting does not begin, as enough of the body is seen.
         border_m: a head this near to the border may have gone out of the picture.
         floor: which planes may be a floor.
         scene: what is floor and what is furniture.
@@ -41,8 +41,8 @@ class PeopleSettings:
     frames_until_new: int = 3
     least_apart_m: float = 0.33
     grace_s: float = 5.0
-    headless_s: float = 20.0
     out_s: float = 0.5
+    headless_s: float = 20.0
     border_m: float = 0.15
     floor: FloorSettings = field(default_factory=FloorSettings)
     scene: SceneSettings = field(default_factory=SceneSettings)
