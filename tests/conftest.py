@@ -1,10 +1,20 @@
-"""Fixtures that every room's tests share."""
+"""Fixtures that every room's tests share: recordings, and the command line in this process."""
 
 from __future__ import annotations
 
+import json
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import cv2
 import pytest
+from numpy.typing import NDArray
+
+from tiny_recordings import CAMERA, wall
+from topview.cli.app import main
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -16,3 +26,48 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip(f"needs the recordings in {folder}, which are not part of the project")
     return folder
+
+
+MakeRecording = Callable[..., Path]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A command that has ended."""
+
+    status: int
+    out: str
+    complaints: list[str]
+
+
+RunCommand = Callable[..., Finished]
+
+
+@pytest.fixture
+def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
+    """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
+
+    def run(*arguments: object) -> Finished:
+        # A user would see a warning on stderr.
+        with warnings.catch_warnings(action="error"), pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        complaints = printed.err.splitlines()
+        assert all(line.startswith("topview: ") for line in complaints), printed.err
+        return Finished(int(ended.value.code or 0), printed.out, complaints)
+
+    return run
+
+
+@pytest.fixture
+def make_recording(tmp_path: Path) -> MakeRecording:
+    def make(depths_mm: Sequence[NDArray[Any]] | None = None, **camera: float) -> Path:
+        """A folder recording, by default three frames of a bare wall at 3 m."""
+        folder = tmp_path / "recording"
+        (folder / "depth").mkdir(parents=True)
+        (folder / "camera.json").write_text(json.dumps(CAMERA | {"depth_scale": 0.001} | camera))
+        for index, depth_mm in enumerate(depths_mm if depths_mm is not None else [wall()] * 3):
+            cv2.imwrite(str(folder / "depth" / f"{index:06d}.png"), depth_mm)
+        return folder
+
+    return make

@@ -8,38 +8,19 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
-from topview.cli.annotate import annotate
-from topview.cli.bench import bench
-from topview.cli.demo import demo
-from topview.cli.evaluate import evaluate
-from topview.cli.reproduce import reproduce
-from topview.cli.simulate import simulate
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
-from topview.cli.track import track
-from topview.cli.train_forest import train_forest
-from topview.cli.train_hands import train_hands
-from topview.cli.train_skin import train_skin
+from topview.laboratory import COMMANDS
 from topview.records import InputError
 
 app = App(
     name="topview",
-    help="Training-free 3D body tracking of several people from one depth camera.",
+    help="3D body tracking of several people from one depth camera.",
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
-for command in (
-    demo,
-    track,
-    evaluate,
-    reproduce,
-    simulate,
-    annotate,
-    train_skin,
-    train_hands,
-    train_forest,
-    bench,
-):
-    app.command(command)
+app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
+for name, (place, sentence) in COMMANDS.items():
+    app.command(place, name=name, help=sentence, group="Laboratory")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -20,16 +20,16 @@ from topview.score.utvr import DepthView
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodySettings, BodyTracker
-from topview.track.ellipsoids import EllipsoidSettings, EllipsoidTracker
 from topview.track.evidence import gather, thin_view, working_stride
-from topview.track.forest import ForestSettings, ForestTracker
 from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
 from topview.track.pose import Pose
 from topview.track.settings import TrackerSettings
-from topview.track.swarm import SwarmSettings, SwarmTracker
 from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
 from topview.track.upper_body.tracker import UpperBodyPose
 from topview.track.visibility import confidences, look
+from topview_lab.rivals.ellipsoids import EllipsoidSettings, EllipsoidTracker
+from topview_lab.rivals.forest.tracker import ForestSettings, ForestTracker
+from topview_lab.rivals.swarm import SwarmSettings, SwarmTracker
 
 
 @dataclass(slots=True)

@@ -1,0 +1,5 @@
+"""`python -m topview`: the command line."""
+
+from topview.cli.app import main
+
+main()

@@ -1,0 +1,46 @@
+"""What the laboratory adds to the command line: the only place of `topview` that names it.
+
+Nothing is imported here. A command is imported when it is run, so that what only measures or
+simulates costs a user of `topview track` nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+# Name of each command: where it is, and its one sentence in `topview --help`.
+COMMANDS: Final[dict[str, tuple[str, str]]] = {
+    "demo": (
+        "topview_lab.cli.demo:demo",
+        "Simulate two people, track them, and compare the result with the truth.",
+    ),
+    "simulate": (
+        "topview_lab.cli.simulate:simulate",
+        "Write a simulated scene as a recording, with its truth.",
+    ),
+    "evaluate": (
+        "topview_lab.cli.evaluate:evaluate",
+        "Measure the tracker, or another system, against reference skeletons.",
+    ),
+    "reproduce": (
+        "topview_lab.cli.reproduce:reproduce",
+        "Make the thesis's figures and tables again, as one page.",
+    ),
+    "bench": ("topview_lab.cli.bench:bench", "Measure the tracker's speed on this machine."),
+    "annotate": (
+        "topview_lab.cli.annotate:annotate",
+        "Make truth from colour markers in two recordings.",
+    ),
+    "train-skin": (
+        "topview_lab.cli.train_skin:train_skin",
+        "Learn what skin looks like from images with labelled masks.",
+    ),
+    "train-hands": (
+        "topview_lab.cli.train_hands:train_hands",
+        "Learn what faces and hands look like from labelled recordings.",
+    ),
+    "train-forest": (
+        "topview_lab.cli.train_forest:train_forest",
+        "Learn what body parts look like in depth images from the simulator.",
+    ),
+}

@@ -1,0 +1,1 @@
+"""The laboratory of topview: what makes, measures and compares; nothing that tracking needs."""

@@ -1,0 +1,96 @@
+"""What the automatic part found, kept beside the project so that it is there at once next time."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.io import write_atomically
+from topview_lab.annotate.automatic import Found
+from topview_lab.annotate.blobs import Blobs, MarkerLook
+from topview_lab.annotate.cameras import Extrinsics
+from topview_lab.annotate.starting import Start
+from topview_lab.annotate.tracks import Tracks
+
+FOUND_FILE: Final = "annotation-found.npz"
+VERSION: Final = 1
+
+
+def save_found(found: Found, looks: Sequence[MarkerLook], path: Path) -> None:
+    arrays: dict[str, Any] = {
+        "version": VERSION,
+        "looks": _looks(looks),
+        "rear_frames": found.rear_frames,
+        "start_frame": found.start_frame,
+        "offset_frames": found.offset_frames,
+        "T_front_rear": found.extrinsics.T_front_rear,
+        "residual_m": found.extrinsics.residual_m,
+        "pairs": found.extrinsics.pairs,
+        "start_spots": np.stack([start.spots for start in found.starts]),
+        "start_markers": np.stack([start.markers_camera for start in found.starts]),
+        "start_sizes": np.array([(start.stature_m, start.cost_m) for start in found.starts]),
+        **{f"tracks_{f.name}": getattr(found.tracks, f.name) for f in fields(Tracks)},
+    }
+    for view, blobs in enumerate(found.blobs):
+        arrays[f"counts_{view}"] = np.array([len(b) for b in blobs])
+        for f in fields(Blobs):
+            arrays[f"{f.name}_{view}"] = np.concatenate([getattr(b, f.name) for b in blobs])
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    write_atomically(path, buffer.getvalue())
+
+
+def load_found(path: Path, looks: Sequence[MarkerLook], frames: int) -> Found | None:
+    """None where there is none, or one of other colours, another version or another recording."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            data = dict(archive)
+        if int(data["version"]) != VERSION or not np.array_equal(data["looks"], _looks(looks)):
+            return None
+        if len(data["rear_frames"]) != frames:
+            return None
+        return _found(data)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _found(data: dict[str, NDArray[Any]]) -> Found:
+    blobs = [
+        [
+            Blobs(pixels, points, radii)
+            for pixels, points, radii in zip(
+                *(
+                    np.split(data[f"{f.name}_{view}"], np.cumsum(data[f"counts_{view}"])[:-1])
+                    for f in fields(Blobs)
+                ),
+                strict=True,
+            )
+        ]
+        for view in range(2)
+    ]
+    starts = [
+        Start(spots, markers, float(stature_m), float(cost_m))
+        for spots, markers, (stature_m, cost_m) in zip(
+            data["start_spots"], data["start_markers"], data["start_sizes"], strict=True
+        )
+    ]
+    return Found(
+        blobs=(blobs[0], blobs[1]),
+        rear_frames=data["rear_frames"],
+        start_frame=int(data["start_frame"]),
+        starts=starts,
+        offset_frames=int(data["offset_frames"]),
+        extrinsics=Extrinsics(data["T_front_rear"], float(data["residual_m"]), int(data["pairs"])),
+        tracks=Tracks(**{f.name: data[f"tracks_{f.name}"] for f in fields(Tracks)}),
+    )
+
+
+def _looks(looks: Sequence[MarkerLook]) -> NDArray[np.float64]:
+    return np.array([(*look.rgb, look.radius_m) for look in looks]).reshape(-1, 4)

@@ -1,0 +1,238 @@
+"""`topview evaluate`: the tracker against reference skeletons."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+from rich.console import Console
+
+from topview.cli.progress import warn
+from topview.cli.status import INTERRUPTED
+from topview.detect.detectors import DetectorName
+from topview.io.writers import prepare_output_folder
+from topview.records import InputError
+from topview.track.settings import Method, TrackerSettings
+from topview_lab.cli.simulate import CAMERAS, Size
+from topview_lab.datasets import (
+    EvaluatedRecording,
+    find_berkeley_mhad,
+    find_folder_recordings,
+    find_itop,
+    find_msr_action3d,
+    find_utd_mhad,
+    make_simulated,
+)
+from topview_lab.evaluate.predictions import Predictions, predicted_jobs
+from topview_lab.evaluate.report import print_report, write_json
+from topview_lab.evaluate.run import run_evaluation, run_jobs
+from topview_lab.metrics import Offsets
+
+DEFAULTS = TrackerSettings()
+
+evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """What every data set takes.
+
+    Attributes:
+        sequences: globs over the names of the sequences, separated by commas.
+        method: the tracker's method.
+        detector: how people's heads are found.
+        seed: of every random number.
+        json: file for all numbers.
+        workers: processes, 0 for one per core; the numbers do not depend on it.
+        per_sequence: add a table of the sequences, worst first.
+        detail: add tables by cause of occlusion, part, action and body, and of the confidences.
+        offsets: one constant offset per joint for the whole set, or for each person of each
+            recording.
+        predictions: measure the skeletons of these files instead of the tracker: a folder with
+            NAME.npz or NAME/skeletons.npz of each sequence, or one file.
+        map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
+    """
+
+    sequences: str = "*"
+    method: Method = DEFAULTS.method
+    detector: DetectorName = DEFAULTS.detector
+    seed: int = DEFAULTS.seed
+    json: Path | None = None
+    workers: int = 0
+    per_sequence: Annotated[bool, Parameter(negative="")] = False
+    detail: Annotated[bool, Parameter(negative="")] = False
+    offsets: Offsets = "set"
+    predictions: Path | None = None
+    map: str = ""
+
+    @property
+    def settings(self) -> TrackerSettings:
+        return TrackerSettings(self.method, self.detector, self.seed, threads=1)
+
+    def made_by(self) -> dict[str, Any]:
+        """What the measured skeletons come from, for the file of numbers."""
+        if self.predictions is None:
+            return self.settings.as_json()
+        return {"predictions": str(self.predictions), "map": self.map}
+
+
+DEFAULT_OPTIONS = EvaluateOptions()
+
+
+@evaluate.command
+def simulated(
+    *scenes: str,
+    seeds: str = "1",
+    people: int | None = None,
+    frames: int | None = None,
+    size: Size = "320x240",
+    options: EvaluateOptions = DEFAULT_OPTIONS,
+) -> int:
+    """Measure on scenes of the simulator, rendered while they are tracked.
+
+    Args:
+        scenes: all of them if none is named; sequences are named like pass_by_1.
+        seeds: of people, motions and noise, separated by commas.
+        people: how many; more than a scene asks for stand in the background.
+        frames: of each scene, at 30 a second.
+        size: of the images, in pixels; both show the same.
+    """
+    made = make_simulated(
+        scenes, _numbers("--seeds", seeds), people, frames, CAMERAS[size], options.sequences
+    )
+    return _evaluate(made, "error against the simulator's truth", options)
+
+
+@evaluate.command(name="mhad")
+def mhad(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on Berkeley MHAD, Kinect 1, against its motion capture.
+
+    Args:
+        path: the folder that holds Kinect/, Calibration/ and Mocap/; sequences are named like
+            s01_a04_r01.
+    """
+    return _evaluate(
+        find_berkeley_mhad(path, options.sequences),
+        "Berkeley MHAD, Kinect 1: error against the motion capture",
+        options,
+    )
+
+
+@evaluate.command(name="msr-action3d")
+def msr_action3d(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on MSR Action3D.
+
+    Args:
+        path: the folder that holds a01_s01_e01_sdepth.bin and a01_s01_e01_skeleton3D.txt, or
+            folders of them; sequences are named like a01_s01_e01.
+    """
+    return _evaluate(
+        find_msr_action3d(path, options.sequences),
+        "MSR Action3D: agreement with its skeletons (a reference, not truth)",
+        options,
+    )
+
+
+@evaluate.command
+def itop(path: Path, /, *, split: str = "test", options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on the side view of ITOP; needs the extra `datasets`.
+
+    Args:
+        path: the folder that holds ITOP_side_test_depth_map.h5 and ITOP_side_test_labels.h5; each
+            person is a sequence named like test_00.
+        split: test or train.
+    """
+    return _evaluate(
+        find_itop(path, split, options.sequences),
+        "ITOP, side view: error against its labels",
+        options,
+    )
+
+
+@evaluate.command(name="utd-mhad")
+def utd_mhad(path: Path, /, *, options: EvaluateOptions = DEFAULT_OPTIONS) -> int:
+    """Measure on UTD-MHAD.
+
+    Args:
+        path: the folder that holds Depth/ and Skeleton/; sequences are named like a1_s1_t1.
+    """
+    return _evaluate(
+        find_utd_mhad(path, options.sequences),
+        "UTD-MHAD: agreement with the Kinect SDK v1 skeleton (a reference, not truth)",
+        options,
+    )
+
+
+@evaluate.command
+def folder(
+    *paths: Path,
+    mirrored: Annotated[bool, Parameter(negative="")] = False,
+    options: EvaluateOptions = DEFAULT_OPTIONS,
+) -> int:
+    """Measure on recordings in the folder layout that have a groundtruth.npz.
+
+    Args:
+        paths: recordings, or folders of recordings.
+        mirrored: the images are flipped left-right, the ground truth is not.
+    """
+    if not paths:
+        raise InputError("evaluate folder: no folder given; give at least one recording")
+    return _evaluate(
+        find_folder_recordings(paths, options.sequences, mirrored),
+        "error against the recordings' own ground truth",
+        options,
+    )
+
+
+def _numbers(option: str, text: str) -> tuple[int, ...]:
+    if not re.fullmatch(r"\d+(,\d+)*", text):
+        raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
+    return tuple(int(number) for number in text.split(","))
+
+
+def _pairs(text: str) -> dict[str, str]:
+    pairs = [pair.split("=") for pair in text.split(",") if pair]
+    if any(len(pair) != 2 or not all(pair) for pair in pairs):
+        raise InputError(f"--map is {text!r}; it must be theirs=ours, like nose=head,chest=torso")
+    return {theirs.strip(): ours.strip() for theirs, ours in pairs}
+
+
+def _evaluate(
+    recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
+) -> int:
+    if options.json is not None:  # not to find out after the last recording
+        if options.json.is_dir():
+            raise InputError(f"--json {options.json} is a folder; it must be a file")
+        prepare_output_folder(options.json.parent)
+    if options.predictions is None:
+        run = run_evaluation(recordings, options.settings, options.workers)
+    else:
+        predictions = Predictions(options.predictions, _pairs(options.map))
+        jobs = predicted_jobs(recordings, predictions)
+        run = run_jobs(jobs, workers=1, what="measuring")
+        title = f"{title}; skeletons of {options.predictions}"
+    warn(*run.problems)
+    measured = len(run.evaluation.sequences)
+    if measured:
+        counted = f"{title}: {measured} of {run.planned} recordings"
+        summary = print_report(
+            run.evaluation,
+            Console(),
+            counted,
+            options.offsets,
+            options.per_sequence,
+            options.detail,
+        )
+        if options.json is not None:
+            write_json(options.json, summary, title, options.made_by(), run.problems)
+    if run.interrupted:
+        warn(f"interrupted: {measured} of {run.planned} recordings")
+        return INTERRUPTED
+    if not measured:
+        raise InputError(f"none of the {run.planned} recordings could be evaluated")
+    return 0

@@ -1,0 +1,57 @@
+"""`topview reproduce`: the thesis's figures and tables, made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from topview.cli.progress import warn
+from topview.cli.status import INTERRUPTED
+from topview_lab.reproduce.catalogue import ALL, EXPERIMENTS
+from topview_lab.reproduce.context import Context
+from topview_lab.reproduce.make import MARKDOWN, PAGE, check_seed, make_report
+from topview_lab.reproduce.page import Report
+
+
+def reproduce(
+    *names: str,
+    out: Path = Path("reproduced"),
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    mhad: Path | None = None,
+    bridge: Path | None = None,
+    seed: int = 0,
+    workers: int = 0,
+) -> int:
+    """Reproduce the thesis's figures and tables beside its printed numbers.
+
+    Simulates the recordings, tracks them and writes report.html, report.md, report.json and
+    pictures.
+
+    Args:
+        names: NAMES.
+        out: folder of the report.
+        quick: shorter and fewer recordings, a few minutes instead of half an hour.
+        mhad: folder of Berkeley MHAD, for Tables 6.1 and 6.2.
+        bridge: folder of another system's skeletons, NAME.npz for each of the rivals' recordings,
+            which are in OUT/recordings after a first call: see docs/bridge.md.
+        seed: of all scenes; the tracker's stays.
+        workers: processes, 0 for one per core; the numbers do not depend on it.
+    """
+    check_seed(seed)
+    made = make_report(names, Context(out, quick, seed, mhad, bridge), workers)
+    warn(*made.report.problems)
+    _print_verdicts(made.report)
+    print(f"written to {out / PAGE} and {out / MARKDOWN}")
+    return INTERRUPTED if made.interrupted else 0
+
+
+def _print_verdicts(report: Report) -> None:
+    console = Console()
+    for verdict in report.verdicts:
+        console.print(f"[bold]{verdict.word}[/bold]: {verdict.claim}: {verdict.evidence}")
+
+
+reproduce.__doc__ = (reproduce.__doc__ or "").replace("NAMES", f"{ALL}, {', '.join(EXPERIMENTS)}")

@@ -1,0 +1,61 @@
+"""What every data set yields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Protocol, TypeVar, runtime_checkable
+
+from topview.records import InputError, Recording
+from topview_lab.metrics import ReferenceSequence
+
+
+class EvaluatedRecording(Protocol):
+    """A recording with a reference; small and picklable, nothing is read before it is opened."""
+
+    @property
+    def name(self) -> str:
+        """What the tables call it."""
+        ...
+
+    def open(self) -> Recording:
+        """The frames. Raises InputError where they cannot be read."""
+        ...
+
+    def reference(self) -> ReferenceSequence:
+        """The reference skeletons. Raises InputError where they cannot be read."""
+        ...
+
+
+@runtime_checkable
+class KnowsReference(Protocol):
+    """A recording that knows the reference of its frames once they were read."""
+
+    def reference(self) -> ReferenceSequence: ...
+
+
+AnyRecording = TypeVar("AnyRecording", bound=EvaluatedRecording)
+
+
+def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
+    """The kinds of file that a data set's folder has none of, given a glob for each."""
+    return [kind for kind, glob in kinds.items() if next(root.glob(glob), None) is None]
+
+
+def select_by_name(
+    recordings: Sequence[AnyRecording], pattern: str, source: str
+) -> list[AnyRecording]:
+    """Those whose name matches one of the comma-separated globs (`a1_s*_t1,a2_*`), in order.
+
+    Raises:
+        InputError: none does.
+    """
+    globs = [glob.strip() for glob in pattern.split(",")]
+    chosen = [r for r in recordings if any(fnmatchcase(r.name, glob) for glob in globs)]
+    if not chosen:
+        raise InputError(
+            f"{source}: no sequence matches {pattern!r}; there are {len(recordings)}, "
+            f"{recordings[0].name} to {recordings[-1].name}"
+        )
+    return chosen

@@ -1,0 +1,195 @@
+"""`groundtruth.npz`, in the two layouts that exist.
+
+Rendered recordings: `names` [K], `joints` [F, R, K, 3], `present` [F, R], and where known
+`joint_occ_person`, `joint_occ_furniture`, `joint_occ_self`, `joint_outside` [F, R, K] shares,
+`ids` [R], `stature` [R], `actions` [F, R], `bodies` [R], and `part_names` [B] with
+`Ts_camera_part` [F, R, B, 4, 4]. Keys beyond these are ignored.
+
+Composites of real recordings: `joint_names` [K], `joints` [R, F, K, 3], and where known
+`joint_not_behind_other` [R, F, K], which says True where no other layer hides the joint.
+
+Both in metres, camera frame x right, y down, z forward.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import InputError
+from topview_lab.datasets.joints import our_part_name, select_joints
+from topview_lab.metrics import ReferenceSequence
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+# What `groundtruth.npz` calls the shares of `ReferenceSequence`.
+_SHARES: Final = {
+    "occluded_by_person": "joint_occ_person",
+    "occluded_by_object": "joint_occ_furniture",
+    "occluded_by_self": "joint_occ_self",
+    "outside": "joint_outside",
+}
+
+
+def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence:
+    """Either layout, recognised by its keys; the frames are numbered from 0.
+
+    Args:
+        path: of the file.
+        action: what everybody does all the time, for files that do not tell.
+
+    Raises:
+        InputError: the file is missing or damaged, keys are missing, shapes do not fit, or a
+            joint of a present person is not finite.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = dict(archive)
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path} cannot be read as an .npz archive: {error}") from error
+    return reference_from(arrays, str(path), action)
+
+
+def reference_from(arrays: Arrays, source: str, action: str | None = None) -> ReferenceSequence:
+    """The reference that the arrays of a `groundtruth.npz` tell.
+
+    Args:
+        arrays: by their keys.
+        source: where they come from, for errors.
+        action: as above.
+    """
+    if "names" in arrays:
+        reference = _rendered(arrays, source)
+    elif "joint_names" in arrays:
+        reference = _composite(arrays, source)
+    else:
+        raise InputError(
+            f"{source} has the keys {', '.join(sorted(arrays)) or 'none'}; it must have names, "
+            "joints and present, or joint_names and joints"
+        )
+    if action is None or reference.actions is not None:
+        return reference
+    return replace(reference, actions=np.full(reference.present.shape, action))
+
+
+def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
+    _require(arrays, ("names", "joints", "present"), source)
+    joints_camera = arrays["joints"]
+    F, R, K = _joint_axes(joints_camera, len(arrays["names"]), source)
+    shapes = {"present": (F, R), "ids": (R,), "stature": (R,), "actions": (F, R), "bodies": (R,)}
+    shapes |= dict.fromkeys(_SHARES.values(), (F, R, K))
+    if "Ts_camera_part" in arrays:
+        _require(arrays, ("part_names",), source)
+        shapes |= {"Ts_camera_part": (F, R, len(arrays["part_names"]), 4, 4)}
+    for key in shapes.keys() & arrays.keys():
+        _check_shape(arrays, key, shapes[key], source)
+    part_names, Rs_camera_part = _orientations(arrays)
+    return _reference(
+        source,
+        names=arrays["names"],
+        joints_camera=joints_camera,
+        present=arrays["present"].astype(bool),
+        shares={share: arrays[key] for share, key in _SHARES.items() if key in arrays},
+        person_ids=arrays.get("ids"),
+        statures_m=arrays.get("stature"),
+        actions=arrays.get("actions"),
+        bodies=tuple(map(str, arrays["bodies"])) if "bodies" in arrays else None,
+        part_names=part_names,
+        Rs_camera_part=Rs_camera_part,
+    )
+
+
+def _orientations(arrays: Arrays) -> tuple[tuple[str, ...], NDArray[np.float64] | None]:
+    """Names and [F, R, B, 3, 3] orientations of those parts that are ours too."""
+    if "Ts_camera_part" not in arrays:
+        return (), None
+    ours = [our_part_name(str(name)) for name in arrays["part_names"]]
+    columns = [b for b, name in enumerate(ours) if name is not None]
+    names = tuple(name for name in ours if name is not None)
+    return names, arrays["Ts_camera_part"][:, :, columns, :3, :3].astype(np.float64)
+
+
+def _composite(arrays: Arrays, source: str) -> ReferenceSequence:
+    _require(arrays, ("joint_names", "joints"), source)
+    R, F, K = _joint_axes(arrays["joints"], len(arrays["joint_names"]), source)
+    shares = {}
+    # With one person, what hides a joint is an object.
+    if R > 1 and "joint_not_behind_other" in arrays:
+        _check_shape(arrays, "joint_not_behind_other", (R, F, K), source)
+        is_hidden = ~arrays["joint_not_behind_other"].astype(bool)
+        shares = {"occluded_by_person": np.swapaxes(is_hidden, 0, 1)}
+    return _reference(
+        source,
+        names=arrays["joint_names"],
+        joints_camera=np.swapaxes(arrays["joints"], 0, 1),
+        present=np.ones((F, R), bool),
+        shares=shares,
+    )
+
+
+def _reference(
+    source: str,
+    names: NDArray[np.str_],
+    joints_camera: NDArray[np.floating],
+    present: NDArray[np.bool_],
+    shares: Arrays,
+    person_ids: NDArray[Any] | None = None,
+    statures_m: NDArray[Any] | None = None,
+    **told: Any,
+) -> ReferenceSequence:
+    """Our joints of [F, R, K, 3], and their shares."""
+    joint_names, columns = select_joints([str(name) for name in names], source)
+    unknown = ~np.isfinite(joints_camera).all(-1) & present[..., None]
+    if unknown.any():
+        f, r, k = np.argwhere(unknown)[0]
+        raise InputError(
+            f"{source}: joint {names[k]} of person {r + 1} in frame {f} is "
+            f"{joints_camera[f, r, k]}; it must be finite metres wherever the person is present"
+        )
+    F, R = present.shape
+    try:
+        return ReferenceSequence(
+            frame_index=np.arange(F),
+            person_ids=np.arange(1, R + 1) if person_ids is None else person_ids.astype(np.int64),
+            joint_names=joint_names,
+            joints_camera=joints_camera[..., columns, :].astype(np.float64),
+            present=present,
+            statures_m=None if statures_m is None else statures_m.astype(np.float64),
+            **{name: share[..., columns].astype(np.float64) for name, share in shares.items()},
+            **told,
+        )
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def _require(arrays: Arrays, keys: tuple[str, ...], source: str) -> None:
+    missing = [key for key in keys if key not in arrays]
+    if missing:
+        raise InputError(
+            f"{source} lacks {', '.join(missing)}; it has {', '.join(sorted(arrays))} and "
+            f"must have {', '.join(keys)}"
+        )
+
+
+def _joint_axes(joints: NDArray[Any], joint_count: int, source: str) -> tuple[int, int, int]:
+    """The first three axes of `joints`, once they are known to fit the names."""
+    if joints.ndim != 4 or joints.shape[2:] != (joint_count, 3) or joints.dtype.kind not in "fiu":
+        raise InputError(
+            f"{source}: joints is {joints.dtype} {joints.shape}; it must be numbers with four "
+            f"axes, the last two {joint_count} (the names) and 3"
+        )
+    return joints.shape[0], joints.shape[1], joints.shape[2]
+
+
+def _check_shape(arrays: Arrays, key: str, shape: tuple[int, ...], source: str) -> None:
+    if arrays[key].shape != shape:
+        raise InputError(
+            f"{source}: {key} has shape {arrays[key].shape}; it must be {shape}, as joints has"
+        )

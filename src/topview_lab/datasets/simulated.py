@@ -1,0 +1,103 @@
+"""Scenes of the simulator, rendered while they are tracked: nothing is written to a disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from topview.records import Camera, InputError
+from topview_lab.datasets.base import select_by_name
+from topview_lab.datasets.groundtruth import reference_from
+from topview_lab.metrics import ReferenceSequence
+from topview_lab.sim import SCENES, Scene, SimulatedRecording, scene_by_name, simulate_truth
+from topview_lab.sim.recording import SimulatedFrame
+from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.truth import FrameTruth, stack_truth
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedScene:
+    """A scene of `topview_lab.sim.SCENES`.
+
+    Attributes:
+        scene: its name.
+        seed: of bodies, looks, motions and noise.
+        people, frames: how many, as the scene has it if None.
+        camera: whose images are rendered.
+    """
+
+    scene: str
+    seed: int = 0
+    people: int | None = None
+    frames: int | None = None
+    camera: Camera = KINECT_V1_HALF
+
+    @property
+    def name(self) -> str:
+        return f"{self.scene}_{self.seed}"
+
+    def open(self) -> RecordingWithTruth:
+        return RecordingWithTruth(self.make())
+
+    def reference(self) -> ReferenceSequence:
+        """The truth, for which the whole scene is rendered once more, without noise."""
+        return reference_from(simulate_truth(self.make()).arrays(), self.name)
+
+    def make(self) -> Scene:
+        """Raises InputError where the name or a number is wrong."""
+        return scene_by_name(
+            self.scene,
+            seed=self.seed,
+            people=self.people,
+            frames=self.frames,
+            camera=self.camera,
+        )
+
+
+class RecordingWithTruth(SimulatedRecording):
+    """A simulated recording that keeps the truth of every frame that is read."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._truths: dict[int, FrameTruth] = {}
+
+    def simulate(self, index: int) -> SimulatedFrame:
+        simulated = super().simulate(index)
+        self._truths[index] = simulated.truth
+        return simulated
+
+    def reference(self) -> ReferenceSequence:
+        """The truth of the frames that were read, from the first on."""
+        truth = stack_truth(self.scene, [self._truths[index] for index in sorted(self._truths)])
+        return reference_from(truth.arrays(), self.name)
+
+
+def make_simulated(
+    scenes: Sequence[str] = (),
+    seeds: Sequence[int] = (1,),
+    people: int | None = None,
+    frames: int | None = None,
+    camera: Camera = KINECT_V1_HALF,
+    pattern: str = "*",
+) -> list[SimulatedScene]:
+    """Every scene (all of them if none is named) with every seed.
+
+    Args:
+        scenes: names.
+        seeds: at least one.
+        people, frames, camera: as in `SimulatedScene`.
+        pattern: globs over the names, which are like `pass_by_1`.
+
+    Raises:
+        InputError: a name or a number is wrong, or no name matches.
+    """
+    if not seeds:
+        raise InputError("no seed given; give at least one, such as 1,2,3")
+    made = [
+        SimulatedScene(scene, seed, people, frames, camera)
+        for scene in scenes or SCENES
+        for seed in seeds
+    ]
+    for simulated in made:
+        simulated.make()  # not to find out after the first scenes were tracked
+    return select_by_name(made, pattern, "simulated")

@@ -1,0 +1,249 @@
+"""Skeletons from files in the place of a tracker: any system's, one file for each recording.
+
+`docs/bridge.md` tells what the files hold. Statures and part frames are told from the joints where
+a file does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import PART_NAMES
+from topview.geometry.rotations import transform
+from topview.records import JOINT_STATE_NAMES, InputError, JointState, SkeletonSequence
+from topview_lab.datasets import EvaluatedRecording
+from topview_lab.evaluate.part_frames import rotations_from_joints, statures_from_joints
+from topview_lab.evaluate.run import Outcome
+from topview_lab.evaluate.skeleton_files import read_arrays
+from topview_lab.evaluate.vocabulary import find_joints
+from topview_lab.metrics import ReferenceSequence, measure_sequence
+
+FARTHEST_M: Final = 50.0
+"""Joints beyond are not in metres (ours)."""
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Predictions:
+    """Where predicted skeletons lie, and what their joints are called.
+
+    Attributes:
+        path: a file, for one recording, or a folder with NAME.npz or NAME/skeletons.npz of each;
+            or the same as .csv.
+        more: their joint names to ours, besides the known ones.
+    """
+
+    path: Path
+    more: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.path.exists():
+            raise InputError(f"{self.path}: no such file or folder; it must hold predictions")
+
+    def file_of(self, name: str) -> Path:
+        """The file of a recording. Raises InputError where there is none."""
+        if self.path.is_file():
+            return self.path
+        places = [
+            place
+            for suffix in ("npz", "csv")
+            for place in (self.path / f"{name}.{suffix}", self.path / name / f"skeletons.{suffix}")
+        ]
+        for place in places:
+            if place.is_file():
+                return place
+        raise InputError(
+            f"{self.path} has no predictions for it; there must be {places[0].name} or "
+            f"{name}/{places[1].name}, or .csv files of these names"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PredictedJob:
+    """One recording whose skeletons come from a file."""
+
+    recording: EvaluatedRecording
+    predictions: Predictions
+
+    def __call__(self) -> Outcome:
+        name = self.recording.name
+        try:
+            reference = self.recording.reference()
+            predicted = read_predictions(
+                self.predictions.file_of(name), reference, self.predictions.more
+            )
+            return Outcome(measure_sequence(predicted, reference, name), ())
+        except InputError as error:
+            return Outcome(None, (f"{name}: {error}",))
+
+
+def predicted_jobs(
+    recordings: Sequence[EvaluatedRecording], predictions: Predictions
+) -> list[PredictedJob]:
+    """A job for each recording.
+
+    Raises:
+        InputError: one file, but several recordings.
+    """
+    if predictions.path.is_file() and len(recordings) > 1:
+        raise InputError(
+            f"{predictions.path} is one file for {len(recordings)} recordings; it must be a folder "
+            "with NAME.npz of each, or choose one with --sequences"
+        )
+    return [PredictedJob(recording, predictions) for recording in recordings]
+
+
+def read_predictions(
+    path: Path, reference: ReferenceSequence, more: Mapping[str, str] | None = None
+) -> SkeletonSequence:
+    """Skeletons at the frames of a reference: with our joints, and nobody in frames that are
+    missing.
+
+    Raises:
+        InputError: the file is unreadable, or what it holds cannot be compared; one line.
+    """
+    try:
+        return _predictions(read_arrays(path), reference, more, str(path))
+    except InputError as error:
+        message = str(error)
+        raise InputError(
+            message if message.startswith(str(path)) else f"{path}: {message}"
+        ) from None
+
+
+def _predictions(
+    arrays: Arrays, reference: ReferenceSequence, more: Mapping[str, str] | None, source: str
+) -> SkeletonSequence:
+    joints = _joints(arrays)
+    F, P, K = joints.shape[:3]
+    frames = _frame_index(arrays, F, reference)
+    columns = find_joints([str(name) for name in arrays["joint_names"]], source, more)
+    names = tuple(columns)
+    joints = np.stack([joints[:, :, c].mean(2) for c in columns.values()], 2)
+    confidence = _numbers(arrays, "joint_confidence", (F, P, K), np.nan)
+    confidence = np.stack([confidence[:, :, c].mean(2) for c in columns.values()], 2)
+    state = np.where(np.isfinite(joints).all(-1), JointState.VISIBLE, JointState.ABSENT)
+    rotations = _rotations(arrays, names, joints)
+
+    # At the reference's frames; those that are not told have nobody in them.
+    last = max(int(frames.max(initial=0)), int(reference.frame_index.max(initial=0)))
+    row = np.full(last + 1, F)
+    row[frames] = np.arange(F)
+    rows = row[reference.frame_index]
+
+    def placed(values: NDArray[Any], absent: float) -> NDArray[Any]:
+        nobody = np.full((1, *values.shape[1:]), absent, values.dtype)
+        return np.concatenate([values, nobody])[rows]
+
+    return SkeletonSequence(
+        frame_index=reference.frame_index.copy(),
+        timestamps_s=np.zeros(len(rows)),
+        person_ids=_numbers(arrays, "person_ids", (P,), np.arange(1, P + 1)).astype(np.int64),
+        joint_names=names,
+        joints_camera=placed(joints, np.nan),
+        joint_state=placed(_states(arrays, columns, state.astype(np.uint8)), JointState.ABSENT),
+        joint_confidence=placed(confidence.astype(np.float32), np.nan),
+        part_names=PART_NAMES,
+        Ts_camera_part=placed(transform(rotations, np.zeros((F, P, len(PART_NAMES), 3))), np.nan),
+        heights_m=_numbers(arrays, "heights_m", (P,), statures_from_joints(names, joints)),
+    )
+
+
+def _joints(arrays: Arrays) -> NDArray[np.float64]:
+    """[F, P, K, 3], NaN where missing."""
+    joints = arrays["joints_camera"]
+    K = len(arrays["joint_names"])
+    if joints.ndim == 3:
+        joints = joints[:, None]
+    if joints.ndim != 4 or joints.shape[2:] != (K, 3) or joints.dtype.kind not in "fiu":
+        raise InputError(
+            f"joints_camera is {joints.dtype} {arrays['joints_camera'].shape}; it must be numbers, "
+            f"frames x people x {K} (the joint names) x 3"
+        )
+    joints = joints.astype(np.float64)
+    is_told = np.isfinite(joints).all(-1, keepdims=True) & (joints != 0.0).any(-1, keepdims=True)
+    joints = np.where(is_told, joints, np.nan)
+    farthest = np.abs(joints[np.isfinite(joints)]).max(initial=0.0)
+    if farthest > FARTHEST_M:
+        raise InputError(
+            f"joints_camera reaches {farthest:g}; it must be metres, up to {FARTHEST_M:g}"
+        )
+    return joints
+
+
+def _frame_index(arrays: Arrays, F: int, reference: ReferenceSequence) -> NDArray[np.int64]:
+    expected = int(reference.frame_index.max(initial=-1)) + 1
+    if "frame_index" not in arrays:
+        if expected != F:
+            raise InputError(
+                f"has {F} frames, the reference {expected}; it must have as many, or a frame_index"
+            )
+        return np.arange(F)
+    frames = arrays["frame_index"]
+    if frames.shape != (F,) or frames.dtype.kind not in "iu" or (frames < 0).any():
+        raise InputError(
+            f"frame_index is {frames.dtype} {frames.shape}; it must be {F} frame numbers, from 0"
+        )
+    if len(np.unique(frames)) < F:
+        raise InputError("frame_index names a frame twice; it must name each once")
+    if not np.isin(frames, reference.frame_index).any() and F:
+        raise InputError(
+            f"has frames {frames.min()} to {frames.max()}, the reference "
+            f"{reference.frame_index.min()} to {reference.frame_index.max()}; "
+            "they must be the same recording"
+        )
+    return frames.astype(np.int64)
+
+
+def _numbers(
+    arrays: Arrays, key: str, shape: tuple[int, ...], otherwise: float | NDArray[Any]
+) -> NDArray[np.float64]:
+    """An array that may be missing."""
+    if key not in arrays:
+        return np.broadcast_to(otherwise, shape).astype(np.float64)
+    values = arrays[key]
+    if values.ndim == 2 and len(shape) == 3:  # of one person
+        values = values[:, None]
+    if values.shape != shape or values.dtype.kind not in "fiu":
+        raise InputError(f"{key} is {values.dtype} {values.shape}; it must be numbers {shape}")
+    return values.astype(np.float64)
+
+
+def _states(
+    arrays: Arrays, columns: Mapping[str, tuple[int, ...]], otherwise: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """[F, P, N] the file's own, where it calls them as we do."""
+    names = arrays.get("joint_state_names")
+    state = arrays.get("joint_state")
+    if names is None or state is None or tuple(map(str, names)) != JOINT_STATE_NAMES:
+        return otherwise
+    if state.ndim != 3 or state.shape[:2] != otherwise.shape[:2]:
+        raise InputError(f"joint_state has shape {state.shape}; it must be that of joints_camera")
+    own = state[:, :, [c[0] for c in columns.values()]]
+    return np.where(otherwise == JointState.ABSENT, otherwise, own).astype(np.uint8)
+
+
+def _rotations(
+    arrays: Arrays, names: tuple[str, ...], joints: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[F, P, 11, 3, 3] of our parts: the file's own, else told from the joints."""
+    rotations = rotations_from_joints(names, joints)
+    if "Ts_camera_part" not in arrays or "part_names" not in arrays:
+        return rotations
+    Ts, own_names = arrays["Ts_camera_part"], [str(name) for name in arrays["part_names"]]
+    if Ts.shape != (*joints.shape[:2], len(own_names), 4, 4):
+        raise InputError(
+            f"Ts_camera_part has shape {Ts.shape}; "
+            f"it must be {(*joints.shape[:2], len(own_names), 4, 4)}"
+        )
+    for b, name in enumerate(PART_NAMES):
+        if name in own_names:
+            rotations[:, :, b] = Ts[:, :, own_names.index(name), :3, :3]
+    return rotations

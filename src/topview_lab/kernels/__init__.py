@@ -1,0 +1,1 @@
+"""The rivals' inner loops: beside `topview.kernels`, the only importer of numba."""

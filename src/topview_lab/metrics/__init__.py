@@ -1,0 +1,104 @@
+"""Metrics over skeleton sequences, whoever made them.
+
+`evaluate_sequence` measures one recording; `Evaluation.pooled` joins recordings; `summarise` turns
+what was measured into the numbers of the tables. For a selection of one's own: `pool` the
+evaluation, take the errors of a family (`position_errors`, `direction_errors`,
+`relative_angle_errors`, `axis_errors`, `orientation_errors`), choose person-frames by
+`Pool.hidden_share` and the samples' labels, and `compare`.
+"""
+
+from topview_lab.metrics.angles import (
+    BONES,
+    DIRECTION_GROUPS,
+    DIRECTIONS,
+    PART_GROUPS,
+    RELATIVE_ANGLE_GROUPS,
+    RELATIVE_ANGLES,
+    Bone,
+    RelativeAngle,
+    axis_errors,
+    direction_errors,
+    orientation_errors,
+    relative_angle_errors,
+)
+from topview_lab.metrics.calibration import Calibration, Reliability, calibrate, true_states
+from topview_lab.metrics.depth_benchmarks import (
+    BODY_HALVES,
+    WithinLimit,
+    average_precision,
+    benchmark,
+)
+from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
+from topview_lab.metrics.matching import (
+    GATE_M,
+    PeopleCounts,
+    count_people,
+    match_people,
+    people_distances,
+)
+from topview_lab.metrics.measure import evaluate_sequence, measure_sequence
+from topview_lab.metrics.reference import ReferenceSequence
+from topview_lab.metrics.samples import (
+    CAUSES,
+    Evaluation,
+    Samples,
+    SequenceErrors,
+)
+from topview_lab.metrics.splits import ALL, UNHIDDEN, hidden_split
+from topview_lab.metrics.statistics import Comparison, Statistic, statistic
+from topview_lab.metrics.summary import Found, SequenceSummary, Summary, summarise, tables
+from topview_lab.metrics.tracking import TrackingCounts, TrackingScores, score_tracking
+
+__all__ = [
+    "ALL",
+    "BODY_HALVES",
+    "BONES",
+    "CAUSES",
+    "DIRECTIONS",
+    "DIRECTION_GROUPS",
+    "GATE_M",
+    "PART_GROUPS",
+    "RELATIVE_ANGLES",
+    "RELATIVE_ANGLE_GROUPS",
+    "UNHIDDEN",
+    "Bone",
+    "Calibration",
+    "Comparison",
+    "Errors",
+    "Evaluation",
+    "Found",
+    "Offsets",
+    "PeopleCounts",
+    "Pool",
+    "ReferenceSequence",
+    "RelativeAngle",
+    "Reliability",
+    "Samples",
+    "SequenceErrors",
+    "SequenceSummary",
+    "Statistic",
+    "Summary",
+    "TrackingCounts",
+    "TrackingScores",
+    "WithinLimit",
+    "average_precision",
+    "axis_errors",
+    "benchmark",
+    "calibrate",
+    "count_people",
+    "direction_errors",
+    "evaluate_sequence",
+    "hidden_split",
+    "match_people",
+    "measure_sequence",
+    "orientation_errors",
+    "people_distances",
+    "pool",
+    "position_errors",
+    "relative_angle_errors",
+    "score_tracking",
+    "statistic",
+    "summarise",
+    "tables",
+    "true_states",
+]

@@ -1,0 +1,138 @@
+"""Table 6.4: angles at torso, arm and leg joints, in all frames and under occlusion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from topview_lab.metrics import (
+    DIRECTION_GROUPS,
+    RELATIVE_ANGLE_GROUPS,
+    Errors,
+    Pool,
+    direction_errors,
+    pool,
+    relative_angle_errors,
+)
+from topview_lab.metrics.statistics import Statistic
+from topview_lab.reproduce.context import Context
+from topview_lab.reproduce.occlusion import INTERACTION, is_occluded, is_subject
+from topview_lab.reproduce.printed import GROUPS, TABLE_6_4, Group, Part, Printed
+from topview_lab.reproduce.runs import DEFAULT, THESIS, Measured, Run, Variant
+from topview_lab.reproduce.section import (
+    Row,
+    Section,
+    Table,
+    Verdict,
+    as_json,
+    compared,
+    conclusion,
+    statistic_cells,
+)
+
+METHODS: Final[dict[str, Variant]] = {"utvr": DEFAULT, "thesis's recipe": THESIS}
+PARTS: Final[tuple[Part, ...]] = ("overall", "occluded")
+_JOINTS: Final[dict[Group, str]] = {
+    "torso": "torso joints", "arms": "arm joints", "legs": "leg joints",
+}  # fmt: skip
+
+Angles = dict[Group, dict[Part, Statistic]]
+
+
+def runs_6_4(context: Context) -> list[Run]:
+    return [Run(v, r) for v in METHODS.values() for r in context.own_sequences()]
+
+
+def table_6_4(context: Context, measured: Measured) -> Section:
+    pools = {
+        name: pool(measured.of(Run(variant, r) for r in context.own_sequences()))
+        for name, variant in METHODS.items()
+    }
+    relative = {
+        name: _angles(p, relative_angle_errors, RELATIVE_ANGLE_GROUPS) for name, p in pools.items()
+    }
+    direct = {name: _angles(p, direction_errors, DIRECTION_GROUPS) for name, p in pools.items()}
+    frames = sum(recording.frames for recording in context.own_sequences())
+    return Section(
+        name="table-6.4",
+        title="Table 6.4: angles by group of joints",
+        text=(
+            f"Two kinds of simulated sequences, {frames} frames in all: one user alone, whose body "
+            "hides parts of itself, and a user who is occluded by another one who plays the dummy. "
+            f"Occluded: frames in which the other hides {INTERACTION:.0%} or more of the user. "
+            "Relative angles are those between a bone and the one before it, as Sec. 6.1.2 asks; "
+            "they do not tell whether a body leans as a whole. Directions of bones in the camera's "
+            "frame do, and are stricter.",
+        ),
+        tables=(
+            _table("relative angles of consecutive joints", relative, with_printed=True),
+            _table("directions of the bones between them", direct, with_printed=False),
+        ),
+        verdicts=(*_comparisons(relative), _conclusion(relative)),
+        numbers={
+            kind: {
+                name: {g: {p: as_json(s) for p, s in parts.items()} for g, parts in groups.items()}
+                for name, groups in angles.items()
+            }
+            for kind, angles in (("relative", relative), ("directions", direct))
+        },
+    )
+
+
+def _angles(
+    pooled: Pool, measure: Callable[[Pool], Errors], groups: dict[str, tuple[str, ...]]
+) -> Angles:
+    errors = measure(pooled)
+    subject = is_subject(pooled)
+    where = {"overall": subject, "occluded": subject & is_occluded(pooled)}
+    return {
+        group: {part: errors.of(groups[_JOINTS[group]]).compare(where[part]).raw for part in PARTS}
+        for group in GROUPS
+    }
+
+
+def _table(caption: str, ours: dict[str, Angles], with_printed: bool) -> Table:
+    rows = []
+    for group in GROUPS:
+        if with_printed:
+            rows += [
+                Row((f"{group}, thesis: {who}", *_cells(by_part)), "printed")
+                for who, by_part in TABLE_6_4[group].items()
+            ]
+        rows += [
+            Row((f"{group}, topview, {name}", *_cells(angles[group])))
+            for name, angles in ours.items()
+        ]
+    header = ("", "μE, °", "σE, °", "A, 10°", "occluded: μE, °", "σE, °", "A, 10°")
+    return Table(header, tuple(rows), caption)
+
+
+def _cells(by_part: Mapping[Part, Statistic | Printed]) -> list[str]:
+    return [cell for part in PARTS for cell in statistic_cells(by_part[part])]
+
+
+def _comparisons(relative: dict[str, Angles]) -> list[Verdict]:
+    return [
+        compared(
+            f"Table 6.4, {group}, {part}, {name}",
+            angles[group][part],
+            TABLE_6_4[group]["uTVR"][part],
+            "°",
+        )
+        for name, angles in relative.items()
+        for group in GROUPS
+        for part in PARTS
+    ]
+
+
+def _conclusion(relative: dict[str, Angles]) -> Verdict:
+    angles = relative["utvr"]
+    return conclusion(
+        "occlusion by another user costs accuracy, and tracking goes on (Sec. 6.1.3)",
+        all(angles[g]["occluded"].mean >= angles[g]["overall"].mean for g in GROUPS),
+        ", ".join(
+            f"{g} {angles[g]['overall'].mean:.1f}° to {angles[g]['occluded'].mean:.1f}°"
+            for g in GROUPS
+        ),
+        [angles[g]["occluded"].mean for g in GROUPS],
+    )

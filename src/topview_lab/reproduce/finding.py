@@ -1,0 +1,182 @@
+"""People found in simulated recordings by the people finder alone, without their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import radians
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.detectors import DetectorName
+from topview.people.finder import PeopleFinder
+from topview.people.settings import PeopleSettings
+from topview.people.users import User
+from topview.records import Frame
+from topview_lab.metrics.heads import PeopleFound, measure_heads
+from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
+from topview_lab.sim.bodies import JOINT_NAMES
+from topview_lab.sim.light import Light
+from topview_lab.sim.looks import SKINS
+from topview_lab.sim.scene import Mount
+from topview_lab.sim.truth import FrameTruth
+
+Image = NDArray[np.uint8]
+Colour = Literal["as it is", "none", "grey", "dark", "bright"]
+DETECTORS: Final[tuple[DetectorName, ...]] = ("auto", "depth", "skin", "cascade")
+AUTO: Final[DetectorName] = "auto"
+SKIN_TONES: Final = ("light", "middle", "dark")
+HEAD: Final = JOINT_NAMES.index("head")
+
+DARK, BRIGHT = 0.2, 2.5
+"""Factors on the grey levels of an under- and an over-exposed picture (ours)."""
+LAMP: Final = Light(switches_s=(-5.0, 1.5))
+"""Off, until it is switched on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What is special about a recording.
+
+    Attributes:
+        name: of it, "" where nothing is.
+        mount, light: in place of the scene's.
+        colour: what becomes of the colour image.
+    """
+
+    name: str = ""
+    mount: Mount | None = None
+    light: Light | None = None
+    colour: Colour = "as it is"
+
+
+USUAL: Final = Conditions()
+SPECIAL: Final = (
+    Conditions("nothing special"),
+    Conditions("camera 1.2 m high, level", mount=Mount(1.2, 0.0)),
+    Conditions("camera 1.8 m high, 15° down", mount=Mount(1.8, radians(15))),
+    Conditions("camera 2.5 m high, 30° down", mount=Mount(2.5, radians(30))),
+    Conditions("camera 0.6 m high, level", mount=Mount(0.6, 0.0)),
+    Conditions("no floor in view", mount=Mount(1.5, radians(-10))),
+    Conditions("no colour", colour="none"),
+    Conditions("grey", colour="grey"),
+    Conditions("under-exposed", colour="dark"),
+    Conditions("over-exposed", colour="bright"),
+    Conditions("lamp switched on", light=LAMP),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A simulated recording in which people are to be found.
+
+    Attributes:
+        scene, seed, frames, people: as `topview_lab.sim.scene_by_name` has them.
+        start_s: where in the scene it begins.
+        conditions: what is special about it.
+    """
+
+    scene: str
+    seed: int
+    frames: int
+    people: int | None = None
+    start_s: float = 0.0
+    conditions: Conditions = USUAL
+
+    def make(self) -> Scene:
+        scene = scene_by_name(self.scene, seed=self.seed, frames=self.frames, people=self.people)
+        return replace(
+            scene,
+            start_s=self.start_s,
+            mount=self.conditions.mount or scene.mount,
+            light=self.conditions.light or scene.light,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finding:
+    """What was found in one case.
+
+    Attributes:
+        tones: of each person's skin.
+        found: by detector.
+    """
+
+    tones: tuple[str, ...]
+    found: dict[DetectorName, PeopleFound]
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """Find the people of a case with each of some detectors, in any process."""
+
+    case: Case
+    detectors: tuple[DetectorName, ...] = DETECTORS
+
+    def __call__(self) -> Finding:
+        scene = self.case.make()
+        recording = SimulatedRecording(scene)
+        finders: dict[DetectorName, PeopleFinder] = {
+            name: PeopleFinder(PeopleSettings(detector=name)) for name in self.detectors
+        }
+        users: dict[DetectorName, list[list[User]]] = {name: [] for name in self.detectors}
+        truths: list[FrameTruth] = []
+        for index in range(scene.frames):
+            simulated = recording.simulate(index)
+            frame = Frame(
+                index,
+                index / scene.fps,
+                simulated.depth_mm.astype(np.float32) / np.float32(1000.0),
+                scene.camera,
+                changed(simulated.color, self.case.conditions.colour),
+            )
+            truths.append(simulated.truth)
+            for name, finder in finders.items():
+                users[name].append(finder.update(frame))
+        return Finding(
+            tuple(_tone(actor.body.look.skin) for actor in scene.actors),
+            {name: compared_with_truth(own, truths, scene.fps) for name, own in users.items()},
+        )
+
+
+def compared_with_truth(
+    users: Sequence[Sequence[User]], truths: Sequence[FrameTruth], fps: float
+) -> PeopleFound:
+    """Users of F frames against their truths."""
+    ids = sorted({user.id for frame in users for user in frame})
+    found_camera = np.full((len(users), len(ids), 3), np.nan)
+    is_seen = np.zeros(found_camera.shape[:2], np.bool_)
+    for f, frame in enumerate(users):
+        for user in frame:
+            column = ids.index(user.id)
+            found_camera[f, column] = user.head_camera
+            is_seen[f, column] = user.head_is_seen
+    return measure_heads(
+        np.array([truth.joints[:, HEAD] for truth in truths]),
+        np.array([visible_shares(truth) for truth in truths]),
+        np.arange(len(users)) / fps,
+        found_camera,
+        is_seen,
+    )
+
+
+def visible_shares(truth: FrameTruth) -> NDArray[np.float64]:
+    """[P] share of each person that is in view and that neither people nor things hide."""
+    hidden = truth.part_hidden.mean(truth.part_area)
+    return 1.0 - hidden.by.sum(-1) - hidden.by_furniture - hidden.outside
+
+
+def changed(color: Image, colour: Colour) -> Image | None:
+    """[H, W, 3] what another camera would have made of it."""
+    if colour == "none":
+        return None
+    if colour == "grey":
+        return np.repeat(color.mean(-1, keepdims=True).astype(np.uint8), 3, axis=-1)
+    factor = {"as it is": 1.0, "dark": DARK, "bright": BRIGHT}[colour]
+    return np.minimum(factor * color, 255.0).astype(np.uint8)
+
+
+def _tone(skin: tuple[float, float, float]) -> str:
+    return SKIN_TONES[SKINS.index(skin) * len(SKIN_TONES) // len(SKINS)]

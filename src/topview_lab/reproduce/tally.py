@@ -1,0 +1,129 @@
+"""What a table of people found tells in each row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.detectors import DetectorName
+from topview_lab.metrics.heads import PersonFound
+from topview_lab.metrics.statistics import CM_PER_M, share
+from topview_lab.reproduce.finding import AUTO, Finding
+from topview_lab.reproduce.section import Row, number, percent
+
+NEAR_CM: Final = 6.0
+"""How near to the true centre a head is to be (ours)."""
+SOON_S: Final = 0.5
+"""How soon somebody who stands in view is to be found (ours)."""
+HEADER: Final = (
+    "people", "frames", "recall", "false / 1000", "of hidden", "id swaps", "head, cm: median",
+    "90 %", "within 6 cm", "within 0.5 s", "ids kept",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """What one row of a table tells.
+
+    Attributes:
+        frames: of the recordings.
+        people: everyone in them, or those whom the row is about.
+        false, false_hidden, swaps: of the recordings.
+        is_of_all: False where the row is about some of the people; whoever is nobody is not.
+    """
+
+    frames: int
+    people: tuple[PersonFound, ...]
+    false: int
+    false_hidden: int
+    swaps: int
+    is_of_all: bool = True
+
+    @classmethod
+    def of(
+        cls,
+        findings: Iterable[Finding],
+        detector: DetectorName = AUTO,
+        tone: str | None = None,
+    ) -> Tally:
+        """Of some recordings; of the people whose skin has that tone, if one is given."""
+        findings = list(findings)
+        found = [finding.found[detector] for finding in findings]
+        return cls(
+            frames=sum(each.frames for each in found),
+            people=tuple(
+                person
+                for finding in findings
+                for person, own in zip(finding.found[detector].people, finding.tones, strict=True)
+                if tone in (None, own)
+            ),
+            false=sum(each.false for each in found),
+            false_hidden=sum(each.false_hidden for each in found),
+            swaps=sum(each.swaps for each in found),
+            is_of_all=tone is None,
+        )
+
+    @property
+    def person_frames(self) -> int:
+        return sum(person.frames for person in self.people)
+
+    @property
+    def recall(self) -> float:
+        return share(sum(len(person.errors_m) for person in self.people), self.person_frames)
+
+    @property
+    def false_per_1000(self) -> float:
+        return share(1000.0 * self.false, self.frames)
+
+    @property
+    def errors_cm(self) -> NDArray[np.float64]:
+        errors_m = [person.errors_m for person in self.people]
+        return CM_PER_M * np.concatenate([np.empty(0), *errors_m])
+
+    def quantile_cm(self, q: float) -> float:
+        errors_cm = self.errors_cm
+        return float(np.quantile(errors_cm, q)) if len(errors_cm) else float("nan")
+
+    @property
+    def near(self) -> float:
+        return share(int((self.errors_cm < NEAR_CM).sum()), len(self.errors_cm))
+
+    @property
+    def soon(self) -> float:
+        waits_s = [person.wait_s for person in self.people if person.wait_s is not None]
+        return share(sum(wait_s <= SOON_S for wait_s in waits_s), len(waits_s))
+
+    @property
+    def returns(self) -> int:
+        return sum(person.returns for person in self.people)
+
+    @property
+    def kept(self) -> int:
+        return sum(person.kept for person in self.people)
+
+    def row(self, name: str) -> Row:
+        of_recordings = (
+            number(self.false_per_1000),
+            number(share(1000.0 * self.false_hidden, self.frames)),
+            str(self.swaps),
+        )
+        return Row((
+            name,
+            str(len(self.people)),
+            str(self.person_frames),
+            percent(self.recall),
+            *(of_recordings if self.is_of_all else ("–",) * len(of_recordings)),
+            number(self.quantile_cm(0.5)),
+            number(self.quantile_cm(0.9)),
+            percent(self.near),
+            percent(self.soon),
+            f"{self.kept} of {self.returns}",
+        ))  # fmt: skip
+
+    def as_json(self) -> dict[str, Any]:
+        names = ("recall", "false_per_1000", "swaps", "near", "soon", "returns", "kept")
+        return {"person_frames": self.person_frames} | {name: getattr(self, name) for name in names}

@@ -1,0 +1,197 @@
+"""Growing trees: level by level, every node by the best of many random depth differences.
+
+J. Shotton et al., CVPR 2011, Sec. 3.3: of random offsets and thresholds the pair with the largest
+information gain splits a node's pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import Camera
+from topview_lab.kernels import forest as kernel
+from topview_lab.rivals.forest.classes import CLASSES
+from topview_lab.rivals.forest.model import Floats, Trees
+
+
+@dataclass(frozen=True, slots=True)
+class GrowingSettings:
+    """Ours, as a small budget wants them; Shotton et al.: 3 trees of depth 20, 2000 offsets, 2000
+    pixels of each of 300 000 images.
+
+    Attributes:
+        trees: how many.
+        depth: levels of splits.
+        candidates: offsets tried at each node; the nodes of a level try the same ones.
+        block: of them, tried in one task.
+        reach_m: how far a probe may look.
+        single_share: of the candidates that compare with the pixel itself (Shotton et al., Fig. 4).
+        pixels: of each image and tree, about as many of each class.
+        least: pixels that each side of a split must keep.
+        most: pixels of a node that splits are judged by.
+    """
+
+    trees: int = 3
+    depth: int = 19
+    candidates: int = 192
+    block: int = 64
+    reach_m: float = 1.0
+    single_share: float = 0.5
+    pixels: int = 100
+    least: int = 6
+    most: int = 2000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledBody:
+    """One person alone, cut out.
+
+    Attributes:
+        depth_m: [h, w] of `person_depth`.
+        label: [h, w] uint8 index into `CLASSES`, `NO_CLASS` off the person.
+    """
+
+    depth_m: Floats
+    label: NDArray[np.uint8]
+
+
+NO_CLASS = 255
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Samples:
+    """[S] pixels: which image, column, row, and class."""
+
+    image: NDArray[np.int32]
+    u: NDArray[np.int32]
+    v: NDArray[np.int32]
+    label: NDArray[np.uint8]
+
+    def __getitem__(self, chosen: NDArray[np.intp]) -> _Samples:
+        return _Samples(self.image[chosen], self.u[chosen], self.v[chosen], self.label[chosen])
+
+
+def grow_forest(
+    bodies: Sequence[LabelledBody],
+    camera: Camera,
+    settings: GrowingSettings,
+    seed: int,
+    on_level: Callable[[], None] = lambda: None,
+) -> Trees:
+    """Trees from labelled people, all seen by one camera; `on_level` is told of each level."""
+    depths = np.concatenate([body.depth_m.ravel() for body in bodies])
+    shapes = np.array([body.depth_m.shape for body in bodies], np.int64)
+    firsts = np.cumsum(np.append(0, shapes.prod(1)))[:-1]
+    crops = np.stack([firsts, shapes[:, 1], shapes[:, 0]], axis=1)
+    trees = []
+    for t in range(settings.trees):
+        rng = np.random.default_rng((seed, t))
+        samples = _drawn(bodies, settings.pixels, rng)
+        trees.append(_grown(depths, crops, samples, camera, settings, rng, on_level))
+    return Trees.joined(trees)
+
+
+def _drawn(bodies: Sequence[LabelledBody], count: int, rng: np.random.Generator) -> _Samples:
+    """Pixels of every image: each class has about the same share, a small one fewer."""
+    drawn = []
+    for i, body in enumerate(bodies):
+        v, u = np.nonzero(body.label != NO_CLASS)
+        label = body.label[v, u]
+        sizes = np.bincount(label, minlength=len(CLASSES))
+        weight = 1.0 / np.maximum(sizes, count / len(CLASSES))[label]
+        chosen = rng.choice(len(v), min(count, len(v)), replace=False, p=weight / weight.sum())
+        chosen.sort()
+        image = np.full(len(chosen), i)
+        drawn.append(np.stack([image, u[chosen], v[chosen], label[chosen]]).astype(np.int32))
+    image, u, v, label = np.concatenate(drawn, axis=1)
+    return _Samples(image, u, v, label.astype(np.uint8))
+
+
+def draw_offsets(settings: GrowingSettings, rng: np.random.Generator) -> Floats:
+    """[C, 4] offsets of two probes in whole millimetres, more of them near the pixel."""
+    C = settings.candidates
+    radius, angle = settings.reach_m * rng.random((2, C)), 2.0 * np.pi * rng.random((2, C))
+    offsets = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    offsets[1, rng.random(C) < settings.single_share] = 0.0
+    return np.round(offsets.transpose(1, 0, 2).reshape(C, 4), 3).astype(np.float32)
+
+
+def _grown(
+    depths: Floats,
+    crops: NDArray[np.int64],
+    samples: _Samples,
+    camera: Camera,
+    settings: GrowingSettings,
+    rng: np.random.Generator,
+    on_level: Callable[[], None],
+) -> Trees:
+    """One tree, level by level; the samples of the nodes of a level lie one after the other."""
+    fx, fy = np.float32(camera.fx), np.float32(camera.fy)
+    n = np.arange(settings.most + 1, dtype=np.float64)
+    n_log_n = n * np.log(np.maximum(n, 1.0))
+    offsets: list[Floats] = []
+    thresholds: list[Floats] = []
+    children: list[NDArray[np.int32]] = []
+    leaves: list[NDArray[np.uint8]] = []
+    n_leaves, n_nodes = 0, 1
+    nodes = np.array([0, len(samples.image)], np.int64)
+    for level in range(settings.depth + 1):
+        N = len(nodes) - 1
+        candidates = draw_offsets(settings, rng)
+        shape = N, len(candidates) // settings.block
+        gain, choice = np.full(shape, -np.inf), np.zeros(shape, np.int32)
+        if level < settings.depth and N:
+            kernel.best_splits(
+                depths, crops, samples.image, samples.u, samples.v, samples.label, nodes,
+                candidates, fx, fy, settings.block, settings.least, settings.most, n_log_n, gain,
+                choice,
+            )  # fmt: skip
+        best = gain.argmax(1)
+        chosen = choice[np.arange(N), best]
+        is_split = gain[np.arange(N), best] > 1e-6
+        owner = np.repeat(np.arange(N), np.diff(nodes))
+
+        at = np.where(is_split[:, None], candidates[chosen // kernel.BINS], 0.0).astype(np.float32)
+        edge = np.where(is_split, kernel.threshold_m(chosen % kernel.BINS), 0.0).astype(np.float32)
+        left = n_nodes + 2 * (np.cumsum(is_split) - 1)
+        leaf = -1 - (n_leaves + np.cumsum(~is_split) - 1)
+        offsets.append(at)
+        thresholds.append(edge)
+        children.append(np.where(is_split, left, leaf).astype(np.int32))
+        leaves.append(_posteriors(samples.label, owner, N)[~is_split])
+        n_leaves += int((~is_split).sum())
+        n_nodes += 2 * int(is_split.sum())
+
+        goes_on = np.flatnonzero(is_split[owner])
+        samples, owner = samples[goes_on], owner[goes_on]
+        value = np.empty(len(owner), np.float32)
+        place = (chosen // kernel.BINS).astype(np.int32)[owner]
+        kernel.differences(
+            depths, crops, samples.image, samples.u, samples.v, place, candidates, fx, fy, value
+        )
+        rank = np.cumsum(is_split) - 1
+        child = 2 * rank[owner] + (value > edge[owner])
+        order = np.argsort(child, kind="stable")
+        samples = samples[order]
+        sizes = np.bincount(child, minlength=2 * int(is_split.sum()))
+        nodes = np.append(0, np.cumsum(sizes)).astype(np.int64)
+        on_level()
+    return Trees(
+        np.concatenate(offsets),
+        np.concatenate(thresholds),
+        np.concatenate(children),
+        np.zeros(1, np.int32),
+        np.concatenate(leaves),
+    )
+
+
+def _posteriors(label: NDArray[np.uint8], owner: NDArray[np.intp], nodes: int) -> NDArray[np.uint8]:
+    """[N, K] shares of the classes among the samples of each node, in 1/255."""
+    K = len(CLASSES)
+    counts = np.bincount(owner * K + label, minlength=nodes * K).reshape(nodes, K)
+    shares = counts / np.maximum(counts.sum(1, keepdims=True), 1)
+    return np.rint(255.0 * shares).astype(np.uint8)

@@ -1,0 +1,162 @@
+"""From a depth image to candidates for every joint: modes of what the forest says of the pixels.
+
+Shotton et al. (2011), Sec. 3.4: each pixel votes for the joints with the probability of their
+classes times the square of its depth, that is the surface it stands for; mean shift finds the modes
+of the votes in 3D, which are then pushed from the surface into the body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.parts import JOINT_NAMES
+from topview.records import read_only
+from topview_lab.kernels.forest import find_modes
+from topview_lab.rivals.forest.classes import VOTES
+from topview_lab.rivals.forest.model import Floats, Forest, Trees, person_depth
+
+Array = NDArray[np.float64]
+
+
+class Lens(Protocol):
+    """What of a camera counts here, all in pixels."""
+
+    @property
+    def fx(self) -> float: ...
+    @property
+    def fy(self) -> float: ...
+    @property
+    def cx(self) -> float: ...
+    @property
+    def cy(self) -> float: ...
+
+
+@dataclass(frozen=True, slots=True)
+class ProposalSettings:
+    """Ours; Shotton et al. optimise them by part on held-out images.
+
+    Attributes:
+        bandwidth_m: of the mean shift: b_c.
+        least_probability: below it a pixel does not vote: lambda_c.
+        most_votes: pixels that vote for a joint, chosen evenly among more.
+        modes: looked for, from as many starts.
+        iterations: of the mean shift.
+    """
+
+    bandwidth_m: float = 0.065
+    least_probability: float = 0.08
+    most_votes: int = 800
+    modes: int = 4
+    iterations: int = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointCandidate:
+    """A place where a joint may be.
+
+    Attributes:
+        joint: its name, one of `topview.body.JOINT_NAMES`.
+        place_camera: [3] metres.
+        confidence: 0..1, of how much surface that is the joint's is around.
+    """
+
+    joint: str
+    place_camera: Array
+    confidence: float
+
+    def __post_init__(self) -> None:
+        read_only(self.place_camera)
+
+
+def propose_joints(
+    depth_m: Floats,
+    is_body: NDArray[np.bool_],
+    lens: Lens,
+    forest: Forest,
+    settings: ProposalSettings | None = None,
+) -> list[JointCandidate]:
+    """Candidates for the joints of one person, by joint, the most trusted first; none for joints
+    that the forest sees nothing of.
+
+    Args:
+        depth_m: [H, W] float32 metres, 0 where there is no reading.
+        is_body: [H, W] the person's pixels.
+        lens: intrinsics.
+        forest: `default_forest()` for the one that comes with the project.
+        settings: of the proposals.
+    """
+    seen = votes_and_points(forest.trees, depth_m, is_body, lens)
+    found = []
+    for j, modes in enumerate(surface_modes(seen, settings or ProposalSettings())):
+        for *place, area_m2 in modes.astype(np.float64):
+            inwards = np.array(place) / np.linalg.norm(place)
+            found.append(
+                JointCandidate(
+                    JOINT_NAMES[j],
+                    np.array(place) + float(forest.depths_m[j]) * inwards,
+                    float(area_m2 / (area_m2 + forest.areas_m2[j])),
+                )
+            )
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceVotes:
+    """What S points of a person's surface say.
+
+    Attributes:
+        points_camera: [S, 3] float32 metres.
+        areas_m2: [S] that each point stands for, seen face on.
+        votes: [S, J] float32 probability that each is at the joint.
+    """
+
+    points_camera: Floats
+    areas_m2: Floats
+    votes: Floats
+
+
+def votes_and_points(
+    trees: Trees, depth_m: Floats, is_body: NDArray[np.bool_], lens: Lens
+) -> SurfaceVotes:
+    """What the trees say of a person's pixels [H, W]."""
+    v, u = np.nonzero(is_body & (depth_m > 0.0))
+    pixels = np.stack([u, v]).astype(np.int32)
+    shares = trees.classify(person_depth(depth_m, is_body), pixels, (lens.fx, lens.fy))
+    z = depth_m[v, u]
+    x, y = (u - lens.cx) * z / lens.fx, (v - lens.cy) * z / lens.fy
+    return SurfaceVotes(
+        np.stack([x, y, z], axis=1).astype(np.float32),
+        (z**2 / (lens.fx * lens.fy)).astype(np.float32),
+        np.stack([shares[:, classes].sum(1) for classes in map(list, VOTES)], axis=1),
+    )
+
+
+def surface_modes(seen: SurfaceVotes, settings: ProposalSettings) -> list[Floats]:
+    """For each joint [M, 4]: places on the surface, metres, and the votes there, square metres;
+    the most first."""
+    out = []
+    for votes in seen.votes.T:
+        heard = np.flatnonzero(votes > settings.least_probability)
+        step = max(1, -(-len(heard) // settings.most_votes))
+        heard = heard[::step]
+        modes = np.empty((settings.modes, 4), np.float32)
+        find_modes(
+            seen.points_camera[heard], votes[heard] * seen.areas_m2[heard] * np.float32(step),
+            np.float32(settings.bandwidth_m), settings.iterations, modes,
+        )  # fmt: skip
+        modes = modes[np.argsort(-modes[:, 3], kind="stable")]
+        out.append(_distinct(modes[modes[:, 3] > 0.0], settings.bandwidth_m))
+    return out
+
+
+def _distinct(modes: Floats, bandwidth_m: float) -> Floats:
+    """The modes that are not a bandwidth from a better one."""
+    kept: list[int] = []
+    for m, mode in enumerate(modes):
+        if all(np.linalg.norm(mode[:3] - modes[k, :3]) > bandwidth_m for k in kept):
+            kept.append(m)
+    return modes[kept]

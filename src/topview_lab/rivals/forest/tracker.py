@@ -1,0 +1,170 @@
+"""Bodies from the joints that a decision forest proposes, frame by frame, to compare with.
+
+After J. Shotton et al., CVPR 2011, whose system ends with the proposals
+(`topview_lab.rivals.forest`). Here (ours) the best proposal of each joint pulls a body of the
+person's size: the trunk as one
+rigid piece, then head and limbs along what was proposed of them. Left and right cannot be at the
+same place: the more trusted one has it. What nothing was proposed of stays as it was, relative to
+the trunk; apart from that, nothing is remembered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.kinematics import joints_from_parts
+from topview.body.model import BodyModel
+from topview.body.parts import (
+    HEAD,
+    JOINT_NAMES,
+    JOINTS,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+from topview.body.proportions import ANATOMICAL
+from topview.geometry.rotations import transform, unit
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.timing import StageClock
+from topview.track.evidence import Evidence
+from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
+from topview.track.upper_body.tracker import limb_rotations
+from topview_lab.rivals.forest import Forest, ProposalSettings, default_forest, propose_joints
+
+Array = NDArray[np.float64]
+
+_TRUNK = [
+    JOINT_NAMES.index(name)
+    for name in (
+        "neck", "torso", "pelvis", "left_shoulder", "right_shoulder", "left_hip", "right_hip",
+    )
+]  # fmt: skip
+_HEAD = JOINT_NAMES.index("head")
+# For each joint the one of the other side; itself in the middle.
+_SIDES = {"left": "right", "right": "left"}
+_OTHER_SIDE = [
+    JOINT_NAMES.index("_".join(_SIDES.get(word, word) for word in name.split("_")))
+    for name in JOINT_NAMES
+]
+# The upper part of each limb, and the joints at the ends of both of its parts.
+_LIMBS = tuple(
+    (upper, [j for j, joint in enumerate(JOINTS) if joint.part in (upper, upper + 1)][1:])
+    for upper in (LEFT_UPPER_ARM, RIGHT_UPPER_ARM, LEFT_UPPER_LEG, RIGHT_UPPER_LEG)
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ForestSettings:
+    """Ours.
+
+    Attributes:
+        proposals: how joints are proposed.
+        least_pixels: of a person, who else stays as last seen.
+        least_confidence: of a proposal that is heeded.
+        apart_m: a joint and the one of the other side are farther apart than this.
+        memory: weight of where a joint of the trunk was, against a proposal's confidence.
+    """
+
+    proposals: ProposalSettings = field(default_factory=ProposalSettings)
+    least_pixels: int = 100
+    least_confidence: float = 0.5
+    apart_m: float = 0.1
+    memory: float = 0.03
+
+
+class ForestTracker:
+    """One person's pose, from each frame's proposals anew."""
+
+    def __init__(self, settings: ForestSettings, forest: Forest | None = None) -> None:
+        self.settings = settings
+        self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
+        self._forest = forest or default_forest()
+        self._pose: Pose | None = None
+
+    def update(
+        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
+    ) -> Pose:
+        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
+        if stature_m is not None:
+            self.model = BodyModel.of(stature_m, ANATOMICAL)
+        last = self._pose or stand(
+            self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera
+        )
+        if np.count_nonzero(evidence.mine) < self.settings.least_pixels:
+            return last
+        with clock.stage("proposals"):
+            places, confidence = self._proposed(evidence)
+        with clock.stage("body"):
+            self._pose = self._fitted(last, places, confidence)
+        return self._pose
+
+    def _proposed(self, evidence: Evidence) -> tuple[Array, Array]:
+        """[16, 3] and [16] a place for each joint and its confidence, NaN and 0 for none: the most
+        trusted candidates first; what is taken by the other side's joint is taken."""
+        s, view = self.settings, evidence.view
+        places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
+        found = propose_joints(view.depth_m, evidence.mine, view, self._forest, s.proposals)
+        for candidate in sorted(found, key=lambda c: -c.confidence):
+            j = JOINT_NAMES.index(candidate.joint)
+            other = places[_OTHER_SIDE[j]]
+            is_taken = np.linalg.norm(other - candidate.place_camera) < s.apart_m
+            if candidate.confidence > s.least_confidence and not confidence[j] and not is_taken:
+                places[j], confidence[j] = candidate.place_camera, candidate.confidence
+        return places, confidence
+
+    def _fitted(self, last: Pose, places: Array, confidence: Array) -> Pose:
+        model = self.model
+        before = joints_from_parts(model, last.transforms(model))
+        is_new = confidence > 0.0
+        wished = np.where(is_new[:, None], places, before)
+        weights = np.where(is_new, confidence, 0.0) + self.settings.memory
+        resting = joints_from_parts(model, _at_rest(model))
+        R, neck = rigid_fit(resting[_TRUNK], wished[_TRUNK], weights[_TRUNK])
+        turn = R @ last.Rs[UPPER_TORSO].T
+        Rs = turn @ last.Rs
+        Rs[[UPPER_TORSO, LOWER_TORSO]] = R
+        if is_new[_HEAD]:
+            Rs[HEAD] = _pointing(unit(neck - places[_HEAD]), R[:, 0])
+        origins = Pose(neck, Rs).origins(model)
+        for upper, ends in _LIMBS:
+            axes = Rs[[upper, upper + 1], :, 1]
+            joint = origins[upper]
+            middle, end = ends
+            if is_new[middle]:
+                axes[0] = unit(places[middle] - joint)
+            if is_new[end]:
+                elbow = (
+                    places[middle] if is_new[middle] else joint + model.lengths_m[upper] * axes[0]
+                )
+                axes[1] = unit(places[end] - elbow)
+            Rs[[upper, upper + 1]] = limb_rotations(axes, R, upper, joint, model)
+        return Pose(neck, Rs)
+
+
+def _at_rest(model: BodyModel) -> Array:
+    """[11, 4, 4] parts of a body that stands upright at the origin, its neck there."""
+    Rs = np.repeat(np.eye(3)[None], len(model.lengths_m), axis=0)
+    return transform(Rs, Pose(np.zeros(3), Rs).origins(model))
+
+
+def _pointing(y: Array, x_hint: Array) -> Array:
+    """[3, 3] rotation with that y axis, and x as near the hint as can be."""
+    x = unit(x_hint - y * (x_hint @ y))
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def rigid_fit(points_b: Array, points_a: Array, weights: Array) -> tuple[Array, Array]:
+    """[3, 3] R_a_b and [3] the origin of b in a that bring points [N, 3] in frame b nearest to
+    points in frame a, in weighted squares (W. Kabsch, Acta Cryst. A32, 1976)."""
+    share = weights / weights.sum()
+    middle_a, middle_b = share @ points_a, share @ points_b
+    U, _, Vt = np.linalg.svd(((points_a - middle_a) * share[:, None]).T @ (points_b - middle_b))
+    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    return R, middle_a - R @ middle_b

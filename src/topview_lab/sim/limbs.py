@@ -1,0 +1,89 @@
+"""Limbs of two bones that reach for a point: legs for the floor, arms for things."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from topview_lab.sim.actions import Side
+from topview_lab.sim.bodies import Body
+from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS
+
+Array = NDArray[np.float64]
+PALM: Final = 0.030
+"""The palm's middle beyond the wrist, share of the stature, as in `anthropometry.joint_places`."""
+STRETCH: Final = 0.999
+"""A limb reaches no further than this share of its length: the knee or elbow stays in its plane."""
+
+
+def unit(vector: Array) -> Array:
+    """The vector at length 1."""
+    return vector / np.linalg.norm(vector)
+
+
+def two_bones(start: Array, end: Array, lengths: tuple[float, float], bend: Array) -> Array:
+    """[2, 3] directions of two bones from start towards end, with their joint on bend's side."""
+    upper, lower = lengths
+    reach = np.linalg.norm(end - start)
+    along = (end - start) / reach
+    distance = float(np.clip(reach, abs(upper - lower) + 1e-3, STRETCH * (upper + lower)))
+    out = unit(bend - (bend @ along) * along)
+    shadow = (distance**2 + upper**2 - lower**2) / (2.0 * distance)
+    joint = shadow * along + np.sqrt(max(upper**2 - shadow**2, 0.0)) * out
+    return np.stack([joint / upper, (distance * along - joint) / lower])
+
+
+def limb_angles(name: str, R_a_carrier: Array, bones_a: Array) -> tuple[Array, float]:
+    """[3] angles of the upper segment `name` and the flexion of the lower one, radians."""
+    upper, lower = bones_a @ R_a_carrier
+    axis = np.cross((0.0, -1.0, 0.0), upper)
+    sine = np.linalg.norm(axis)
+    angle = np.arctan2(sine, -upper[1])
+    swing = axis * (angle / sine if sine > 1e-9 else 1.0)
+    x, y, z = Rotation.from_rotvec(swing).as_matrix().T @ lower
+    forwards = -1.0 if name.startswith("thigh") else 1.0
+    twist = np.arctan2(forwards * x, forwards * z)
+    flexion = np.arctan2(np.hypot(x, z), -y)
+    return _signed(name, swing[0], twist, swing[2]), float(flexion)
+
+
+def _signed(name: str, about_x: float, about_y: float, about_z: float) -> Array:
+    """[3] flexion, abduction, twist of a segment from its rotations."""
+    for_flexion, for_twist, for_abduction = SEGMENTS[SEGMENT_INDEX[name]].signs
+    return np.array([for_flexion * about_x, for_abduction * about_z, for_twist * about_y])
+
+
+def end_angles(name: str, R_carrier_segment: Array) -> Array:
+    """[3] angles of a segment that has this rotation: a twist about y, then a swing."""
+    _, y, _, w = Rotation.from_matrix(R_carrier_segment).as_quat()
+    twist = 2.0 * np.arctan2(y, w)
+    twist = (twist + np.pi) % (2.0 * np.pi) - np.pi
+    swing = Rotation.from_matrix(R_carrier_segment) * Rotation.from_rotvec((0.0, -twist, 0.0))
+    about = swing.as_rotvec()
+    return _signed(name, about[0], twist, about[2])
+
+
+def reaching_angles(
+    body: Body, Ts_a_segment: Array, side: Side, palm_a: Array, elbow_chest: Array
+) -> tuple[Array, float]:
+    """[3] angles of an upper arm and the flexion of its forearm that bring the palm to a point.
+
+    Args:
+        body: whose arm.
+        Ts_a_segment: [S, 4, 4] where the trunk is.
+        side: which arm.
+        palm_a: [3] where to, metres; the arm points there if it is too far.
+        elbow_chest: [3] where the elbow shall be, with the chest's axes.
+    """
+    R_a_chest = Ts_a_segment[SEGMENT_INDEX["chest"], :3, :3]
+    shoulder = Ts_a_segment[SEGMENT_INDEX[f"upper_arm_{side}"], :3, 3]
+    elbow, wrist = (body.offsets_m[SEGMENT_INDEX[f"{name}_{side}"]] for name in ("forearm", "hand"))
+    lengths = (
+        float(np.linalg.norm(elbow)),
+        float(np.linalg.norm(wrist)) + PALM * body.look.stature_m,
+    )
+    bones = two_bones(shoulder, palm_a, lengths, R_a_chest @ elbow_chest)
+    return limb_angles(f"upper_arm_{side}", R_a_chest, bones)

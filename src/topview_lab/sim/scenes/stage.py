@@ -1,0 +1,114 @@
+"""What scenes are made with: people drawn from a seed, places, chairs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import atan2, cos, radians, sin
+from typing import Final
+
+import numpy as np
+
+from topview_lab.sim.actions import Style
+from topview_lab.sim.actions.rests import SEAT_BACK
+from topview_lab.sim.bodies import build_body
+from topview_lab.sim.furniture import WOODS, chair
+from topview_lab.sim.looks import CLOTHS, Look, Rgb, Sex, random_look
+from topview_lab.sim.motions import Clip, Performance
+from topview_lab.sim.paths import Path, Route
+from topview_lab.sim.scene import Actor, Furniture, Mount, Room
+
+TO_CAMERA: Final = radians(-90)
+TO_RIGHT: Final = 0.0
+TO_LEFT: Final = radians(180)
+FOREVER_S: Final = 1e4
+EASY_RAMP_S: Final = 0.8
+"""How long people take to begin and end in the longer scenes (ours)."""
+SETTLE_S: Final = 0.5
+"""How long people stand before they act, as in Berkeley MHAD."""
+
+
+@dataclass(frozen=True, slots=True)
+class Staging:
+    """Who is in a scene, and what they need there."""
+
+    actors: list[Actor]
+    furniture: tuple[Furniture, ...] = ()
+
+
+class Casting:
+    """Draws people from a scene's random numbers, each in a shirt of another colour.
+
+    Looks that are given are taken first, in their order.
+    """
+
+    def __init__(self, rng: np.random.Generator, looks: Sequence[Look] = ()) -> None:
+        self.rng = rng
+        self._looks = list(looks)
+        self._shirts = [CLOTHS[k] for k in rng.permutation(len(CLOTHS))]
+
+    def actor(
+        self, path: Path | Route, clips: tuple[Clip, ...] = (), sex: Sex | None = None
+    ) -> Actor:
+        """Somebody new who walks a path and acts."""
+        look = random_look(self.rng, sex, self._shirts.pop())
+        if self._looks:
+            look = self._looks.pop(0)
+        return Actor(build_body(look), Performance(path, clips, Style.drawn(self.rng)))
+
+
+Cast = Callable[[Casting], Staging]
+
+
+@dataclass(frozen=True, slots=True)
+class SceneKind:
+    """A scene that has a name.
+
+    Attributes:
+        about: one line that says what happens.
+        cast: who is in it.
+        frames: how many it is made for.
+        group: under which it is listed.
+        has_varied_room: whether furniture, walls and camera differ with the seed.
+    """
+
+    about: str
+    cast: Cast
+    frames: int = 120
+    group: str = "one person"
+    has_varied_room: bool = True
+
+
+def stands(x: float, y: float, heading_rad: float = TO_CAMERA) -> Path:
+    """Stays there."""
+    return Path(((x, y),), heading_rad, heading_rad)
+
+
+def clip(action: str, start_s: float, end_s: float = FOREVER_S, **more: object) -> Clip:
+    """A clip that by default lasts as long as the recording and takes its time to begin."""
+    return replace(Clip(action, start_s, end_s, ramp_s=EASY_RAMP_S), **more)
+
+
+def chair_of(actor: Actor, seat_m: float, color: Rgb = WOODS[0]) -> tuple[Furniture, ...]:
+    """The chair on which somebody sits down who stands before it."""
+    place = actor.performance.path.walked(0.0)
+    x, y = place.position_room
+    back = SEAT_BACK * actor.body.look.stature_m
+    h = place.heading_rad
+    return chair((float(x) - back * cos(h), float(y) - back * sin(h)), h, seat_m, color)
+
+
+def varied_room(rng: np.random.Generator) -> tuple[Room, Mount]:
+    """A room and a camera in it that sees people who stand about 3 m away."""
+    height_m = rng.uniform(0.9, 1.6)
+    tilt_rad = atan2(height_m - AIM_M[1], AIM_M[0]) + radians(rng.uniform(-1.0, 1.0))
+    tone = rng.uniform(0.85, 1.15)
+    room = Room(
+        far_wall_m=rng.uniform(4.6, 5.3),
+        walls=(0.56 * tone, 0.56 * tone, 0.52 * rng.uniform(0.85, 1.15)),
+    )
+    return room, Mount(height_m, tilt_rad)
+
+
+AIM_M: Final = (3.0, 1.0)
+"""The camera looks at a point so far away and so high (ours)."""

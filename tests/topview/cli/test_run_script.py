@@ -1,0 +1,97 @@
+"""`./run` without a network: a stand-in for Python writes down what it is asked to do."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# Plays `python3 -m venv`, pip, and the Python and the topview that they would have installed.
+STAND_IN = """#!/bin/sh
+echo "$(basename "$0") $*" >> "$CALLS"
+case "$*" in
+*venv*--without-pip*)
+    mkdir -p .venv/bin
+    cp "$0" .venv/bin/python
+    cp "$0" .venv/bin/topview ;;
+*install*) exit "$PIP_STATUS" ;;
+*fail*) exit 7 ;;
+esac
+"""
+
+
+AS_STAND_IN = """
+import runpy, sys
+sys.argv.pop(0)
+sys.executable = sys.argv.pop(1)
+runpy.run_path("run", run_name="__main__")
+"""
+
+
+class Project:
+    """A copy of the script beside a pyproject.toml of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.calls = folder / "calls"
+        shutil.copy(ROOT / "run", folder / "run")
+        (folder / "pyproject.toml").write_text("[project]")
+        (folder / "python3").write_text(STAND_IN)
+        (folder / "python3").chmod(0o755)
+
+    def run(self, *arguments: str, pip_status: int = 0) -> tuple[int, list[str], str]:
+        """Exit status, the programs that were started, and stderr."""
+        self.calls.write_text("")
+        ended = subprocess.run(
+            [sys.executable, "-c", AS_STAND_IN, "run", str(self.folder / "python3"), *arguments],
+            cwd=self.folder,
+            env=os.environ | {"CALLS": str(self.calls), "PIP_STATUS": str(pip_status)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return ended.returncode, self.calls.read_text().splitlines(), ended.stderr
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    return Project(tmp_path)
+
+
+def test_the_first_call_sets_up_and_the_second_starts_at_once(project):
+    status, calls, _ = project.run("demo")
+    assert status == 0
+    assert "venv" in calls[0]
+    assert "install" in calls[1]
+    assert calls[2:] == ["topview demo"]
+    assert project.run("demo", "--seed", "1") == (0, ["topview demo --seed 1"], "")
+
+
+def test_tests_are_run_by_pytest_with_the_arguments_passed_on(project):
+    project.run("demo")
+    assert project.run("test", "-k", "some")[1] == ["python -m pytest -k some"]
+
+
+def test_the_exit_status_is_the_child_s(project):
+    assert project.run("fail")[0] == 7
+
+
+def test_a_changed_declaration_is_installed_again(project):
+    project.run("demo")
+    (project.folder / "pyproject.toml").write_text("[project] # changed")
+    assert len(project.run("demo")[1]) == 3
+    assert len(project.run("demo")[1]) == 1
+
+
+def test_a_failed_installation_leaves_no_stamp(project):
+    status, calls, complaint = project.run("demo", pip_status=1)
+    assert status == 1
+    assert len(calls) == 2
+    assert "setting up failed" in complaint
+    assert len(project.run("demo")[1]) == 3

@@ -1,0 +1,111 @@
+"""Whoever is seen from the side, and heads that something comes before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from people_scenes import box, frame, head_of, plane, render, standing_person, with_noise
+
+from topview.detect.cloud import Cloud
+from topview.detect.following import HeadView, follow_head
+from topview.detect.heads import HeadCandidate, head_evidence
+from topview.people.finder import PeopleFinder
+from topview.people.floor import FloorPlane
+from topview.people.identity import KnownUser
+from topview.people.scene import Scene, SceneSettings
+from topview.people.settings import PeopleSettings
+from topview.people.stillness import Stillness
+from topview_lab.sim import SimulatedRecording, scene_by_name
+from topview_lab.sim.bodies import JOINT_NAMES
+
+GROUND_Y = 1.1
+UP = np.array([0.0, -1.0, 0.0])
+FLOOR = plane(UP, GROUND_Y)
+ROOM = [FLOOR, np.full_like(FLOOR, 5.0)]
+X, Z = 0.2, 3.2
+HEAD = head_of(X, Z, GROUND_Y)
+
+
+def covered_share(surfaces: list[np.ndarray], head_camera: np.ndarray) -> float:
+    depth = render(standing_person(X, Z, GROUND_Y), [*ROOM, *surfaces])
+    cloud = Cloud.from_frame(frame(depth))
+    nobody = np.zeros(cloud.depth_m.shape, np.bool_)
+    scene = Scene.of(cloud, FloorPlane(UP, GROUND_Y), nobody, SceneSettings())
+    return scene.covered_share(head_camera)
+
+
+def test_a_head_is_covered_by_what_is_nearer_and_by_the_border() -> None:
+    wall = [box((-1.0, -1.0, 2.0), (1.0, 1.0, 2.2))]
+    half = [box((-1.0, -1.0, 2.0), (X * 2.0 / Z, 1.0, 2.05))]
+    assert covered_share([], HEAD) == 0.0
+    assert covered_share(wall, HEAD) == 1.0
+    assert 0.2 < covered_share(half, HEAD) < 0.8
+    assert covered_share([], np.array([9.0, 0.0, 3.0])) == 1.0
+
+
+def test_who_is_not_seen_goes_on_as_high_as_he_was() -> None:
+    view = HeadView(np.zeros((3, 3), np.float32))
+    user = KnownUser(1, HeadCandidate(np.array([0.0, -0.5, 3.0]), 0.9), view, 0.0)
+    for step in range(1, 6):
+        place = np.array([0.03 * step, -0.5 + 0.03 * step, 3.0])
+        user.see(HeadCandidate(place, 0.9), view, step / 30)
+    low = user.head_camera[1]
+    for step in range(6, 20):
+        user.miss(step / 30, UP, np.zeros(3))
+    assert user.head_camera[0] > 0.2
+    assert user.head_camera[1] - low < 0.05
+
+
+def test_a_head_does_not_sink_while_something_passes_before_it() -> None:
+    finder = PeopleFinder(PeopleSettings(detector="depth"))
+    person = standing_person(X, Z, GROUND_Y)
+    off_m = np.inf
+    for index in range(60):
+        x = -1.3 + 0.03 * max(index - 5, 0)
+        screen = box((x, -1.4, 2.2), (x + 0.5, GROUND_Y, 2.25))  # too high for a person
+        depth = with_noise(render(person, [*ROOM, screen]), index)
+        users = finder.update(frame(depth, index))
+        assert [user.id for user in users] == [1]
+        assert users[0].head_camera[1] < HEAD[1] + 0.12, index
+        off_m = float(np.linalg.norm(users[0].head_camera - HEAD))
+    assert off_m < 0.1
+
+
+@pytest.mark.parametrize("seed", [521, 522, 620, 623])
+def test_one_who_walks_in_profile_is_found_by_his_head(seed: int) -> None:
+    recording = SimulatedRecording(scene_by_name("walking", seed=seed, frames=30))
+    finder = PeopleFinder(PeopleSettings(detector="depth"))
+    found = [finder.update(each) for each in recording]
+    head = recording.simulate(29).truth.joints[0, JOINT_NAMES.index("head")]
+    assert [len(users) for users in found[15:]] == [1] * 15  # within half a second
+    assert np.linalg.norm(found[-1][0].head_camera - head) < 0.1
+
+
+def test_an_outline_that_flickers_is_no_movement() -> None:
+    rng = np.random.default_rng(3)
+    is_body = np.ones((40, 10), np.bool_)
+    outline = np.zeros(is_body.shape)
+    outline[:20, 0], outline[20:, -1] = 1.0, -1.0
+    depth_m = np.full(is_body.shape, 4.4, np.float32)
+
+    def seen(outline_m: float) -> np.ndarray:
+        noise = rng.normal(size=depth_m.shape) * 0.01
+        return (depth_m + noise + outline_m * outline).astype(np.float32)
+
+    stillness = Stillness(seen(0.0), is_body)
+    assert not any(stillness.is_broken_in(seen(0.12 * (k > 20))) for k in range(90))
+    assert any(stillness.is_broken_in(seen(0.0) - np.float32(0.04)) for _ in range(15))
+
+
+def test_a_head_that_hangs_down_is_followed() -> None:
+    head = head_of(0.0, 2.5, GROUND_Y)
+    hanging = [
+        (np.array([x, 2.0 * head[1] - y, z]), radius)
+        for (x, y, z), radius in standing_person(0.0, 2.5, GROUND_Y)
+    ]
+    cloud = Cloud.from_frame(frame(render(hanging, [np.full_like(FLOOR, 4.9)])))
+    upright = head_evidence(cloud, head[None], UP).confidence[0]
+    found = follow_head(cloud, HeadView.of(cloud, head), head + 0.02, UP)
+    assert found is not None
+    assert np.linalg.norm(found.center_camera - head) < 0.06
+    assert found.confidence > upright + 0.2

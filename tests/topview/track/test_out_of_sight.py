@@ -1,0 +1,72 @@
+"""What goes on with limbs that nobody sees, and what is out of sight at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rendered_bodies import CAMERA, MODEL, UP, joints_of, render, standing_pose
+from topview.body import JOINT_NAMES
+from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
+from topview.filter.particles import generator
+from topview.geometry.rotations import rotations_from_angles
+from topview.people.users import User
+from topview.track.evidence import Evidence, gather, thin_view
+from topview.track.limbs import LIMBS, LimbSearch, LimbSettings
+from topview.track.pose import Pose
+
+SCREEN_M = 1.6
+
+
+def behind_a_screen(pose: Pose) -> Evidence:
+    """Someone whose left side, the image's right, is behind a screen."""
+    depth = render(pose)
+    middle = round(CAMERA.fx * pose.neck_camera[0] / pose.neck_camera[2] + CAMERA.cx)
+    depth[:, middle + 3 :] = SCREEN_M
+    head = pose.neck_camera - 0.5 * MODEL.lengths_m[0] * pose.Rs[0][:, 1]
+    pixels = np.flatnonzero((depth > 0) & (depth != SCREEN_M)).astype(np.int32)
+    user = User(1, head, True, MODEL.stature_m, True, pixels)
+    return gather(user, thin_view(depth, CAMERA, 1), 1, CAMERA.width, None)
+
+
+def with_left_limb_raised(pose: Pose, upper: int) -> Pose:
+    Rs = pose.relative()
+    Rs[upper] = rotations_from_angles(np.radians([70.0, 0.0, 30.0]))
+    Rs[upper + 1] = np.eye(3)
+    return Pose.from_relative(pose.neck_camera, Rs)
+
+
+def searched(pose: Pose, evidence: Evidence, frames: int, settings: LimbSettings) -> Pose:
+    search, kept = LimbSearch(settings, 1), {}
+    for frame in range(frames):
+        rngs = {upper: generator(0, 1, upper, frame) for upper in LIMBS}
+        pose, kept = search.search(pose, pose, MODEL, evidence, rngs, kept)
+    return pose
+
+
+def test_places_are_out_of_sight_behind_the_screen_and_beside_the_image():
+    pose = standing_pose(0.0)
+    evidence = behind_a_screen(pose)
+    joints = joints_of(pose)
+    names = [JOINT_NAMES.index(name) for name in ("left_hand", "right_hand", "head")]
+    assert evidence.out_of_sight(joints[names], 0.05).tolist() == [True, False, False]
+    assert evidence.out_of_sight(np.array([[50.0, 0.0, 2.0]]), 0.05).all()
+    before_the_screen = joints[names[:1]] * (SCREEN_M - 0.3) / joints[names[0], 2]
+    assert not evidence.out_of_sight(before_the_screen, 0.05).any()
+
+
+@pytest.mark.parametrize("upper", [LEFT_UPPER_ARM, LEFT_UPPER_LEG])
+def test_a_limb_out_of_sight_sinks_back_to_rest_and_one_in_sight_stays(upper):
+    pose = standing_pose(0.0)
+    evidence = behind_a_screen(pose)
+    raised = with_left_limb_raised(pose, upper)
+    settings = LimbSettings()
+    found = searched(raised, evidence, 15, settings)
+    assert np.all(found.Rs[upper][:, 1] @ -UP > 0.8)
+    held = searched(raised, evidence, 15, replace(settings, rest_weight=0.0))
+    assert found.Rs[upper][:, 1] @ -UP > held.Rs[upper][:, 1] @ -UP + 0.2
+    right = np.s_[LEFT_FOREARM + 1 : LEFT_FOREARM + 3]
+    cosines = (found.Rs[right, :, 1] * raised.Rs[right, :, 1]).sum(1)
+    assert cosines.min() > 0.9

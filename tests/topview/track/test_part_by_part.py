@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rendered_bodies import evidence_of, joints_of
+from topview.body.limits import excess_rad
+from topview.body.model import BodyModel
+from topview.body.parts import HEAD, PART_NAMES, PARTS
+from topview.body.proportions import THESIS
+from topview.geometry.rotations import rotations_from_angles
+from topview.records import Camera
+from topview.timing import StageClock
+from topview.track import Tracker, TrackerSettings
+from topview.track.evidence import CAMERA_UP
+from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
+from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
+from topview_lab.sim import SimulatedRecording, scene_by_name
+
+CAMERA = Camera(fx=200, fy=200, cx=119.5, cy=159.5, width=240, height=320)
+MODEL = BodyModel.of(1.7, THESIS)
+HEAD_CAMERA = np.array([0.0, -0.7, 2.5])
+
+
+def posed(**degrees: tuple[float, float, float]) -> Pose:
+    """Standing, but for parts turned about their parent's x, y and z."""
+    standing = stand(MODEL, HEAD_CAMERA, STANDING, 0.0, CAMERA_UP)
+    relative = standing.relative()
+    for name, angles in degrees.items():
+        relative[PART_NAMES.index(name)] = rotations_from_angles(np.radians(angles))
+    return Pose.from_relative(standing.neck_camera, relative)
+
+
+def tracked(truth: Pose, frames: int = 1, seed: int = 0, threads: int = 1) -> Pose:
+    tracker = PartByPartTracker(1, seed, PartByPartSettings(), threads)
+    evidence = evidence_of(truth, MODEL, CAMERA)
+    return [
+        tracker.update(MODEL.stature_m, evidence, frame, StageClock()) for frame in range(frames)
+    ][-1]
+
+
+def excess_of(pose: Pose) -> list[float]:
+    """Radians beyond Table 3.2 of every part but the head; of hinges in bending alone."""
+    beyond = []
+    for part, (R, entry) in enumerate(zip(pose.Rs, PARTS, strict=True)):
+        if part == HEAD:
+            continue
+        relative = pose.Rs[entry.parent].T @ R
+        if entry.is_hinge:
+            bend = np.arctan2(relative[2, 1], relative[1, 1])
+            low, high = entry.limits_rad[0]
+            beyond.append(float(max(low - bend, bend - high, 0.0)))
+        else:
+            beyond.append(float(excess_rad(part, relative)))
+    return beyond
+
+
+arm_angles = st.tuples(st.floats(-40, 120), st.just(0.0), st.floats(0, 120))
+
+
+@settings(max_examples=8, deadline=None)
+@given(arm_angles, st.floats(0, 120), st.integers(0, 99))
+def test_every_pose_is_rigid_and_within_the_limits(arm, bend, seed):
+    truth = posed(left_upper_arm=arm, left_forearm=(bend, 0.0, 0.0))
+    pose = tracked(truth, frames=2, seed=seed)
+    np.testing.assert_allclose(pose.Rs @ np.swapaxes(pose.Rs, 1, 2), [np.eye(3)] * 11, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(pose.Rs), 1.0)
+    assert max(excess_of(pose)) < np.radians(2)
+
+
+@pytest.mark.parametrize(
+    "truth",
+    [
+        posed(),
+        posed(left_upper_arm=(0, 0, 80), left_forearm=(60, 0, 0)),
+        posed(right_upper_arm=(30, 0, -40), left_upper_leg=(30, 0, 20)),
+        posed(right_upper_leg=(60, 0, 0), right_lower_leg=(-60, 0, 0)),
+    ],
+    ids=["standing", "left arm up and bent", "spread", "right knee lifted"],
+)
+def test_it_finds_the_pose_of_a_body_made_of_cylinders(truth):
+    pose = tracked(truth, frames=6)
+    errors_m = np.linalg.norm(joints_of(pose, MODEL) - joints_of(truth, MODEL), axis=1)
+    assert errors_m.mean() < 0.05
+    assert errors_m.max() < 0.15
+
+
+def test_the_same_seed_gives_the_same_pose_for_any_number_of_threads():
+    truth = posed(left_upper_arm=(0, 0, 60))
+    pose = tracked(truth, frames=2)
+    np.testing.assert_array_equal(pose.Rs, tracked(truth, frames=2, threads=2).Rs)
+    assert not np.array_equal(pose.Rs, tracked(truth, frames=2, seed=1).Rs)
+
+
+def test_a_part_without_evidence_keeps_its_prediction():
+    tracker = PartByPartTracker(1, 0, PartByPartSettings(), 1)
+    seen = evidence_of(posed(left_upper_arm=(0, 0, 60)), MODEL, CAMERA)
+    before = tracker.update(MODEL.stature_m, seen, 0, StageClock())
+    step = np.array([0.1, 0.0, 0.0])
+    hidden = replace(
+        seen, all_points_camera=np.empty((0, 3)), head_camera=seen.head_camera + step
+    )  # fmt: skip
+    after = tracker.update(None, hidden, 1, StageClock())
+    np.testing.assert_array_equal(after.Rs, before.Rs)
+    np.testing.assert_allclose(after.neck_camera - before.neck_camera, step, atol=1e-12)
+
+
+def test_the_tracker_takes_it_by_its_name():
+    recording = SimulatedRecording(scene_by_name("stand", frames=3))
+    tracker = Tracker(TrackerSettings(method="thesis", threads=1))
+    people = [tracker.update(frame) for frame in recording]
+    assert len(people[-1]) == 1
+    assert "parts" in tracker.clock.seconds
+    assert "limbs" not in tracker.clock.seconds

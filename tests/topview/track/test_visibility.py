@@ -1,0 +1,108 @@
+"""What hides a joint is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rendered_bodies import CAMERA, MODEL, joints_of, render, standing_pose
+from topview.body.parts import JOINT_NAMES
+from topview.records import JointState
+from topview.track.pose import Pose
+from topview.track.visibility import HIDDEN_CONFIDENCE, Visibility, confidences, look
+
+POSE = standing_pose()
+JOINTS = joints_of(POSE)
+DEPTH = render(POSE)
+OWNER = np.where(DEPTH > 0, 1, 0).astype(np.int32)
+KNEE = JOINT_NAMES.index("left_knee")
+VISIBLE, OUT_OF_VIEW = JointState.VISIBLE, JointState.OUT_OF_VIEW
+
+
+def covered(slab_m: float, owner: int) -> Visibility:
+    """The lower half of the image hidden by something at `slab_m`."""
+    depth, whose = DEPTH.copy(), OWNER.copy()
+    depth[60:], whose[60:] = slab_m, owner
+    return look(JOINTS, MODEL, 1, depth, whose, CAMERA)
+
+
+def test_one_who_stands_free_is_seen_and_confirmed():
+    seen = look(JOINTS, MODEL, 1, DEPTH, OWNER, CAMERA)
+    assert (seen.joint_state == VISIBLE).all()
+    assert seen.confirmed.mean() > 0.8
+
+
+@pytest.mark.parametrize(
+    ("owner", "state"),
+    [
+        (1, JointState.SELF_OCCLUDED),
+        (2, JointState.OCCLUDED_BY_PERSON),
+        (0, JointState.OCCLUDED_BY_OBJECT),
+    ],
+)
+def test_what_stands_in_front_gives_the_state(owner, state):
+    seen = covered(1.2, owner)
+    assert seen.joint_state[KNEE] == state
+    assert seen.confirmed[KNEE] == 0.0
+    assert seen.joint_state[JOINT_NAMES.index("head")] == VISIBLE
+
+
+def test_what_stands_behind_hides_nothing_but_confirms_nothing():
+    seen = covered(4.0, 0)
+    assert seen.joint_state[KNEE] == VISIBLE
+    assert seen.confirmed[KNEE] == 0.0
+
+
+def test_without_any_reading_nothing_hides_and_nothing_confirms():
+    seen = look(JOINTS, MODEL, 1, np.zeros_like(DEPTH), np.zeros_like(OWNER), CAMERA)
+    assert (seen.joint_state == VISIBLE).all()
+    assert (seen.confirmed == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "shift_m",
+    [
+        pytest.param((5.0, 0.0, 0.0), id="beside the image"),
+        pytest.param((0.0, 4.0, 0.0), id="below the image"),
+        pytest.param((0.0, 0.0, -6.0), id="behind the camera"),
+    ],
+)
+def test_out_of_view(shift_m):
+    joints = joints_of(Pose(POSE.neck_camera + np.array(shift_m), POSE.Rs))
+    seen = look(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    assert (seen.joint_state == OUT_OF_VIEW).all()
+
+
+def test_legs_below_the_image_are_out_of_view_alone():
+    low = Pose(POSE.neck_camera + np.array([0.0, 0.9, 0.0]), POSE.Rs)
+    depth = render(low)
+    owner = (depth > 0).astype(np.int32)
+    state = look(joints_of(low), MODEL, 1, depth, owner, CAMERA).joint_state
+    assert state[JOINT_NAMES.index("left_ankle")] == OUT_OF_VIEW
+    assert state[JOINT_NAMES.index("neck")] == VISIBLE
+
+
+def confidence(state: JointState, confirmed: float, hidden_for_s: float) -> float:
+    visibility = Visibility(np.array([state], np.uint8), np.array([confirmed]))
+    return float(confidences(visibility, np.array([hidden_for_s]))[0])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_a_seen_joint_is_trusted_as_far_as_it_is_confirmed(share):
+    assert confidence(VISIBLE, share, 0.0) == pytest.approx(share)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [JointState.SELF_OCCLUDED, JointState.OCCLUDED_BY_PERSON, JointState.OCCLUDED_BY_OBJECT],
+)
+def test_a_hidden_joint_fades(state):
+    over_time = [confidence(state, 0.0, t) for t in (0.0, 0.5, 1.0, 5.0, np.inf)]
+    assert over_time[0] == pytest.approx(HIDDEN_CONFIDENCE)
+    assert over_time == sorted(over_time, reverse=True)
+    assert len(set(over_time)) == len(over_time)
+    assert over_time[-1] == 0.0
+
+
+def test_out_of_view_is_trusted_least():
+    assert confidence(OUT_OF_VIEW, 0.0, 0.0) < confidence(JointState.SELF_OCCLUDED, 0.0, 0.0)

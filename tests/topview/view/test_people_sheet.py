@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from topview.people.finder import PeopleFinder, PeopleSettings
+from topview.records import Frame, InputError
+from topview.view import PeopleSheet
+from topview.view.palette import PANEL, person_color
+from topview.view.people_sheet import PANEL_PX, TITLE_PX, paint_found
+from topview_lab.sim import SimulatedRecording, scene_by_name
+
+
+@pytest.fixture(scope="module")
+def filmed() -> list[Frame]:
+    return list(SimulatedRecording(scene_by_name("two_users", seed=3, frames=4)))
+
+
+def test_the_first_panel_shows_the_users_in_their_colours(filmed):
+    finder = PeopleFinder()
+    users = finder.update(filmed[0])
+    assert finder.found is not None
+    picture = paint_found(finder.found).astype(int)
+    panel = picture[:, : PANEL_PX[0]]
+    for user in users:
+        aside = np.abs(panel - np.array(person_color(user.id))).sum(-1)
+        assert (aside < 3).any()  # the label
+
+
+def test_without_colours_the_sheet_says_so(filmed):
+    finder = PeopleFinder(PeopleSettings(detector="depth"))
+    finder.update(filmed[0])
+    assert finder.found is not None
+    assert finder.found.sight is None
+    picture = paint_found(finder.found)
+    with_colors = PeopleFinder()
+    with_colors.update(filmed[0])
+    assert with_colors.found is not None
+    assert picture.shape[1] == paint_found(with_colors.found).shape[1]
+    below = picture[picture.shape[0] - PANEL_PX[1] + TITLE_PX : -20, 20:40]
+    assert (below == PANEL).all()
+
+
+def test_moments_are_kept_evenly_and_when_somebody_comes(filmed):
+    finder = PeopleFinder()
+    sheet = PeopleSheet("any", 100, lambda: finder.found)
+    assert sheet.is_blank
+    with pytest.raises(InputError, match="any: no frame was read"):
+        sheet.png()
+    nobody = Frame(0, 0.0, np.full_like(filmed[0].depth_m, 4.0), filmed[0].camera)
+    for frame in (nobody, nobody, filmed[1]):
+        finder.found = None
+        finder.update(frame)
+        sheet.show(frame, [])
+    assert len(sheet.tiles) == 1
+    for frame in filmed[1:]:
+        finder.update(frame)
+        sheet.show(frame, [])
+    assert len(sheet.tiles) == 2
+    assert sheet.png().startswith(b"\x89PNG")

@@ -1,0 +1,82 @@
+"""`topview reproduce`, end to end in its quick form, and what it does when it is cut short."""
+
+from __future__ import annotations
+
+import re
+
+import msgspec
+import pytest
+
+from tiny_berkeley_mhad import write_calibration, write_sequence
+from topview.records import InputError
+from topview_lab.metrics import Evaluation
+from topview_lab.reproduce import make
+from topview_lab.reproduce.catalogue import EXPERIMENTS
+from topview_lab.reproduce.context import Context
+from topview_lab.reproduce.make import MARKDOWN, NUMBERS, PAGE, make_report
+from topview_lab.reproduce.runs import Measured, Tracked
+
+
+def test_a_figure_that_needs_no_recording_is_made_alone(tmp_path):
+    made = make_report(["figure-3.2"], Context(tmp_path, quick=True))
+    assert [section.name for section in made.report.sections] == ["figure-3.2"]
+    assert not made.interrupted
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [MARKDOWN, PAGE, NUMBERS, "pictures"]
+    )
+
+
+def test_what_ctrl_c_left_undone_is_named_and_the_rest_is_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr(make, "track_runs", lambda *_: Tracked(Measured({}), (), True))
+    made = make_report(["figure-3.2", "table-6.1"], Context(tmp_path, quick=True))
+    assert made.interrupted
+    assert [section.name for section in made.report.sections] == ["figure-3.2"]
+    assert "table-6.1 was not finished" in (tmp_path / MARKDOWN).read_text()
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("")
+    with pytest.raises(InputError, match="file"):
+        make_report(["figure-3.2"], Context(path, quick=True))
+
+
+def test_nothing_measured_is_an_empty_evaluation():
+    assert Measured({}).of([]) == Evaluation(()) or not Measured({}).of([]).sequences
+
+
+@pytest.mark.slow
+def test_the_quick_form_reproduces_everything(tmp_path):
+    made = make_report([], Context(tmp_path, quick=True), workers=2)
+    assert [section.name for section in made.report.sections] == list(EXPERIMENTS)
+    assert not made.report.problems
+    for section in made.report.sections:
+        for table in section.tables:
+            assert all(len(row.cells) == len(table.header) for row in table.rows)
+    page = (tmp_path / PAGE).read_text()
+    pictures = re.findall(r'src="([^"]+)"', page)
+    assert len(pictures) >= 3
+    assert all((tmp_path / picture).stat().st_size > 5000 for picture in pictures)
+    numbers = msgspec.json.decode((tmp_path / NUMBERS).read_bytes())
+    for method in numbers["table-6.1"]["numbers"].values():
+        assert 0 < method["raw"]["mean"] < 40
+    torso = numbers["table-6.3"]["numbers"]["all (f_uTVR)"]
+    assert all(torso[level]["count"] > 20 for level in ("0 %", "30 %", "60 %"))
+
+
+def test_tables_6_1_and_6_2_are_made_of_berkeley_mhad_where_it_is_given(tmp_path):
+    root = tmp_path / "mhad"
+    for name in ("s01_a04_r01", "s09_a04_r01", "s09_a06_r01", "s02_a05_r01"):
+        write_sequence(root, name, [0, 1, 2])
+    write_calibration(root)
+    names = ["table-6.1", "table-6.2"]
+    made = make_report(names, Context(tmp_path / "out", quick=True, mhad=root), workers=1)
+    bodies, actions = (section.tables[1] for section in made.report.sections)
+    assert [row.cells[0] for row in bodies.rows] == ["s01_a04_r01", "s09_a04_r01"]
+    assert [row.cells[0] for row in actions.rows] == ["s09_a04_r01", "s09_a06_r01"]
+    assert {verdict.word for verdict in made.report.verdicts} == {"open"}  # nobody to be found
+
+
+def test_a_folder_without_berkeley_mhad_is_refused_before_anything_is_done(tmp_path):
+    with pytest.raises(InputError, match="Berkeley MHAD"):
+        make_report(["table-6.1"], Context(tmp_path / "out", mhad=tmp_path / "nothing"))
