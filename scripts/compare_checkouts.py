@@ -1,0 +1,89 @@
+"""Do two checkouts of topview track alike? Compare every array of their `skeletons.npz`, bit by bit.
+
+    python scripts/compare_checkouts.py BEFORE AFTER SOURCE... [--method topview] [--before-method M]
+
+BEFORE and AFTER are folders that hold `src/topview`; SOURCE is whatever `topview track` reads. Both
+are tracked on this machine, as floating-point results differ from processor to processor. Prints a
+line for each recording; exit status 1 if any array that both files hold differs, with how far the
+joints lie apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+TEXTS = ("settings",)  # names of methods and settings may change; what is tracked may not
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("before", type=Path)
+    parser.add_argument("after", type=Path)
+    parser.add_argument("sources", type=Path, nargs="+")
+    parser.add_argument("--method", help="of both, if it is not the default")
+    parser.add_argument("--before-method", help="its name in BEFORE, if that differs")
+    options = parser.parse_args()
+    differing = 0
+    for source in options.sources:
+        with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
+            befores = options.before_method or options.method
+            jobs = [
+                pool.submit(track, checkout, source, Path(folder) / name, method)
+                for checkout, name, method in (
+                    (options.before, "before", befores),
+                    (options.after, "after", options.method),
+                )
+            ]
+            before, after = (job.result() for job in jobs)
+        verdict = compare(before, after)
+        differing += verdict != "same"
+        print(f"{source}: {verdict}", flush=True)
+    sys.exit(differing > 0)
+
+
+def track(checkout: Path, source: Path, out: Path, method: str | None) -> dict[str, np.ndarray]:
+    """The arrays of the `skeletons.npz` that a checkout writes."""
+    run = "from topview.cli.app import main; main()"
+    command = [sys.executable, "-c", run, "track", str(source), "--out", str(out), "--threads", "1"]
+    if method:
+        command += ["--method", method]
+    environment = os.environ | {"PYTHONPATH": str(checkout.resolve() / "src")}
+    finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if not (out / "skeletons.npz").exists():
+        sys.exit(f"{checkout}: {finished.stderr.strip()}")
+    with np.load(out / "skeletons.npz") as arrays:
+        return {name: arrays[name] for name in arrays.files}
+
+
+def compare(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> str:
+    """ "same", or what differs in the arrays that both have."""
+    names = sorted((before.keys() & after.keys()) - set(TEXTS))
+    differing = [name for name in names if not _same(before[name], after[name])]
+    if not differing:
+        return "same"
+    joints = before["joints_camera"], after["joints_camera"]
+    if joints[0].shape != joints[1].shape:
+        return f"{', '.join(differing)} differ"
+    apart_cm = 100 * np.linalg.norm(joints[0] - joints[1], axis=-1)
+    return (
+        f"{', '.join(differing)} differ; joints lie {np.nanmedian(apart_cm):.2f} cm apart (median), "
+        f"{np.nanmax(apart_cm):.2f} at most"
+    )
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+if __name__ == "__main__":
+    main()
