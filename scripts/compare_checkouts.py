@@ -1,6 +1,6 @@
-"""Do two checkouts of topview track alike? Compare every array of their `skeletons.npz`, bit by bit.
+"""Compare two checkouts of topview: every array of their `skeletons.npz`, bit by bit.
 
-    python scripts/compare_checkouts.py BEFORE AFTER SOURCE... [--method topview] [--before-method M]
+    python scripts/compare_checkouts.py BEFORE AFTER SOURCE... [--method M] [--before-method M]
 
 BEFORE and AFTER are folders that hold `src/topview`; SOURCE is whatever `topview track` reads. Both
 are tracked on this machine, as floating-point results differ from processor to processor. Prints a
@@ -76,8 +76,8 @@ def compare(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> str:
         return f"{', '.join(differing)} differ"
     apart_cm = 100 * np.linalg.norm(joints[0] - joints[1], axis=-1)
     return (
-        f"{', '.join(differing)} differ; joints lie {np.nanmedian(apart_cm):.2f} cm apart (median), "
-        f"{np.nanmax(apart_cm):.2f} at most"
+        f"{', '.join(differing)} differ; joints lie {np.nanmedian(apart_cm):.2f} cm apart "
+        f"(median), {np.nanmax(apart_cm):.2f} at most"
     )
 
 

@@ -1,7 +1,7 @@
-"""What the laboratory adds to the command line: the only place of `topview` that names it.
+"""What the laboratory adds: the only place of `topview` that names it.
 
-Nothing is imported here. A command is imported when it is run, so that what only measures or
-simulates costs a user of `topview track` nothing.
+Nothing is imported here. A command or a method is imported when it is asked for, so that what only
+measures, simulates or compares costs a user of `topview track` nothing.
 """
 
 from __future__ import annotations
@@ -42,5 +42,26 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "train-forest": (
         "topview_lab.cli.train_forest:train_forest",
         "Learn what body parts look like in depth images from the simulator.",
+    ),
+}
+
+# Name of each method that is there to compare with: what makes it, called without arguments, and a
+# sentence about it.
+METHODS: Final[dict[str, tuple[str, str]]] = {
+    "bpso": (
+        "topview_lab.rivals.swarm:SwarmSettings",
+        "a particle swarm over the whole body (Oikonomidis et al. 2011)",
+    ),
+    "ppso": (
+        "topview_lab.rivals.swarm:perturbed_swarm",
+        "the same, perturbed where it stagnates (Michel et al. 2015)",
+    ),
+    "forest": (
+        "topview_lab.rivals.forest.tracker:ForestSettings",
+        "body parts by a decision forest (Shotton et al. 2011), each frame by itself",
+    ),
+    "ellipsoids": (
+        "topview_lab.rivals.ellipsoids:EllipsoidSettings",
+        "ellipsoids fitted to the silhouette's points (Sec. 2.2): the upper body alone",
     ),
 }

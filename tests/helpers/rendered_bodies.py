@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from topview.body.kinematics import joints_from_parts
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.camera.projection import pixel_rays
+from topview.camera.pyramid import Pyramid
 from topview.geometry.quadrics import closed_cylinder_depths
 from topview.geometry.rotations import rotations_from_angles
 from topview.people.users import User
-from topview.records import Camera
-from topview.track.evidence import Evidence, gather, thin_view
+from topview.records import Camera, Frame
+from topview.timing import StageClock
+from topview.track.body_tracker import Subject
+from topview.track.evidence import Evidence, gather
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 
@@ -50,6 +55,27 @@ def evidence_of(pose: Pose, model: BodyModel = MODEL, camera: Camera = CAMERA) -
     """What a noiseless camera sees of a lone body."""
     depth = render(pose, model, camera)
     head = pose.neck_camera - 0.5 * model.lengths_m[0] * pose.Rs[0][:, 1]
-    pixels = np.flatnonzero(depth).astype(np.int32)
-    user = User(1, head, True, model.stature_m, True, pixels)
-    return gather(user, thin_view(depth, camera, 1), 1, camera.width, None)
+    return evidence_in(depth, depth > 0.0, head, model, camera)
+
+
+def evidence_in(
+    depth_m: np.ndarray,
+    is_users: np.ndarray,
+    head_camera: np.ndarray,
+    model: BodyModel = MODEL,
+    camera: Camera = CAMERA,
+) -> Evidence:
+    """What a depth image tells of the user with these pixels."""
+    pixels = np.flatnonzero(is_users).astype(np.int32)
+    user = User(1, head_camera, True, model.stature_m, True, pixels)
+    return gather(user, Pyramid(Frame(0, 0.0, depth_m, camera)), is_users, None)
+
+
+def at_frame(evidence: Evidence, index: int) -> Evidence:
+    """The same, seen in a later frame."""
+    return replace(evidence, frame_index=index, timestamp_s=index / 30)
+
+
+def subject(seed: int = 0, threads: int = 1) -> Subject:
+    """Person 1."""
+    return Subject(1, seed, threads, StageClock())

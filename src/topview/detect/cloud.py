@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.records import Camera, Frame
 
 # Ours: an arm of 8 cm at 4 m is then 3 pixels wide, the least that survives a 3 x 3 median.
@@ -28,36 +28,47 @@ class Cloud:
     """Every `stride`-th pixel of a frame, in both directions, as points.
 
     Attributes:
-        frame: where it comes from.
+        image: where it comes from.
         stride: full pixels per cloud pixel; cloud pixel (i, j) is full pixel (i, j) * stride.
         camera: intrinsics of the small image.
         depth_m: [h, w] float32 median-filtered, 0 where there is no reading.
         points_camera: [h, w, 3] float32 metres, zeros where there is no reading.
     """
 
-    frame: Frame
+    image: Pyramid
     stride: int
     camera: Camera
     depth_m: NDArray[np.float32]
     points_camera: NDArray[np.float32]
 
     @classmethod
-    def from_frame(cls, frame: Frame) -> Cloud:
-        stride = max(1, round(frame.camera.fx / TARGET_FOCAL_LENGTH_PX))
-        every = np.ascontiguousarray(frame.depth_m[::stride, ::stride])
-        depth_m = np.asarray(cv2.medianBlur(every, 3), np.float32)
+    def of(cls, image: Pyramid) -> Cloud:
+        stride = max(1, round(image.frame.camera.fx / TARGET_FOCAL_LENGTH_PX))
+        depth_m = image.smooth_depth_m(stride)
         height, width = depth_m.shape
-        full = frame.camera
-        camera = Camera(
-            full.fx / stride, full.fy / stride, full.cx / stride, full.cy / stride, width, height
-        )
+        camera = image.camera(stride)
         x = (np.arange(width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
         y = (np.arange(height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy)
         points_camera = np.empty((height, width, 3), np.float32)
         np.multiply(depth_m, x, out=points_camera[..., 0])
         np.multiply(depth_m, y[:, None], out=points_camera[..., 1])
         points_camera[..., 2] = depth_m
-        return cls(frame, stride, camera, depth_m, points_camera)
+        return cls(image, stride, camera, depth_m, points_camera)
+
+    @classmethod
+    def from_frame(cls, frame: Frame) -> Cloud:
+        """The cloud of a frame that nobody else looks at."""
+        return cls.of(Pyramid(frame))
+
+    @property
+    def frame(self) -> Frame:
+        """The full image."""
+        return self.image.frame
+
+    @property
+    def color(self) -> NDArray[np.uint8] | None:
+        """[h, w, 3] of the cloud's pixels; None where the frame has no colour."""
+        return self.image.color(self.stride)
 
     @property
     def has_reading(self) -> NDArray[np.bool_]:

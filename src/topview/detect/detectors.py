@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -19,10 +19,10 @@ from topview.detect.heads import (
     NO_HINTS,
     DepthHeadDetector,
     HeadCandidate,
-    HeadDetector,
     Hints,
 )
-from topview.records import Frame
+from topview.detect.protocol import HeadDetector
+from topview.records import Frame, InputError
 from topview.timing import StageClock
 
 Vector = NDArray[np.float64]
@@ -55,6 +55,14 @@ class SkinHeads:
         self._cascade = CascadeFaces()
         self.sight: Sight | None = None
 
+    @property
+    def needs_color(self) -> bool:
+        return True
+
+    @property
+    def colors(self) -> SkinHeads:
+        return self
+
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
@@ -68,7 +76,7 @@ class SkinHeads:
         """Faces that are seen, most likely first, with the centres of their heads."""
         may_be = None if hints.is_candidate is None else _full_size(cloud, hints.is_candidate)
         with self._clock.stage("colours"):
-            self.sight = self._faces_and_hands.update(cloud.frame, hints.heads_camera, may_be)
+            self.sight = self._faces_and_hands.update(cloud.image, hints.heads_camera, may_be)
         return [
             (face, head)
             for face in self.sight.most_likely(Kind.FACE)
@@ -100,6 +108,10 @@ class DepthAndSkinHeads(SkinHeads):
     def __init__(self, clock: StageClock) -> None:
         super().__init__(clock)
         self._depth = DepthHeadDetector()
+
+    @property
+    def needs_color(self) -> bool:
+        return False
 
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
@@ -136,13 +148,24 @@ def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
     return replace(head, confidence=head.confidence + gain, by_face=head.by_face + gain)
 
 
-def head_detector(name: DetectorName, clock: StageClock) -> HeadDetector:
-    """The detector of this name; "auto" takes the best that a recording allows."""
-    if name == "depth":
-        return DepthHeadDetector()
-    if name == "cascade":
-        return CascadeFaces()
-    return SkinHeads(clock) if name == "skin" else DepthAndSkinHeads(clock)
+# How each detector is made, given the clock that counts its time.
+DETECTORS: Final[dict[str, Callable[[StageClock], HeadDetector]]] = {
+    "auto": DepthAndSkinHeads,
+    "depth": lambda clock: DepthHeadDetector(),
+    "skin": SkinHeads,
+    "cascade": lambda clock: CascadeFaces(),
+}
+
+
+def head_detector(name: str, clock: StageClock) -> HeadDetector:
+    """The detector of this name; "auto" takes the best that a recording allows.
+
+    Raises:
+        InputError: there is no such detector.
+    """
+    if name not in DETECTORS:
+        raise InputError(f"detector is {name!r}; it must be one of {', '.join(DETECTORS)}")
+    return DETECTORS[name](clock)
 
 
 def _full_size(cloud: Cloud, mask: Mask) -> Mask:

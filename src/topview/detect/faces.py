@@ -74,6 +74,14 @@ class CascadeFaces:
         self._cascade = cv2.CascadeClassifier(str(path))
         self._turn = 0
 
+    @property
+    def needs_color(self) -> bool:
+        return True
+
+    @property
+    def colors(self) -> None:
+        """Nothing else is told."""
+
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:

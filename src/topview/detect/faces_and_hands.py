@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.background import (
     BackgroundMixtures,
     BackgroundSettings,
@@ -24,7 +25,6 @@ from topview.detect.palms import palm_of
 from topview.detect.seeing import ColorView, Light, Place
 from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
 from topview.kernels.skin import paint, perimeter
-from topview.records import Frame
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -147,20 +147,20 @@ class FacesAndHands:
 
     def update(
         self,
-        frame: Frame,
+        image: Pyramid,
         heads_camera: Sequence[Vector] = (),
         is_candidate: Mask | None = None,
     ) -> Sight:
         """What the next frame's colours tell.
 
         Args:
-            frame: maybe without colour.
+            image: maybe without colour.
             heads_camera: [3] each, centres of heads that are known (from depth, say): they tell
                 whose hand is where.
             is_candidate: [H, W] of the full image, or of the size of the masks, where somebody may
                 be; before the room if None.
         """
-        self._view = view = ColorView.from_frame(frame)
+        self._view = view = ColorView.of(image)
         if view is None or view.light != Light.USABLE:
             return Sight(Light.ABSENT if view is None else view.light)
         if is_candidate is None:

@@ -53,10 +53,9 @@ class HeadColors:
     def of(cls, cloud: Cloud, head_camera: Vector, body: Distance) -> HeadColors | None:
         """Of a head at [3] and its body ([h, w] distance from it, `body_distance`); None where too
         little of them is seen or there is no colour."""
-        color = cloud.frame.color
-        if color is None:
+        every = cloud.color
+        if every is None:
             return None
-        every = color[:: cloud.stride, :: cloud.stride]
         is_above, is_below = body < BODY_M[0], (body > BODY_M[0]) & (body < BODY_M[1])
         offset = cloud.points_camera[is_above] - head_camera.astype(np.float32)
         head = every[is_above][np.einsum("ij,ij->i", offset, offset) < HEAD_M**2]
@@ -113,9 +112,9 @@ class HeadColors:
         without colour or body there."""
         offset = cloud.points_camera - near_camera.astype(np.float32)
         is_near = is_body & (np.einsum("ijk,ijk->ij", offset, offset) < reach_m**2)
-        if cloud.frame.color is None or not is_near.any():
+        every = cloud.color
+        if every is None or not is_near.any():
             return None
-        every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
         own = np.zeros(is_body.shape, np.float32)
         own[is_body] = self._shares(every[is_body][None])[0]
         about_px = _about_px(cloud, float(near_camera[2]), SEARCHED_M)

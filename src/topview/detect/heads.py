@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,19 +65,6 @@ class Hints:
 
 
 NO_HINTS: Final = Hints()
-
-
-class HeadDetector(Protocol):
-    """Finds heads in one frame after the other."""
-
-    def detect(
-        self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
-    ) -> list[HeadCandidate]:
-        """Heads in the frame, best first; `up_camera` [3] is the unit vector away from the floor.
-
-        The full frame, with its colour image if there is one, is `cloud.frame`.
-        """
-        ...
 
 
 # What belongs to a head lies between these around its centre's depth, two standard deviations of
@@ -218,6 +205,14 @@ class DepthHeadDetector:
 
     min_confidence: float = 0.6
     max_depth_m: float = 7.0
+
+    @property
+    def needs_color(self) -> bool:
+        return False
+
+    @property
+    def colors(self) -> None:
+        """Colours are not looked at."""
 
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.records import Camera, Frame
 
 Mask = NDArray[np.bool_]
@@ -62,7 +63,13 @@ class ColorView:
 
     @classmethod
     def from_frame(cls, frame: Frame) -> ColorView | None:
+        """The view of a frame that nobody else looks at."""
+        return cls.of(Pyramid(frame))
+
+    @classmethod
+    def of(cls, image: Pyramid) -> ColorView | None:
         """None where the frame has no colour image."""
+        frame = image.frame
         if frame.color is None:
             return None
         full = frame.camera
@@ -80,7 +87,7 @@ class ColorView:
             height,
         )
         yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
-        depth_m = np.ascontiguousarray(frame.depth_m[::stride, ::stride][:height, :width])
+        depth_m = np.ascontiguousarray(image.depth_m(stride)[:height, :width])
         return cls(frame, stride, camera, rgb, yuv, depth_m, light_of(rgb, yuv))
 
     def small(self, mask: Mask) -> Mask:

@@ -6,7 +6,7 @@ pushed out of the torso, joints back within their limits. Each candidate is refi
 all sums are taken in one fixed order, so the result does not depend on the number of threads.
 
 The tree hangs from the upper torso, whose origin is the neck joint; the table of degrees of
-freedom comes from `topview.track.refinement`.
+freedom comes from `topview.track.methods.topview.refinement`.
 """
 
 from __future__ import annotations

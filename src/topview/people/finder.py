@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
-from topview.detect.detectors import SkinHeads, head_detector
+from topview.detect.detectors import head_detector
 from topview.detect.faces_and_hands import Sight
-from topview.detect.heads import HeadCandidate, HeadDetector, Hints, refine_center
+from topview.detect.heads import HeadCandidate, Hints, refine_center
+from topview.detect.protocol import HeadDetector
 from topview.people.association import correct, find_again
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
@@ -26,7 +28,7 @@ from topview.people.roll import Roll
 from topview.people.scene import Scene
 from topview.people.segmentation import full_pixels, split_users
 from topview.people.settings import PeopleSettings
-from topview.people.users import HandCandidate, User
+from topview.people.users import HandCandidate, User, by_depth
 from topview.records import Frame, InputError, Person
 from topview.timing import StageClock
 
@@ -69,7 +71,7 @@ class PeopleFinder:
         self.found: Found | None = None
         self._detector = detector or head_detector(self.settings.detector, self.clock)
         # What looks at colours, if the detector does.
-        self._skin = self._detector if isinstance(self._detector, SkinHeads) else None
+        self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
         self._roll = Roll(self.settings)
@@ -90,11 +92,11 @@ class PeopleFinder:
         """The hands that the last frame's colours show, whosesoever they are."""
         return hands_in(self.sight)
 
-    def update(self, frame: Frame, tracked: Sequence[Person] = ()) -> list[User]:
-        """The people in the next frame, nearest first; `tracked` as they were in the last one."""
+    def update(self, image: Pyramid, tracked: Sequence[Person] = ()) -> list[User]:
+        """The people in the next frame; `tracked` as they were in the last one."""
         roll = self._roll
         with self.clock.stage("scene"):
-            scene = self._look(frame)
+            scene = self._look(image)
         with self.clock.stage("heads"):
             heads = self._detect(scene)
         with self.clock.stage("users"):
@@ -109,20 +111,19 @@ class PeopleFinder:
             roll.dismiss(scene)
         self._learn_room(scene, users)
         refusals = (*self._newcomers.refusals, *suspects)
-        self.found = Found(scene, self.sight, tuple(users), refusals)
+        self.found = Found(scene, self.sight, tuple(by_depth(users)), refusals)
         self.clock.end_frame()
         return users
 
-    def _look(self, frame: Frame) -> Scene:
-        cloud = Cloud.from_frame(frame)
+    def _look(self, image: Pyramid) -> Scene:
+        cloud = Cloud.of(image)
         is_background = self._background.is_seen_in(cloud.depth_m)
         return Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first; those whose torso has no reading
         come last, if they stand on legs."""
-        needs_color = self.settings.detector in ("skin", "cascade")
-        if self.found is None and needs_color and scene.cloud.frame.color is None:
+        if self.found is None and self._detector.needs_color and scene.cloud.frame.color is None:
             raise InputError(
                 f"detector is {self.settings.detector}, but the recording has no colour; "
                 'it must be "auto" or "depth"'
@@ -233,5 +234,4 @@ class PeopleFinder:
                     user.face.update(skin, user is frontal, scene.time_s),
                 )
             )
-        users.sort(key=lambda user: (float(user.head_camera[2]), user.id))
         return users, suspects

@@ -44,7 +44,8 @@ def colors_under(
     """Histogram, of sum 1, of the colours of the clothes under a head [3]; None where too few of
     them are seen. What is nearer to `others_camera`, [3] each, is not looked at."""
     cloud = scene.cloud
-    if cloud.frame.color is None:
+    every = cloud.color
+    if every is None:
         return None
     window = _window(scene, head_camera)
     if window is None:
@@ -57,7 +58,6 @@ def colors_under(
         is_chest &= aside_m <= scene.aside_of(other, window)
     if np.count_nonzero(is_chest) * cloud.pixel_m(head_camera) ** 2 < LEAST_M2:
         return None
-    every = cloud.frame.color[:: cloud.stride, :: cloud.stride]
     return _histogram(every[window][is_chest].astype(np.float32))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,3 +54,22 @@ class User:
     def __post_init__(self) -> None:
         read_only(self.head_camera)
         read_only(self.pixels)
+
+
+def by_depth(users: Iterable[User]) -> list[User]:
+    """Nearest first: who stands in front is fitted before those whom he hides."""
+    return sorted(users, key=lambda user: (float(user.head_camera[2]), user.id))
+
+
+def label_image(users: Sequence[User], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """[H, W] id of the user that each pixel belongs to, 0 for nobody; a pixel that several users
+    may own is the nearest one's.
+
+    Args:
+        users: nearest first.
+        shape: of the image.
+    """
+    labels = np.zeros(shape, np.int32)
+    for user in reversed(users):
+        labels.ravel()[user.pixels] = user.id
+    return labels

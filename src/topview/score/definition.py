@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import DepthView
 from topview.geometry.quadrics import closed_cylinder_depths
-from topview.score.utvr import DepthView
 
 Array = NDArray[np.float64]
 

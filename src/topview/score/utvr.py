@@ -12,6 +12,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import DepthView
 from topview.kernels import utvr as kernel
 
 # With fewer points than this inside, a hypothesis has no evidence and no score (method, part 7);
@@ -23,26 +24,6 @@ CELLS_ACROSS = kernel.GRID - 2
 Factor = Literal["reproj", "align", "discr"]
 FACTORS: Final[tuple[Factor, ...]] = ("reproj", "align", "discr")
 """Of f_uTVR, Eq. 5.7."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DepthView:
-    """A depth image as the kernels want it.
-
-    Attributes:
-        depth_m: [H, W] float32, 0 without a reading.
-        fx, fy, cx, cy: intrinsics of this image in pixels.
-    """
-
-    depth_m: NDArray[np.float32]
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-    def cell_m(self, distance_m: float) -> float:
-        """Side of a top-view cell: the distance between neighbouring points there (Sec. 3.1)."""
-        return distance_m / min(self.fx, self.fy)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""The pose that the full-body tracker carries from frame to frame."""
+"""Poses of bodies: as trackers carry them from frame to frame, and as they are found."""
 
 from __future__ import annotations
 
@@ -76,3 +76,18 @@ class Pose:
     def transforms(self, model: BodyModel) -> Array:
         """[11, 4, 4] `Ts_camera_part`."""
         return transform(self.Rs, self.origins(model))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedBody:
+    """Somebody's body in one frame.
+
+    Attributes:
+        person: id.
+        model: its size.
+        Ts_camera_part: [11, 4, 4], NaN for parts that are not tracked.
+    """
+
+    person: int
+    model: BodyModel
+    Ts_camera_part: NDArray[np.float64]

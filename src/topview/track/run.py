@@ -59,6 +59,6 @@ def track_recording(
         tracked,
         JOINT_NAMES,
         PART_NAMES,
-        {"recording": recording.name, **tracker.settings.as_json()},
+        {"recording": recording.name, **tracker.settings_as_json()},
     )
     return TrackingResult(skeletons, seconds, interrupted)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 from topview.detect.detectors import DetectorName
 from topview.records import InputError
-
-Method = Literal["utvr", "thesis", "bpso", "ppso", "btvr", "ellipsoids", "forest"]
+from topview.track.methods import DEFAULT, method_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,24 +15,29 @@ class TrackerSettings:
     """What a user can choose.
 
     Attributes:
-        method: "utvr" is the full tracker; "thesis" is the thesis's own recipe (Sec. 5.3), greedy
-            from the head down, without what this project adds to it; "bpso" and "ppso" are
-            particle swarms over the whole body, baseline and perturbed, to compare with; "btvr"
-            tracks the upper body alone (Sec. 5.1), and leaves the legs absent; so does
-            "ellipsoids", which fits them to the silhouette's points (Sec. 2.2). "forest" has
-            learnt what body parts look like, and remembers nothing from frame to frame.
+        method: how bodies are tracked: "topview" is the full tracker; "utvr" is the thesis's own
+            recipe (Sec. 5.3), greedy from the head down, without what this project adds to it
+            ("thesis" is another word for it); "btvr" tracks the upper body alone (Sec. 5.1), and
+            leaves the legs absent. To compare with: "bpso" and "ppso" are particle swarms over the
+            whole body, baseline and perturbed; "forest" has learnt what body parts look like, and
+            remembers nothing from frame to frame; "ellipsoids" fits them to the silhouette's points
+            (Sec. 2.2), of the upper body alone.
         detector: how people's heads are found: "auto" by depth and, where the recording allows, the
             colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
+
+    Raises:
+        InputError: a method that does not exist, a seed or number of threads out of range.
     """
 
-    method: Method = "utvr"
+    method: str = DEFAULT
     detector: DetectorName = "auto"
     seed: int = 0
     threads: int = 0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "method", method_name(self.method))
         if self.threads < 0:
             raise InputError(f"threads is {self.threads}; it must be 0 (all cores) or more")
         if not 0 <= self.seed < 2**63:

@@ -21,18 +21,20 @@ from rich.table import Table
 
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
+from topview.camera.pyramid import DepthView, Pyramid
 from topview.cli.progress import progress_bar
 from topview.detect.detectors import DetectorName
 from topview.geometry.rotations import rotations_from_angles
 from topview.io.writers import prepare_output_folder, write_atomically
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
+from topview.people.users import by_depth, label_image
 from topview.records import Camera, Frame, InputError
-from topview.score.utvr import DepthView, placed_parts, score_hypotheses
+from topview.score.utvr import placed_parts, score_hypotheses
 from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
-from topview.track.evidence import Evidence, gather, thin_view, working_stride
-from topview.track.refinement import RefinementSettings, refine
+from topview.track.evidence import Evidence, gather
+from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.stances import STANDING, stand
 from topview_lab.cli.demo import SCENE, WARM_UP_FRAMES
 from topview_lab.sim import SimulatedRecording, scene_by_name
@@ -171,12 +173,12 @@ def _time_finding(filmed: Sequence[Frame], detector: DetectorName, threads: int)
     use_threads(threads)
     finder = PeopleFinder(PeopleSettings(detector=detector))
     for frame in filmed[:WARM_UP_FRAMES]:
-        finder.update(frame)
+        finder.update(Pyramid(frame))
     finder.clock.seconds.clear()
     times, people = [], 0
     for frame in filmed[WARM_UP_FRAMES:]:
         start = perf_counter()
-        people = len(finder.update(frame))
+        people = len(finder.update(Pyramid(frame)))
         times.append(1e3 * (perf_counter() - start))
     camera = filmed[0].camera
     stages_ms = {name: 1e3 * median(seconds) for name, seconds in finder.clock.seconds.items()}
@@ -208,10 +210,10 @@ def _time_kernels(frame: Frame, threads: int) -> list[KernelTime]:
 def _evidence_of_someone(frame: Frame) -> Evidence:
     """Of the nearest person in a frame."""
     finder = PeopleFinder()
-    user = finder.update(frame, [])[0]
-    stride = working_stride(frame.camera, float(user.head_camera[2]))
-    view = thin_view(frame.depth_m, frame.camera, stride)
-    return gather(user, view, stride, frame.camera.width, finder.floor)
+    image = Pyramid(frame)
+    user = by_depth(finder.update(image))[0]
+    is_users = label_image([user], frame.depth_m.shape) > 0
+    return gather(user, image, is_users, finder.floor)
 
 
 def _utvr_workload(threads: int) -> Callable[[], object]:

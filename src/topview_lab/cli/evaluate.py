@@ -16,7 +16,7 @@ from topview.cli.status import INTERRUPTED
 from topview.detect.detectors import DetectorName
 from topview.io.writers import prepare_output_folder
 from topview.records import InputError
-from topview.track.settings import Method, TrackerSettings
+from topview.track.settings import TrackerSettings
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.datasets import (
     EvaluatedRecording,
@@ -59,7 +59,7 @@ class EvaluateOptions:
     """
 
     sequences: str = "*"
-    method: Method = DEFAULTS.method
+    method: str = DEFAULTS.method
     detector: DetectorName = DEFAULTS.detector
     seed: int = DEFAULTS.seed
     json: Path | None = None

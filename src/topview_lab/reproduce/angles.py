@@ -30,7 +30,7 @@ from topview_lab.reproduce.section import (
     statistic_cells,
 )
 
-METHODS: Final[dict[str, Variant]] = {"utvr": DEFAULT, "thesis's recipe": THESIS}
+METHODS: Final[dict[str, Variant]] = {"topview": DEFAULT, "utvr, the thesis's recipe": THESIS}
 PARTS: Final[tuple[Part, ...]] = ("overall", "occluded")
 _JOINTS: Final[dict[Group, str]] = {
     "torso": "torso joints", "arms": "arm joints", "legs": "leg joints",
@@ -126,7 +126,7 @@ def _comparisons(relative: dict[str, Angles]) -> list[Verdict]:
 
 
 def _conclusion(relative: dict[str, Angles]) -> Verdict:
-    angles = relative["utvr"]
+    angles = relative["topview"]
     return conclusion(
         "occlusion by another user costs accuracy, and tracking goes on (Sec. 6.1.3)",
         all(angles[g]["occluded"].mean >= angles[g]["overall"].mean for g in GROUPS),

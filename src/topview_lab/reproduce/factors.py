@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from topview.track.methods.utvr import UtvrSettings
 from topview_lab.metrics import DIRECTION_GROUPS, Statistic, direction_errors, pool
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import BANDS, is_in_band, is_subject, torso_hidden
@@ -25,12 +26,12 @@ from topview_lab.reproduce.section import (
 
 FULL: Final = "all (f_uTVR)"
 VARIANTS: Final[dict[str, Variant]] = {
-    "reproj × align": Variant("thesis", ("reproj", "align")),
-    "align × discr": Variant("thesis", ("align", "discr")),
-    "reproj × discr": Variant("thesis", ("reproj", "discr")),
+    "reproj × align": Variant(UtvrSettings(factors=("reproj", "align"))),
+    "align × discr": Variant(UtvrSettings(factors=("align", "discr"))),
+    "reproj × discr": Variant(UtvrSettings(factors=("reproj", "discr"))),
     FULL: THESIS,
 }
-UTVR: Final = "topview, utvr"
+TOPVIEW: Final = "topview, the default"
 
 Statistics = dict[Occlusion, Statistic]
 
@@ -46,13 +47,13 @@ def runs_6_3(context: Context) -> list[Run]:
 def table_6_3(context: Context, measured: Measured) -> Section:
     ours = {
         name: torso_errors(context, measured, variant)
-        for name, variant in (*VARIANTS.items(), (UTVR, DEFAULT))
+        for name, variant in (*VARIANTS.items(), (TOPVIEW, DEFAULT))
     }
     rows = []
     for name, printed in TABLE_6_3.items():
         rows.append(_row(f"thesis: {name}", printed, "printed"))
-        rows.append(_row(f"topview, thesis's recipe: {name}", ours[name]))
-    rows.append(_row(UTVR, ours[UTVR]))
+        rows.append(_row(f"utvr, the thesis's recipe: {name}", ours[name]))
+    rows.append(_row(TOPVIEW, ours[TOPVIEW]))
     bands = ", ".join(f"{level}: {low:.0%} to {high:.0%}" for level, (low, high) in BANDS.items())
     header = [f"{level}: μE, °" if i == 0 else unit for level in OCCLUSIONS
               for i, unit in enumerate(("", "σE, °", "A, 10°"))]  # fmt: skip
@@ -98,7 +99,7 @@ def _comparisons(ours: dict[str, Statistics]) -> list[Verdict]:
         compared(
             f"Table 6.3, torso {level} occluded, {name}", ours[key][level], printed[level], "°"
         )
-        for name, key in (("thesis's recipe", FULL), ("utvr", UTVR))
+        for name, key in (("the recipe of Sec. 5.3", FULL), ("topview", TOPVIEW))
         for level in OCCLUSIONS
     ]
 

@@ -10,10 +10,11 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.detectors import DetectorName
 from topview.people.finder import PeopleFinder
 from topview.people.settings import PeopleSettings
-from topview.people.users import User
+from topview.people.users import User, by_depth
 from topview.records import Frame
 from topview_lab.metrics.heads import PeopleFound, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
@@ -134,7 +135,7 @@ class Search:
             )
             truths.append(simulated.truth)
             for name, finder in finders.items():
-                users[name].append(finder.update(frame))
+                users[name].append(by_depth(finder.update(Pyramid(frame))))
         return Finding(
             tuple(_tone(actor.body.look.skin) for actor in scene.actors),
             {name: compared_with_truth(own, truths, scene.fps) for name, own in users.items()},

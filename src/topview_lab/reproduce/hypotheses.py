@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from topview.track.methods.utvr import UtvrSettings
 from topview_lab.metrics import PART_GROUPS, direction_errors, pool
 from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES
@@ -41,7 +42,7 @@ def numbers_of_hypotheses(context: Context) -> tuple[int, ...]:
 
 def runs_figure_6_3(context: Context) -> list[Run]:
     return [
-        Run(Variant("thesis", n_best=n), recording)
+        Run(Variant(UtvrSettings(n_best=n)), recording)
         for n in numbers_of_hypotheses(context)
         for recording in context.own_sequences()
     ]
@@ -51,7 +52,7 @@ def figure_6_3(context: Context, measured: Measured) -> Section:
     overall: Curves = {group: {} for group in PART_GROUPS}
     occluded: Curves = {group: {} for group in PART_GROUPS}
     for n in numbers_of_hypotheses(context):
-        runs = [Run(Variant("thesis", n_best=n), r) for r in context.own_sequences()]
+        runs = [Run(Variant(UtvrSettings(n_best=n)), r) for r in context.own_sequences()]
         pooled = pool(measured.of(runs))
         subject = is_subject(pooled)[:, None]
         for group, bones in PART_GROUPS.items():

@@ -3,10 +3,11 @@ choose: how accurate each is, alone and occluded, how fast, and what it needs.""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Final
 
+from topview.track.methods.btvr import BtvrSettings
 from topview_lab.evaluate.predictions import PredictedJob, Predictions
 from topview_lab.metrics import ALL, Evaluation, Summary, hidden_split, summarise
 from topview_lab.metrics.statistics import Comparison
@@ -21,6 +22,9 @@ from topview_lab.reproduce.section import (
     number,
     percent,
 )
+from topview_lab.rivals.ellipsoids import EllipsoidSettings
+from topview_lab.rivals.forest.tracker import ForestSettings
+from topview_lab.rivals.swarm import EQUAL_TIME
 
 OCCLUDED: Final = hidden_split(0.3, "another person")
 UPPER: Final = (
@@ -42,17 +46,17 @@ class Rival:
     needs: str = ""
 
 
-OURS: Final = "utvr, the default"
-BPSO: Final = "bPSO, as much time as utvr"
-PPSO: Final = "pPSO, as much time as utvr"
+OURS: Final = "topview, the default"
+BPSO: Final = "bPSO, as much time as topview"
+PPSO: Final = "pPSO, as much time as topview"
 RIVALS: Final[dict[str, Rival]] = {
     OURS: Rival(DEFAULT, "hands' colour helps"),
-    "thesis: the recipe of Sec. 5.3": Rival(THESIS),
-    "bTVR, upper body (Sec. 5.1)": Rival(Variant("btvr"), "hands' colour helps"),
-    "ellipsoids, upper body (Sec. 2.2)": Rival(Variant("ellipsoids")),
-    BPSO: Rival(Variant("bpso", equal_time=True)),
-    PPSO: Rival(Variant("ppso", equal_time=True)),
-    "forest (Shotton et al.)": Rival(Variant("forest"), "training: the simulator's bodies"),
+    "utvr, the recipe of Sec. 5.3": Rival(THESIS),
+    "bTVR, upper body (Sec. 5.1)": Rival(Variant(BtvrSettings()), "hands' colour helps"),
+    "ellipsoids, upper body (Sec. 2.2)": Rival(Variant(EllipsoidSettings())),
+    BPSO: Rival(Variant(EQUAL_TIME)),
+    PPSO: Rival(Variant(replace(EQUAL_TIME, perturbed=True))),
+    "forest (Shotton et al.)": Rival(Variant(ForestSettings()), "training: the simulator's bodies"),
 }
 BRIDGE: Final = "bridge: another system's skeletons"
 OPEN: Final = "bridge: MediaPipe Pose, lifted by depth"
@@ -163,7 +167,7 @@ def _beats(summaries: dict[str, Summary], swarm: str) -> Verdict:
     return Verdict(
         "open" if not known else "mixed" if len(is_ahead) > 1 else
         "ahead" if is_ahead.pop() else "behind",
-        f"utvr against {swarm}",
+        f"topview against {swarm}",
         f"{number(ours)} against {number(others)} cm, occluded {number(our_occluded)} against "
         f"{number(their_occluded)} cm",
     )  # fmt: skip

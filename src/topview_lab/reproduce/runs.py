@@ -10,51 +10,34 @@ from typing import NamedTuple
 from rich.console import Console
 
 from topview.records import Recording
-from topview.score.utvr import FACTORS, Factor
 from topview.track import Tracker, TrackerSettings, TrackingResult, track_recording
-from topview.track.body_tracker import BodySettings
-from topview.track.limbs import LimbSettings
-from topview.track.part_by_part import PartByPartSettings
-from topview.track.settings import Method
+from topview.track.body_tracker import BodyMethod
+from topview.track.methods.topview import TopviewSettings
+from topview.track.methods.utvr import UtvrSettings
 from topview_lab.datasets import EvaluatedRecording, FolderRecording
 from topview_lab.evaluate.run import Job, Outcome, run_all
 from topview_lab.metrics import Evaluation, ReferenceSequence, SequenceErrors
 from topview_lab.reproduce.finding import Finding, Search
-from topview_lab.rivals.swarm import EQUAL_TIME, SwarmSettings
 from topview_lab.sim import Scene, scene_by_name, write_scene
 from topview_lab.sim.looks import Look
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A way to track.
+    """A way to track: a method with its settings."""
 
-    Attributes:
-        method: "thesis" is Sec. 5.3 as printed, "utvr" this project's default.
-        factors: of f_uTVR that choose the hypotheses; the thesis's method alone can leave some out.
-        n_best: hypotheses that are propagated, the method's own number if None.
-        equal_time: swarms have as much time as the default tracker takes.
-    """
-
-    method: Method
-    factors: tuple[Factor, ...] = FACTORS
-    n_best: int | None = None
-    equal_time: bool = False
+    body: BodyMethod
 
     @property
     def settings(self) -> TrackerSettings:
-        return TrackerSettings(method=self.method, threads=1)
+        return TrackerSettings(method=self.body.name, threads=1)
 
     def __call__(self, recording: Recording, settings: TrackerSettings) -> TrackingResult:
-        limbs = LimbSettings() if self.n_best is None else LimbSettings(kept=self.n_best)
-        part_by_part = PartByPartSettings(factors=self.factors, n_best=self.n_best)
-        swarm = EQUAL_TIME if self.equal_time else SwarmSettings()
-        tracker = Tracker(settings, BodySettings(limbs=limbs), part_by_part, swarm)
-        return track_recording(recording, tracker=tracker)
+        return track_recording(recording, tracker=Tracker(settings, body=self.body))
 
 
-DEFAULT = Variant("utvr")
-THESIS = Variant("thesis")
+DEFAULT = Variant(TopviewSettings())
+THESIS = Variant(UtvrSettings())
 
 
 @dataclass(frozen=True, slots=True)

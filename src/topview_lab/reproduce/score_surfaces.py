@@ -14,9 +14,10 @@ from topview.body.model import BodyModel
 from topview.body.parts import UPPER_TORSO
 from topview.body.proportions import THESIS
 from topview.camera.projection import pixel_rays
+from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.kernels.threads import use_threads
-from topview.score.utvr import DepthView, placed_parts, score_hypotheses
+from topview.score.utvr import placed_parts, score_hypotheses
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import is_in_band, true_torso_hidden
 from topview_lab.reproduce.plots import figure

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from topview.track.methods.btvr import BtvrSettings
 from topview_lab.metrics import (
     DIRECTION_GROUPS,
     Evaluation,
@@ -29,13 +30,13 @@ from topview_lab.reproduce.section import (
 )
 
 BTVR: Final = "topview, btvr"
-UTVR: Final = "topview, utvr"
+TOPVIEW: Final = "topview, the default"
 METHODS: Final[dict[str, Variant]] = {
-    BTVR: Variant("btvr"),
+    BTVR: Variant(BtvrSettings()),
     "topview, thesis's full-body recipe": THESIS,
-    UTVR: DEFAULT,
+    TOPVIEW: DEFAULT,
 }
-BESIDE: Final = (BTVR, UTVR)
+BESIDE: Final = (BTVR, TOPVIEW)
 """The methods that are compared part by part."""
 HIDDEN: Final = 0.3
 PARTS: Final[tuple[Part, ...]] = ("overall", "occluded")

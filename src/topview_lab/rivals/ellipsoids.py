@@ -12,6 +12,7 @@ stays as it was in the torso's frame. The person is taken to face the camera at 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -24,15 +25,15 @@ from topview.body.parts import HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORS
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.timing import StageClock
+from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
-from topview.track.limbs import elbows_on_circle, spread_points
+from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.methods.btvr.arms import Arm
+from topview.track.methods.btvr.pixels import UserPixels
+from topview.track.methods.btvr.torso import Torso
+from topview.track.methods.btvr.tracker import BtvrPose, assemble
+from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
 from topview.track.stances import facing
-from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
-from topview.track.upper_body.arms import Arm
-from topview.track.upper_body.pixels import UserPixels
-from topview.track.upper_body.torso import Torso
-from topview.track.upper_body.tracker import UpperBodyPose, assemble
 
 Array = NDArray[np.float64]
 
@@ -71,6 +72,15 @@ class EllipsoidSettings:
     turn_cost_m: float = 0.003
     range_cost_m: float = 0.05
     found_m: float = 0.03
+
+    needs: ClassVar[Needs] = Needs()
+
+    @property
+    def name(self) -> str:
+        return "ellipsoids"
+
+    def tracker(self, subject: Subject) -> EllipsoidTracker:
+        return EllipsoidTracker(subject, self)
 
 
 def pseudo_distances(points: Array, semi_axes_m: Array) -> Array:
@@ -132,23 +142,22 @@ class Size:
 class EllipsoidTracker:
     """One person's upper body, each frame's ellipsoids fitted from where the last frame's were."""
 
-    def __init__(self, settings: EllipsoidSettings) -> None:
+    def __init__(self, subject: Subject, settings: EllipsoidSettings) -> None:
+        self.subject = subject
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
         self._torso: Torso | None = None
         self._arms: list[Arm] = []
 
-    def update(
-        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
-    ) -> UpperBodyPose:
-        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
-        if stature_m is not None:
-            self.model = BodyModel.of(stature_m, ANATOMICAL)
-        with clock.stage("torso"):
+    def update(self, evidence: Evidence) -> BtvrPose:
+        """The pose in the next frame."""
+        if evidence.stature_m is not None:
+            self.model = BodyModel.of(evidence.stature_m, ANATOMICAL)
+        with self.subject.clock.stage("torso"):
             expected = self._expected(evidence)
             shoulders = self._shoulders(expected, evidence)
             self._torso = torso = self._fitted(expected, shoulders, evidence)
-        with clock.stage("arms"):
+        with self.subject.clock.stage("arms"):
             self._arms = self._fitted_arms(torso, shoulders, evidence)
         return assemble(self.model, torso, self._arms, evidence)
 
@@ -170,7 +179,7 @@ class EllipsoidTracker:
         R, neck = expected.R_camera_torso, expected.neck_camera
         centres = neck + self.model.joints_parent[uppers] @ R.T
         pixel_m = max(neck[2], 0.3) / view.fx
-        place, inward, curvature = contour_curvature(evidence.mine, s.smoothing_m / pixel_m)
+        place, inward, curvature = contour_curvature(evidence.user_mask, s.smoothing_m / pixel_m)
         radius_m = float(self.model.radii_m[LEFT_UPPER_ARM, 0])
         joints = (place + inward * radius_m / pixel_m - (view.cx, view.cy)) * pixel_m
         for k, centre in enumerate(centres):

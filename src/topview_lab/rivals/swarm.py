@@ -12,18 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS, UPPER_TORSO
-from topview.filter.particles import generator
+from topview.camera.pyramid import DepthView
 from topview.records import InputError
-from topview.score.utvr import DepthView
-from topview.timing import StageClock
-from topview.track.body_tracker import BodySettings, BodyTracker
+from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
+from topview.track.methods.topview.tracker import TopviewSettings
 from topview.track.pose import Pose
 from topview_lab.kernels import swarm as kernel
 from topview_lab.rivals.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PLACE, TURN, PoseSpace
@@ -43,6 +43,7 @@ class SwarmSettings:
         place_sigma_m, turn_sigma_rad, joint_sigma_rad: how far the particles start from the pose
             of the frame before (1 cm and 0.1 in the authors' released hand tracker; half as far
             for the turn, which moves all of the body: ours).
+        perturbed: whether angles are drawn anew (pPSO), against premature convergence.
         perturbed_every: generations after which pPSO draws anew, within its limits, one angle of
             each of half the particles (BMVC 2011: 3).
         clamp_m, match_m: d_M and d_m of the objective, the largest difference that counts and the
@@ -60,12 +61,15 @@ class SwarmSettings:
     place_sigma_m: float = 0.01
     turn_sigma_rad: float = 0.05
     joint_sigma_rad: float = 0.1
+    perturbed: bool = False
     perturbed_every: int = 3
     clamp_m: float = 0.1
     match_m: float = 0.05
     overlap_weight_m: float = 0.05
     padding_m: float = 0.25
-    body: BodySettings = field(default_factory=BodySettings)
+    body: TopviewSettings = field(default_factory=TopviewSettings)
+
+    needs: ClassVar[Needs] = Needs()
 
     def __post_init__(self) -> None:
         for name in ("particles", "generations", "perturbed_every"):
@@ -78,11 +82,23 @@ class SwarmSettings:
             )
 
     @property
+    def name(self) -> str:
+        return "ppso" if self.perturbed else "bpso"
+
+    def tracker(self, subject: Subject) -> SwarmTracker:
+        return SwarmTracker(subject, self)
+
+    @property
     def sigmas(self) -> Array:
         """[27] of the dimensions of the pose space."""
         sigmas = np.full(N_DIMENSIONS, self.joint_sigma_rad)
         sigmas[PLACE], sigmas[TURN] = self.place_sigma_m, self.turn_sigma_rad
         return sigmas
+
+
+def perturbed_swarm() -> SwarmSettings:
+    """pPSO."""
+    return SwarmSettings(perturbed=True)
 
 
 EQUAL_TIME = SwarmSettings(generations=16)
@@ -93,14 +109,12 @@ def minimise(
     cost: Callable[[Array], Array],
     start: Array,
     settings: SwarmSettings,
-    perturbed: bool,
     rng: np.random.Generator,
 ) -> Array:
     """[D] the best place that the swarm finds around `start` [D].
 
     Args:
         cost: [M, D] places to [M] costs.
-        perturbed: whether angles are drawn anew (pPSO), against premature convergence.
     """
     s = settings
     psi = s.own_weight + s.best_weight
@@ -122,7 +136,7 @@ def minimise(
             + s.best_weight * towards_best * (bests[np.argmin(best_costs)] - places)
         )
         places = np.clip(places + velocities, LOW, HIGH)
-        if perturbed and generation % s.perturbed_every == s.perturbed_every - 1:
+        if s.perturbed and generation % s.perturbed_every == s.perturbed_every - 1:
             chosen = rng.permutation(s.particles)[: s.particles // 2]
             angle = rng.integers(N_GLOBAL, len(start), len(chosen))
             places[chosen, angle] = rng.uniform(LOW[angle], HIGH[angle])
@@ -145,7 +159,7 @@ class Observation:
     def around(cls, evidence: Evidence, joints_camera: Array, padding_m: float) -> Observation:
         """The window around the user's pixels and a pose's joints [J, 3], at half the working
         resolution: about as many pixels as the 64 x 64 of BMVC 2011."""
-        view, mine = evidence.coarse_view, evidence.mine[::2, ::2]
+        view, mine = evidence.coarse_view, evidence.user_mask[::2, ::2]
         v, u = np.nonzero(mine)
         x, y, z = joints_camera[joints_camera[:, 2] > 0.1].T
         u = np.append(u, view.fx * x / z + view.cx)
@@ -200,43 +214,36 @@ def discrepancy_m(
 class SwarmTracker:
     """One person's pose over time, by a swarm around the pose of the frame before."""
 
-    def __init__(
-        self, person: int, seed: int, settings: SwarmSettings, threads: int, *, perturbed: bool
-    ) -> None:
-        self.person = person
-        self.seed = seed
+    def __init__(self, subject: Subject, settings: SwarmSettings) -> None:
+        self.subject = subject
         self.settings = settings
-        self.threads = threads
-        self.perturbed = perturbed
-        self._first = BodyTracker(person, seed, settings.body, threads)
+        self._first = settings.body.tracker(subject)
         self._pose: Pose | None = None
         self.model = self._first.model
 
-    def update(
-        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
-    ) -> Pose:
-        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
+    def update(self, evidence: Evidence) -> Pose:
+        """The pose in the next frame."""
         is_seen = len(evidence.points_camera) >= self.settings.body.least_points
         if self._pose is None:
-            pose = self._first.update(stature_m, evidence, frame, clock)
+            pose = self._first.update(evidence)
             self.model = self._first.model
             self._pose = pose if is_seen else None
             return pose
-        if stature_m is not None:
-            self.model = BodyModel.of(stature_m, self.settings.body.proportions)
+        if evidence.stature_m is not None:
+            self.model = BodyModel.of(evidence.stature_m, self.settings.body.proportions)
         if is_seen:
-            with clock.stage("swarm"):
-                self._pose = self._moved(self._pose, evidence, frame)
+            with self.subject.clock.stage("swarm"):
+                self._pose = self._moved(self._pose, evidence)
         return self._pose
 
-    def _moved(self, last: Pose, evidence: Evidence, frame: int) -> Pose:
+    def _moved(self, last: Pose, evidence: Evidence) -> Pose:
         s = self.settings
         space = PoseSpace(last.Rs[UPPER_TORSO])
         seen = Observation.around(evidence, last.origins(self.model), s.padding_m)
 
         def cost(vectors: Array) -> Array:
-            return discrepancy_m(space.poses(vectors), self.model, seen, s, self.threads)
+            return discrepancy_m(space.poses(vectors), self.model, seen, s, self.subject.threads)
 
         # Beside the parts' own counters, which the first frame's tracker draws from.
-        rng = generator(self.seed, self.person, len(PARTS), frame)
-        return space.pose(minimise(cost, space.vector(last), s, self.perturbed, rng))
+        rng = self.subject.rng(len(PARTS), evidence)
+        return space.pose(minimise(cost, space.vector(last), s, rng))

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from topview.body.parts import JOINT_NAMES
 from topview.camera import unproject_depth
+from topview.camera.pyramid import DepthView
 from topview.records import Camera
-from topview.score.utvr import DepthView
 from topview_lab.datasets.joints import RENDERED_JOINTS
 from topview_lab.rivals.forest.growing import NO_CLASS, LabelledBody
 from topview_lab.rivals.forest.model import person_depth

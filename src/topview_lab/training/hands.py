@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera import project
+from topview.camera.pyramid import Pyramid
 from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.faces_and_hands import FacesAndHands, Sight, SkinBlob
 from topview.detect.heads import HEAD_RADIUS_M
@@ -121,7 +122,7 @@ def observe(
         heads = labelled.places_camera[Kind.FACE]
         heads = heads[np.isfinite(heads).all(axis=1)]
         known = [head + rng.normal(0.0, HEAD_ERROR_M, 3) for head in heads] if know_heads else []
-        sight = finder.update(labelled.frame, known)
+        sight = finder.update(Pyramid(labelled.frame), known)
         if labelled.is_somebodys is not None:
             finder.learn_room(labelled.is_somebodys)
         yield from _labelled(sight, labelled)

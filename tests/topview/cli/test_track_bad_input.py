@@ -201,4 +201,12 @@ def test_settings_are_written_with_the_skeletons(topview, make_recording, tmp_pa
     topview("track", make_recording(), "--out", tmp_path, "--method", "thesis", "--seed", "7")
     with np.load(tmp_path / "skeletons.npz") as skeletons:
         written = json.loads(str(skeletons["settings"]))
-    assert (written["method"], written["seed"]) == ("thesis", 7)
+    # "thesis" is another word for it.
+    assert (written["method"], written["seed"], written["body"]["hypotheses"]) == ("utvr", 7, 120)
+
+
+def test_a_method_that_does_not_exist_is_refused(topview, make_recording, tmp_path):
+    finished = topview("track", make_recording(), "--out", tmp_path, "--method", "openpose")
+    assert finished.status == 2
+    (line,) = finished.complaints
+    assert "method is 'openpose'; it must be one of topview, utvr, btvr," in line

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from detect_scenes import SHIRT_RGB, SKIN_RGB, Disc, frame_of
+from topview.camera.pyramid import Pyramid
 from topview.detect.beliefs import BeliefTables, Kind
 from topview.detect.cloud import Cloud
 from topview.detect.faces import CascadeFaces
@@ -46,7 +47,7 @@ def test_face_and_hands_of_a_simple_person() -> None:
     head = np.array([(80 - 79.5) / 262.5 * 2.0, (30 - 59.5) / 262.5 * 2.0, 2.06])
     sight = Sight(Light.ABSENT)
     for index in range(10):
-        sight = finder.update(frame_of(PERSON, index=index), [head])
+        sight = finder.update(Pyramid(frame_of(PERSON, index=index)), [head])
     assert sight.light == Light.USABLE
     assert sight.stride == 1
     assert len(sight.blobs) == 3
@@ -65,7 +66,7 @@ def test_face_and_hands_of_a_simple_person() -> None:
 def test_full_images_are_seen_at_half_size() -> None:
     camera = Camera(525.0, 525.0, 159.5, 119.5, 320, 240)
     discs: list[Disc] = [(2 * x + 0.5, 2 * y + 0.5, 2 * r, z, c) for x, y, r, z, c in PERSON]
-    sight = FacesAndHands().update(frame_of(discs, camera=camera))
+    sight = FacesAndHands().update(Pyramid(frame_of(discs, camera=camera)))
     assert sight.stride == 2
     centers = sorted(blob.ellipse.center.tolist() for blob in sight.blobs)
     assert np.allclose(centers, [[90.5, 160.5], [160.5, 60.5], [230.5, 160.5]], atol=1.0)
@@ -76,7 +77,7 @@ def test_full_images_are_seen_at_half_size() -> None:
 def test_only_candidates_are_searched() -> None:
     is_candidate = np.zeros((120, 160), np.bool_)
     is_candidate[:, :60] = True
-    sight = FacesAndHands().update(frame_of(PERSON), is_candidate=is_candidate)
+    sight = FacesAndHands().update(Pyramid(frame_of(PERSON)), is_candidate=is_candidate)
     assert [round(blob.ellipse.x) for blob in sight.blobs] == [45]
 
 
@@ -89,7 +90,7 @@ def test_candidates_may_be_of_the_small_size_and_then_the_room_is_not_needed() -
     for mask in (small, large):
         finder, lessons = FacesAndHands(), 0
         for index in range(12):
-            sight = finder.update(frame_of(discs, index=index, camera=camera), (), mask)
+            sight = finder.update(Pyramid(frame_of(discs, index=index, camera=camera)), (), mask)
             lessons += finder.learns_room
             finder.learn_room(mask)
             assert [round(blob.ellipse.x) for blob in sight.blobs] == [90]
@@ -111,19 +112,19 @@ def test_bad_light_is_told(gain: float, offset: float, saturation: float, light:
     grey = frame.color.mean(axis=-1, keepdims=True)
     color = offset + gain * (grey + saturation * (frame.color - grey))
     frame = recolored(frame, np.clip(color, 0, 255).astype(np.uint8))
-    sight = FacesAndHands().update(frame)
+    sight = FacesAndHands().update(Pyramid(frame))
     assert sight.light == light
     assert bool(sight.blobs) == (light == Light.USABLE)
 
 
 def test_frames_without_colour_are_no_harm() -> None:
     finder = FacesAndHands()
-    finder.update(frame_of(PERSON))
+    finder.update(Pyramid(frame_of(PERSON)))
     blind = Frame(1, 0.03, frame_of().depth_m, frame_of().camera)
-    assert finder.update(blind).light == Light.ABSENT
+    assert finder.update(Pyramid(blind)).light == Light.ABSENT
     finder.learn_room(np.zeros((120, 160), np.bool_))
     assert ColorView.from_frame(blind) is None
-    assert len(finder.update(frame_of(PERSON, index=2)).blobs) == 3
+    assert len(finder.update(Pyramid(frame_of(PERSON, index=2))).blobs) == 3
 
 
 def test_the_same_frames_give_the_same_answers() -> None:
@@ -132,7 +133,7 @@ def test_the_same_frames_give_the_same_answers() -> None:
         return [
             [
                 (blob.id, blob.belief.tolist())
-                for blob in finder.update(frame_of(PERSON, index=i)).blobs
+                for blob in finder.update(Pyramid(frame_of(PERSON, index=i))).blobs
             ]
             for i in range(4)
         ]
@@ -186,7 +187,7 @@ def test_the_turning_mans_face_is_skin(shared: Path) -> None:
     frame = next(iter(open_recording(folder)))
     mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_GRAYSCALE)
     head = CascadeFaces().detect(Cloud.from_frame(frame), UP)[0].center_camera
-    sight = FacesAndHands().update(frame, [head], np.asarray(mask) > 0)
+    sight = FacesAndHands().update(Pyramid(frame), [head], np.asarray(mask) > 0)
     (face, *_) = sight.most_likely(Kind.FACE)
     assert face.head_camera is not None
     assert np.linalg.norm(face.head_camera - head) < 0.08

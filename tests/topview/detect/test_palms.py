@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from detect_scenes import CAMERA, SKIN_RGB, Disc, frame_of
+from topview.camera.pyramid import Pyramid
 from topview.detect.faces_and_hands import FacesAndHands, SkinBlob
 from topview.records import Frame
 
@@ -22,7 +23,7 @@ def arm_of(elbow_px: tuple[float, float], palm_px: tuple[float, float], slope_m:
 
 
 def blob_in(frame: Frame, heads: list[np.ndarray]) -> SkinBlob:
-    (blob,) = FacesAndHands().update(frame, heads).blobs
+    (blob,) = FacesAndHands().update(Pyramid(frame), heads).blobs
     return blob
 
 

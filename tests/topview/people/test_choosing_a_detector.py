@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.detectors import DetectorName
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.users import User
@@ -38,7 +39,7 @@ def last_users(frames: list[Frame], detector: DetectorName) -> list[User]:
     finder = PeopleFinder(PeopleSettings(detector=detector))
     users: list[User] = []
     for frame in frames:
-        users = finder.update(frame)
+        users = finder.update(Pyramid(frame))
     return users
 
 

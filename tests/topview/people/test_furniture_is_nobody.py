@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud, depth_noise_m
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
@@ -37,7 +38,7 @@ def users_in(depths: list[NDArray[np.float32]]) -> list[int]:
     """How many users each frame has; every frame has its own noise."""
     finder = PeopleFinder()
     return [
-        len(finder.update(frame(with_noise(depth, index), index)))
+        len(finder.update(Pyramid(frame(with_noise(depth, index), index))))
         for index, depth in enumerate(depths)
     ]
 
@@ -87,7 +88,7 @@ def test_in_furnished_rooms_there_are_people_only(scene: str, seed: int) -> None
     recording = SimulatedRecording(scene_by_name(scene, seed=seed, frames=5))
     finder = PeopleFinder()
     for each in recording:
-        assert len(finder.update(each)) == len(recording.scene.actors)
+        assert len(finder.update(Pyramid(each))) == len(recording.scene.actors)
 
 
 def test_an_arm_that_is_swung_is_nobody() -> None:
@@ -95,7 +96,7 @@ def test_an_arm_that_is_swung_is_nobody() -> None:
     scene = replace(scene_by_name("throwing", seed=521, frames=40), start_s=1.0)
     finder = PeopleFinder()
     for each in SimulatedRecording(scene):
-        assert len(finder.update(each)) == 1
+        assert len(finder.update(Pyramid(each))) == 1
 
 
 @settings(max_examples=10, deadline=None)
@@ -190,7 +191,7 @@ def test_a_piece_of_what_is_known_to_be_the_rooms_is_torn_out_of_it_and_a_person
 def test_the_piece_of_a_cupboard_that_somebody_stood_before_is_nobody() -> None:
     recording = SimulatedRecording(scene_by_name("hug", seed=731, frames=75))
     finder = PeopleFinder()
-    assert {len(finder.update(each)) for each in recording} == {2}
+    assert {len(finder.update(Pyramid(each))) for each in recording} == {2}
 
 
 def test_who_was_near_may_have_left_the_pixels_free() -> None:

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import topview.io as readers
+from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
 from topview.people.users import User
 from topview.records import Recording
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 def find_all(recording: Recording) -> list[list[User]]:
     finder = PeopleFinder()
-    return [finder.update(frame) for frame in recording]
+    return [finder.update(Pyramid(frame)) for frame in recording]
 
 
 def needed(path: Path) -> Path:

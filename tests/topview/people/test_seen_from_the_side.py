@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from people_scenes import box, frame, head_of, plane, render, standing_person, with_noise
 
+from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import HeadCandidate, head_evidence
@@ -64,7 +65,7 @@ def test_a_head_does_not_sink_while_something_passes_before_it() -> None:
         x = -1.3 + 0.03 * max(index - 5, 0)
         screen = box((x, -1.4, 2.2), (x + 0.5, GROUND_Y, 2.25))  # too high for a person
         depth = with_noise(render(person, [*ROOM, screen]), index)
-        users = finder.update(frame(depth, index))
+        users = finder.update(Pyramid(frame(depth, index)))
         assert [user.id for user in users] == [1]
         assert users[0].head_camera[1] < HEAD[1] + 0.12, index
         off_m = float(np.linalg.norm(users[0].head_camera - HEAD))
@@ -75,7 +76,7 @@ def test_a_head_does_not_sink_while_something_passes_before_it() -> None:
 def test_one_who_walks_in_profile_is_found_by_his_head(seed: int) -> None:
     recording = SimulatedRecording(scene_by_name("walking", seed=seed, frames=30))
     finder = PeopleFinder(PeopleSettings(detector="depth"))
-    found = [finder.update(each) for each in recording]
+    found = [finder.update(Pyramid(each)) for each in recording]
     head = recording.simulate(29).truth.joints[0, JOINT_NAMES.index("head")]
     assert [len(users) for users in found[15:]] == [1] * 15  # within half a second
     assert np.linalg.norm(found[-1][0].head_camera - head) < 0.1

@@ -18,6 +18,7 @@ from people_scenes import (
     with_noise,
 )
 
+from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
 
 GROUND_Y = 1.1
@@ -48,7 +49,7 @@ def test_a_person_whose_torso_has_no_reading_is_found_and_kept(
         x = 0.2 + 0.03 * index
         balls = standing_person(x, Z, GROUND_Y, HEIGHT_M)
         depth = in_black(balls, surfaces)
-        (user,) = finder.update(frame(depth, index))
+        (user,) = finder.update(Pyramid(frame(depth, index)))
         assert user.id == 1
         assert user.head_is_seen
         assert np.linalg.norm(user.head_camera - head_of(x, Z, GROUND_Y, HEIGHT_M)) < 0.08
@@ -64,7 +65,7 @@ def test_a_head_over_legs_with_a_wall_seen_between_them_is_nobody() -> None:
     balls = standing_person(0.2, Z, GROUND_Y, HEIGHT_M)
     depth = with_noise(render(balls, [FLOOR, WALL]), 0)
     depth[is_torso(balls)] = 5.5
-    assert PeopleFinder().update(frame(depth)) == []
+    assert PeopleFinder().update(Pyramid(frame(depth))) == []
 
 
 LAMP: list[Ball] = [(np.array([0.0, GROUND_Y - 1.6, Z]), 0.11)]
@@ -91,4 +92,4 @@ def test_a_lamp_or_plant_is_nobody(
     finder = PeopleFinder()
     for index in range(6):
         depth = with_noise(render(balls, [*surfaces, *furniture]), index)
-        assert finder.update(frame(depth, index)) == []
+        assert finder.update(Pyramid(frame(depth, index))) == []

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from topview.camera.pyramid import DepthView
 from topview.geometry.quadrics import closed_cylinder_depths
 from topview.geometry.rotations import transform
 from topview.score.definition import Counts, Cylinder, count
-from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
+from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
 
 FOCAL = 142.5
 SHAPE = (120, 160)

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rendered_bodies import CAMERA, MODEL, UP, joints_of, render, standing_pose
+from rendered_bodies import CAMERA, MODEL, UP, evidence_in, joints_of, render, standing_pose
 from topview.body import JOINT_NAMES
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
 from topview.filter.particles import generator
 from topview.geometry.rotations import rotations_from_angles
-from topview.people.users import User
-from topview.track.evidence import Evidence, gather, thin_view
-from topview.track.limbs import LIMBS, LimbSearch, LimbSettings
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.limbs import LIMBS, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 
 SCREEN_M = 1.6
@@ -26,9 +25,7 @@ def behind_a_screen(pose: Pose) -> Evidence:
     middle = round(CAMERA.fx * pose.neck_camera[0] / pose.neck_camera[2] + CAMERA.cx)
     depth[:, middle + 3 :] = SCREEN_M
     head = pose.neck_camera - 0.5 * MODEL.lengths_m[0] * pose.Rs[0][:, 1]
-    pixels = np.flatnonzero((depth > 0) & (depth != SCREEN_M)).astype(np.int32)
-    user = User(1, head, True, MODEL.stature_m, True, pixels)
-    return gather(user, thin_view(depth, CAMERA, 1), 1, CAMERA.width, None)
+    return evidence_in(depth, (depth > 0) & (depth != np.float32(SCREEN_M)), head)
 
 
 def with_left_limb_raised(pose: Pose, upper: int) -> Pose:

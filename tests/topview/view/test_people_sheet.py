@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.records import Frame, InputError
 from topview.view import PeopleSheet
@@ -18,7 +19,7 @@ def filmed() -> list[Frame]:
 
 def test_the_first_panel_shows_the_users_in_their_colours(filmed):
     finder = PeopleFinder()
-    users = finder.update(filmed[0])
+    users = finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
     picture = paint_found(finder.found).astype(int)
     panel = picture[:, : PANEL_PX[0]]
@@ -29,7 +30,7 @@ def test_the_first_panel_shows_the_users_in_their_colours(filmed):
 
 def test_without_colours_the_sheet_says_so(filmed):
     finder = PeopleFinder(PeopleSettings(detector="depth"))
-    finder.update(filmed[0])
+    finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
     assert finder.found.sight is None
     picture = paint_found(finder.found)
@@ -50,11 +51,11 @@ def test_moments_are_kept_evenly_and_when_somebody_comes(filmed):
     nobody = Frame(0, 0.0, np.full_like(filmed[0].depth_m, 4.0), filmed[0].camera)
     for frame in (nobody, nobody, filmed[1]):
         finder.found = None
-        finder.update(frame)
+        finder.update(Pyramid(frame))
         sheet.show(frame, [])
     assert len(sheet.tiles) == 1
     for frame in filmed[1:]:
-        finder.update(frame)
+        finder.update(Pyramid(frame))
         sheet.show(frame, [])
     assert len(sheet.tiles) == 2
     assert sheet.png().startswith(b"\x89PNG")

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rendered_bodies import MODEL, evidence_of, standing_pose
+from rendered_bodies import MODEL, at_frame, evidence_of, standing_pose, subject
 from topview.body.parts import JOINTS, LEFT_UPPER_ARM, LEFT_UPPER_LEG, RIGHT_UPPER_ARM
 from topview.geometry.rotations import unit
 from topview.records import JointState
-from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import Evidence
 from topview_lab.rivals.ellipsoids import (
@@ -31,8 +30,8 @@ sizes = st.tuples(*[st.floats(0.02, 0.5)] * 3)
 
 
 def tracked(evidence: Evidence, frames: int = 4) -> np.ndarray:
-    tracker = EllipsoidTracker(EllipsoidSettings())
-    poses = [tracker.update(MODEL.stature_m, evidence, k, StageClock()) for k in range(frames)]
+    tracker = EllipsoidTracker(subject(), EllipsoidSettings())
+    poses = [tracker.update(at_frame(evidence, k)) for k in range(frames)]
     return poses[-1].Ts_camera_part
 
 
@@ -96,18 +95,18 @@ def test_parts_are_rigid_and_the_same_on_every_run():
 
 @pytest.mark.parametrize("frames_before", [0, 1])
 def test_nothing_seen_leaves_everything_as_it_was(frames_before):
-    tracker = EllipsoidTracker(EllipsoidSettings())
+    tracker = EllipsoidTracker(subject(), EllipsoidSettings())
     seen = evidence_of(standing_pose())
     nothing = replace(
         seen,
-        mine=np.zeros_like(seen.mine),
+        user_mask=np.zeros_like(seen.user_mask),
         all_points_camera=np.empty((0, 3)),
         points_camera=np.empty((0, 3)),
         is_coarse=np.empty(0, bool),
         head_is_seen=frames_before == 0,
     )
     shown = [seen] * frames_before + [nothing] * 2
-    poses = [tracker.update(None, e, k, StageClock()).Ts_camera_part for k, e in enumerate(shown)]
+    poses = [tracker.update(at_frame(e, k)).Ts_camera_part for k, e in enumerate(shown)]
     assert np.isfinite(poses[-1][:LEFT_UPPER_LEG]).all()
     np.testing.assert_allclose(poses[-1][1], poses[0][1], atol=1e-9)
 

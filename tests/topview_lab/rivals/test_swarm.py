@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
+from rendered_bodies import MODEL, at_frame, evidence_of, joints_of, standing_pose, subject
 from topview.body.parts import PART_NAMES
 from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera, InputError
-from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
+from topview.track.methods import method_by_name
 from topview.track.pose import Pose
 from topview_lab.rivals.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PoseSpace
 from topview_lab.rivals.swarm import (
@@ -23,11 +23,12 @@ from topview_lab.rivals.swarm import (
     SwarmTracker,
     discrepancy_m,
     minimise,
+    perturbed_swarm,
 )
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 SPACE = PoseSpace(standing_pose().Rs[1])
-SMALL = SwarmSettings(generations=20)
+SMALL = SwarmSettings(generations=20, perturbed=True)
 
 shares = st.lists(st.floats(0.01, 0.99), min_size=N_DIMENSIONS, max_size=N_DIMENSIONS)
 
@@ -56,15 +57,14 @@ RAISING = [raised(degrees) for degrees in range(25, 65, 5)]
 def tracked(
     truths: list[Pose],
     settings: SwarmSettings,
-    perturbed: bool = True,
     seed: int = 0,
     threads: int = 1,
 ) -> Pose:
     """The pose after the last of some frames."""
-    tracker = SwarmTracker(1, seed, settings, threads, perturbed=perturbed)
+    tracker = SwarmTracker(subject(seed, threads), settings)
     return [
-        tracker.update(MODEL.stature_m, evidence_of(truth, camera=CAMERA), frame, StageClock())
-        for frame, truth in enumerate(truths)
+        tracker.update(at_frame(evidence_of(truth, camera=CAMERA), index))
+        for index, truth in enumerate(truths)
     ][-1]
 
 
@@ -113,7 +113,7 @@ def test_the_swarm_finds_the_bottom_of_a_bowl(perturbed):
         seen.append(places)
         return ((places - bottom) ** 2).sum(1)
 
-    found = minimise(cost, start, SwarmSettings(), perturbed, np.random.default_rng(1))
+    found = minimise(cost, start, SwarmSettings(perturbed=perturbed), np.random.default_rng(1))
     assert cost(found[None]) < 0.2 * cost(start[None])
     places = np.concatenate(seen)
     assert len(places) == 64 * 40 + 2
@@ -124,32 +124,32 @@ def test_the_swarm_is_never_worse_than_where_it_starts():
     start = SPACE.vector(standing_pose())
     found = minimise(
         lambda places: (places != start).any(1).astype(float),
-        start, SMALL, True, np.random.default_rng(2),
+        start, SMALL, np.random.default_rng(2),
     )  # fmt: skip
     np.testing.assert_array_equal(found, start)
 
 
 @pytest.mark.parametrize("perturbed", [False, True], ids=["bpso", "ppso"])
 def test_it_follows_an_arm(perturbed):
-    pose = tracked(RAISING, SwarmSettings(), perturbed)
+    pose = tracked(RAISING, SwarmSettings(perturbed=perturbed))
     errors_m = np.linalg.norm(joints_of(pose) - joints_of(RAISING[-1]), axis=1)
     assert errors_m.mean() < 0.03
     assert errors_m.max() < 0.12
 
 
 def test_the_same_seed_gives_the_same_pose_for_any_number_of_threads():
-    pose = tracked(RAISING[:4:3], SwarmSettings())
-    np.testing.assert_array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), threads=2).Rs)
-    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), seed=1).Rs)
-    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings(), perturbed=False).Rs)
+    pose = tracked(RAISING[:4:3], perturbed_swarm())
+    np.testing.assert_array_equal(pose.Rs, tracked(RAISING[:4:3], perturbed_swarm(), threads=2).Rs)
+    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], perturbed_swarm(), seed=1).Rs)
+    assert not np.array_equal(pose.Rs, tracked(RAISING[:4:3], SwarmSettings()).Rs)
 
 
 def test_a_person_without_evidence_keeps_the_last_pose():
-    tracker = SwarmTracker(1, 0, SMALL, 1, perturbed=True)
+    tracker = SwarmTracker(subject(), SMALL)
     seen = evidence_of(standing_pose())
-    before = tracker.update(MODEL.stature_m, seen, 0, StageClock())
+    before = tracker.update(seen)
     hidden = replace(seen, points_camera=np.empty((0, 3)))
-    after = tracker.update(None, hidden, 1, StageClock())
+    after = tracker.update(at_frame(hidden, 1))
     np.testing.assert_array_equal(after.Rs, before.Rs)
     np.testing.assert_array_equal(after.neck_camera, before.neck_camera)
 
@@ -170,7 +170,10 @@ def test_a_swarm_that_cannot_be_is_refused(changed, message):
 @pytest.mark.parametrize("method", ["bpso", "ppso"])
 def test_the_tracker_takes_it_by_its_name(method):
     recording = SimulatedRecording(scene_by_name("stand", frames=3))
-    tracker = Tracker(TrackerSettings(method=method, threads=1), swarm=SMALL)
+    tracker = Tracker(
+        TrackerSettings(threads=1),
+        body=replace(method_by_name(method), generations=20),
+    )
     people = [tracker.update(frame) for frame in recording]
     assert len(people[-1]) == 1
     assert len(tracker.clock.seconds["swarm"]) == 2

@@ -11,6 +11,7 @@ the trunk; apart from that, nothing is remembered.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +32,12 @@ from topview.body.parts import (
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import transform, unit
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.timing import StageClock
+from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
+from topview.track.methods.btvr.tracker import limb_rotations
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview.track.upper_body.tracker import limb_rotations
-from topview_lab.rivals.forest import Forest, ProposalSettings, default_forest, propose_joints
+from topview_lab.rivals.forest import ProposalSettings, default_forest, propose_joints
 
 Array = NDArray[np.float64]
 
@@ -78,30 +79,38 @@ class ForestSettings:
     apart_m: float = 0.1
     memory: float = 0.03
 
+    needs: ClassVar[Needs] = Needs()
+
+    @property
+    def name(self) -> str:
+        return "forest"
+
+    def tracker(self, subject: Subject) -> ForestTracker:
+        return ForestTracker(subject, self)
+
 
 class ForestTracker:
     """One person's pose, from each frame's proposals anew."""
 
-    def __init__(self, settings: ForestSettings, forest: Forest | None = None) -> None:
+    def __init__(self, subject: Subject, settings: ForestSettings) -> None:
+        self.subject = subject
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, ANATOMICAL)
-        self._forest = forest or default_forest()
+        self._forest = default_forest()
         self._pose: Pose | None = None
 
-    def update(
-        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
-    ) -> Pose:
-        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
-        if stature_m is not None:
-            self.model = BodyModel.of(stature_m, ANATOMICAL)
+    def update(self, evidence: Evidence) -> Pose:
+        """The pose in the next frame."""
+        if evidence.stature_m is not None:
+            self.model = BodyModel.of(evidence.stature_m, ANATOMICAL)
         last = self._pose or stand(
             self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera
         )
-        if np.count_nonzero(evidence.mine) < self.settings.least_pixels:
+        if np.count_nonzero(evidence.user_mask) < self.settings.least_pixels:
             return last
-        with clock.stage("proposals"):
+        with self.subject.clock.stage("proposals"):
             places, confidence = self._proposed(evidence)
-        with clock.stage("body"):
+        with self.subject.clock.stage("body"):
             self._pose = self._fitted(last, places, confidence)
         return self._pose
 
@@ -110,7 +119,7 @@ class ForestTracker:
         trusted candidates first; what is taken by the other side's joint is taken."""
         s, view = self.settings, evidence.view
         places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
-        found = propose_joints(view.depth_m, evidence.mine, view, self._forest, s.proposals)
+        found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest, s.proposals)
         for candidate in sorted(found, key=lambda c: -c.confidence):
             j = JOINT_NAMES.index(candidate.joint)
             other = places[_OTHER_SIDE[j]]

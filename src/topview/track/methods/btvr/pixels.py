@@ -17,7 +17,7 @@ from topview.body.parts import (
 )
 from topview.kernels.arms import BODYS, OPEN, OTHERS
 from topview.track.evidence import Evidence
-from topview.track.upper_body.torso import Torso
+from topview.track.methods.btvr.torso import Torso
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,7 +38,7 @@ class UserPixels:
 
     def __init__(self, torso: Torso, model: BodyModel, evidence: Evidence) -> None:
         view = evidence.view
-        self._where = np.nonzero(evidence.mine | _in_front(torso, model, evidence))
+        self._where = np.nonzero(evidence.user_mask | _in_front(torso, model, evidence))
         v, u = self._where
         z = view.depth_m[v, u].astype(np.float64)
         self.points = np.stack(
@@ -80,7 +80,7 @@ def _in_front(torso: Torso, model: BodyModel, evidence: Evidence) -> Mask:
     """[H, W] True where something that is no user's floats before the torso, within the arms'
     reach: a fist, most likely, that the image cuts off from its arm."""
     view = evidence.view
-    if evidence.nobodys is None:
+    if evidence.unowned_mask is None:
         return np.zeros(view.depth_m.shape, np.bool_)
     arm = [LEFT_UPPER_ARM, LEFT_UPPER_ARM + 1]
     reach_m = float(model.lengths_m[arm].sum() + model.joints_parent[RIGHT_UPPER_ARM, 0])
@@ -89,7 +89,7 @@ def _in_front(torso: Torso, model: BodyModel, evidence: Evidence) -> Mask:
     )
     farthest_m = z - model.radii_m[UPPER_TORSO, 1] - CLEARLY_OFF_M
     depth = view.depth_m
-    is_before = evidence.nobodys & (depth > max(z - reach_m, 0.1)) & (depth < farthest_m)
+    is_before = evidence.unowned_mask & (depth > max(z - reach_m, 0.1)) & (depth < farthest_m)
     v, u = np.nonzero(is_before)
     own_z = depth[v, u].astype(np.float64)
     off = np.stack(

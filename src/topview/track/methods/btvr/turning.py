@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.track.upper_body.ellipses import EllipseSettings, fit_ellipses
+from topview.track.methods.btvr.ellipses import EllipseSettings, fit_ellipses
 
 Array = NDArray[np.float64]
 

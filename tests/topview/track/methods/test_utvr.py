@@ -7,17 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rendered_bodies import evidence_of, joints_of
+from rendered_bodies import at_frame, evidence_of, joints_of, subject
 from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, PART_NAMES, PARTS
 from topview.body.proportions import THESIS
 from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera
-from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import CAMERA_UP
-from topview.track.part_by_part import PartByPartSettings, PartByPartTracker
+from topview.track.methods.utvr import UtvrSettings, UtvrTracker
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 from topview_lab.sim import SimulatedRecording, scene_by_name
@@ -37,11 +36,9 @@ def posed(**degrees: tuple[float, float, float]) -> Pose:
 
 
 def tracked(truth: Pose, frames: int = 1, seed: int = 0, threads: int = 1) -> Pose:
-    tracker = PartByPartTracker(1, seed, PartByPartSettings(), threads)
+    tracker = UtvrTracker(subject(seed, threads), UtvrSettings())
     evidence = evidence_of(truth, MODEL, CAMERA)
-    return [
-        tracker.update(MODEL.stature_m, evidence, frame, StageClock()) for frame in range(frames)
-    ][-1]
+    return [tracker.update(at_frame(evidence, index)) for index in range(frames)][-1]
 
 
 def excess_of(pose: Pose) -> list[float]:
@@ -98,21 +95,21 @@ def test_the_same_seed_gives_the_same_pose_for_any_number_of_threads():
 
 
 def test_a_part_without_evidence_keeps_its_prediction():
-    tracker = PartByPartTracker(1, 0, PartByPartSettings(), 1)
+    tracker = UtvrTracker(subject(), UtvrSettings())
     seen = evidence_of(posed(left_upper_arm=(0, 0, 60)), MODEL, CAMERA)
-    before = tracker.update(MODEL.stature_m, seen, 0, StageClock())
+    before = tracker.update(seen)
     step = np.array([0.1, 0.0, 0.0])
     hidden = replace(
         seen, all_points_camera=np.empty((0, 3)), head_camera=seen.head_camera + step
     )  # fmt: skip
-    after = tracker.update(None, hidden, 1, StageClock())
+    after = tracker.update(at_frame(hidden, 1))
     np.testing.assert_array_equal(after.Rs, before.Rs)
     np.testing.assert_allclose(after.neck_camera - before.neck_camera, step, atol=1e-12)
 
 
 def test_the_tracker_takes_it_by_its_name():
     recording = SimulatedRecording(scene_by_name("stand", frames=3))
-    tracker = Tracker(TrackerSettings(method="thesis", threads=1))
+    tracker = Tracker(TrackerSettings(method="utvr", threads=1))
     people = [tracker.update(frame) for frame in recording]
     assert len(people[-1]) == 1
     assert "parts" in tracker.clock.seconds

@@ -16,8 +16,8 @@ from topview.body.model import BodyModel
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors, unit
 from topview.score.utvr import UtvrTerms, score_hypotheses
 from topview.track.evidence import Evidence, columns
+from topview.track.methods.btvr.turning import TurnFilter, TurnSettings
 from topview.track.stances import facing
-from topview.track.upper_body.turning import TurnFilter, TurnSettings
 
 Array = NDArray[np.float64]
 

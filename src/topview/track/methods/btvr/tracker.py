@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +20,16 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.body.proportions import ANATOMICAL, THESIS
-from topview.filter.particles import generator
 from topview.geometry.rotations import transform, unit
 from topview.kernels.limbs import judge_limbs
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.timing import StageClock
+from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
+from topview.track.methods.btvr.arms import Arm, ArmFilter, ArmSettings
+from topview.track.methods.btvr.facing import Facing
+from topview.track.methods.btvr.pixels import UserPixels
+from topview.track.methods.btvr.torso import Torso, TorsoFilter, TorsoSettings
 from topview.track.pose import HINGE_BENDS
-from topview.track.upper_body.arms import Arm, ArmFilter, ArmSettings
-from topview.track.upper_body.facing import Facing
-from topview.track.upper_body.pixels import UserPixels
-from topview.track.upper_body.torso import Torso, TorsoFilter, TorsoSettings
 
 Array = NDArray[np.float64]
 
@@ -38,15 +38,24 @@ PROPORTIONS = replace(ANATOMICAL, upper_arm=THESIS.upper_arm, forearm=THESIS.for
 
 
 @dataclass(frozen=True, slots=True)
-class UpperBodySettings:
+class BtvrSettings:
     """How torso and arms are tracked."""
 
     torso: TorsoSettings = field(default_factory=TorsoSettings)
     arms: ArmSettings = field(default_factory=ArmSettings)
 
+    needs: ClassVar[Needs] = Needs(hidden_share=True, unowned_mask=True)
+
+    @property
+    def name(self) -> str:
+        return "btvr"
+
+    def tracker(self, subject: Subject) -> BtvrTracker:
+        return BtvrTracker(subject, self)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class UpperBodyPose:
+class BtvrPose:
     """The parts of an upper body: [11, 4, 4] `Ts_camera_part`, NaN for the legs."""
 
     Ts_camera_part: Array
@@ -56,38 +65,35 @@ class UpperBodyPose:
         return self.Ts_camera_part
 
 
-class UpperBodyTracker:
+class BtvrTracker:
     """One person's upper body over time."""
 
-    def __init__(self, person: int, seed: int, settings: UpperBodySettings, threads: int) -> None:
-        self.person = person
-        self.seed = seed
+    def __init__(self, subject: Subject, settings: BtvrSettings) -> None:
+        self.subject = subject
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, PROPORTIONS)
-        self._torso = TorsoFilter(settings.torso, threads)
+        self._torso = TorsoFilter(settings.torso, subject.threads)
         self._facing = Facing()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
         ]
 
-    def update(
-        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
-    ) -> UpperBodyPose:
-        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
-        if stature_m is not None:
-            self.model = BodyModel.of(stature_m, PROPORTIONS)
-        with clock.stage("torso"):
+    def update(self, evidence: Evidence) -> BtvrPose:
+        """The pose in the next frame."""
+        if evidence.stature_m is not None:
+            self.model = BodyModel.of(evidence.stature_m, PROPORTIONS)
+        with self.subject.clock.stage("torso"):
             self._torso.turning.heed(self._facing.log_likelihood(evidence))
             last = self._torso.torso
             torso = self._torso.update(self.model, evidence)
         if last is not None and _is_reversed(torso, last):
             self._arms[0].swap(self._arms[1])
-        with clock.stage("arms"):
-            arms = self._update_arms(torso, evidence, frame)
+        with self.subject.clock.stage("arms"):
+            arms = self._update_arms(torso, evidence)
         return assemble(self.model, torso, arms, evidence)
 
-    def _update_arms(self, torso: Torso, evidence: Evidence, frame: int) -> list[Arm]:
+    def _update_arms(self, torso: Torso, evidence: Evidence) -> list[Arm]:
         """Both arms, first the one that was found better in the last frame."""
         pixels = UserPixels(torso, self.model, evidence)
         for arm_filter in self._arms:
@@ -95,7 +101,7 @@ class UpperBodyTracker:
                 self._take(pixels, arm_filter, arm_filter.arm, torso)
         order = sorted(self._arms, key=lambda a: a.arm.discrepancy if a.arm else np.inf)
         for arm_filter in order:
-            rng = generator(self.seed, self.person, arm_filter.upper, frame)
+            rng = self.subject.rng(arm_filter.upper, evidence)
             arm = arm_filter.update(torso, self.model, pixels, evidence, rng)
             self._take(pixels, arm_filter, arm, torso)
         return [arm_filter.arm for arm_filter in self._arms if arm_filter.arm is not None]
@@ -113,9 +119,7 @@ def _is_reversed(torso: Torso, last: Torso) -> bool:
     return float(torso.R_camera_torso[:, 0] @ last.R_camera_torso[:, 0]) < 0.0
 
 
-def assemble(
-    model: BodyModel, torso: Torso, arms: Sequence[Arm], evidence: Evidence
-) -> UpperBodyPose:
+def assemble(model: BodyModel, torso: Torso, arms: Sequence[Arm], evidence: Evidence) -> BtvrPose:
     """The parts' poses from a torso and its arms, the left one first."""
     Ts = np.full((len(PARTS), 4, 4), np.nan)
     R = torso.R_camera_torso
@@ -129,7 +133,7 @@ def assemble(
         elbow = shoulder + axes[0] * model.lengths_m[upper]
         Rs = limb_rotations(axes, R, upper, shoulder, model)
         Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
-    return UpperBodyPose(Ts)
+    return BtvrPose(Ts)
 
 
 def _head(model: BodyModel, torso: Torso, evidence: Evidence) -> Array:

@@ -25,14 +25,15 @@ from topview.body.parts import (
     PARTS,
     UPPER_TORSO,
 )
+from topview.camera.pyramid import DepthView
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
-from topview.score.utvr import DepthView, UtvrTerms, placed_parts, score_hypotheses
+from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
 from topview.track.evidence import Columns, Evidence, columns
-from topview.track.hands import Hand, hands_of_arms
+from topview.track.methods.topview.hands import Hand, hands_of_arms
+from topview.track.methods.topview.refinement import label_points
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
-from topview.track.refinement import label_points
 
 Array = NDArray[np.float64]
 
@@ -319,7 +320,7 @@ class LimbSearch:
         view = evidence.view
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
-            view.depth_m, evidence.mine, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
+            view.depth_m, evidence.user_mask, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
             evidence.floor, s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight,
             s.prior_weight, s.samples_per_part, s.refine_iterations,
         )  # fmt: skip

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from topview.geometry.rotations import unit
 from topview.track.evidence import Evidence
+from topview.track.methods.btvr.turning import TURNS_RAD
 from topview.track.stances import facing
-from topview.track.upper_body.turning import TURNS_RAD
 
 Array = NDArray[np.float64]
 

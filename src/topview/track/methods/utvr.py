@@ -1,7 +1,7 @@
 """The thesis's own tracker: part by part from the head down, a particle filter each (Sec. 5.3).
 
-`PartByPartTracker.update` is the whole recipe. `topview.track.body_tracker` is what this project
-makes of it. Where the thesis leaves a point open:
+`UtvrTracker.update` is the whole recipe; `topview.track.methods.topview` is what this project makes
+of it. Where the thesis leaves a point open:
 
 - The turn of a circular cylinder about its own axis does not show. An upper arm or upper leg is
   scored for its direction alone; how it is turned follows from where the forearm or lower leg bends
@@ -14,6 +14,7 @@ makes of it. Where the thesis leaves a point open:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,12 @@ from topview.body.limits import excess_rad
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
-from topview.filter.particles import generator, importance_weights, n_best, systematic_resample
+from topview.filter.particles import importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError
 from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
-from topview.timing import StageClock
+from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -44,7 +45,7 @@ _TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(
 
 
 @dataclass(frozen=True, slots=True)
-class PartByPartSettings:
+class UtvrSettings:
     """What the thesis leaves open (ours); metres, radians.
 
     Attributes:
@@ -78,11 +79,20 @@ class PartByPartSettings:
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
 
+    needs: ClassVar[Needs] = Needs()
+
     def __post_init__(self) -> None:
         if self.n_best is not None and not 1 <= self.n_best <= self.hypotheses:
             raise InputError(f"n_best is {self.n_best}; it must be 1 to {self.hypotheses}")
         if not self.factors:
             raise InputError(f"factors is empty; it must name some of {', '.join(FACTORS)}")
+
+    @property
+    def name(self) -> str:
+        return "utvr"
+
+    def tracker(self, subject: Subject) -> UtvrTracker:
+        return UtvrTracker(subject, self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,30 +110,26 @@ class _Particles:
     spread: float
 
 
-class PartByPartTracker:
+class UtvrTracker:
     """One person's pose over time, by the algorithm of Sec. 5.3.2."""
 
-    def __init__(self, person: int, seed: int, settings: PartByPartSettings, threads: int) -> None:
-        self.person = person
-        self.seed = seed
+    def __init__(self, subject: Subject, settings: UtvrSettings) -> None:
+        self.subject = subject
         self.settings = settings
-        self.threads = threads
         self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
         self._particles: list[_Particles] = []
 
-    def update(
-        self, stature_m: float | None, evidence: Evidence, frame: int, clock: StageClock
-    ) -> Pose:
-        """The pose in the next frame; `stature_m` is None while nobody could measure it."""
-        if stature_m is not None:
-            self.model = BodyModel.of(stature_m, THESIS)
+    def update(self, evidence: Evidence) -> Pose:
+        """The pose in the next frame."""
+        if evidence.stature_m is not None:
+            self.model = BodyModel.of(evidence.stature_m, THESIS)
         if not self._particles:
             self._particles = self._roughly_standing(evidence)
         body = _Body(self.model, evidence.head_camera)
         cloud = evidence.all_points_camera
-        with clock.stage("parts"):
+        with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
-                self._particles[part] = self._filtered(part, body, cloud, evidence, frame)
+                self._particles[part] = self._filtered(part, body, cloud, evidence)
                 body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud, self.settings.clothing_m)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
@@ -133,13 +139,11 @@ class PartByPartTracker:
         pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         return [_Particles(R[None], np.ones(1), self.settings.widest) for R in pose.Rs]
 
-    def _filtered(
-        self, part: int, body: _Body, cloud: Array, evidence: Evidence, frame: int
-    ) -> _Particles:
+    def _filtered(self, part: int, body: _Body, cloud: Array, evidence: Evidence) -> _Particles:
         """One part's filter: sample, evaluate, keep the N best; without evidence, keep what was,
         as far as the part above still allows it, and search wider in the next frame."""
         s = self.settings
-        rng = generator(self.seed, self.person, part, frame)
+        rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, before.spread / 2**halvings, body, rng)
@@ -186,7 +190,7 @@ class PartByPartTracker:
             evidence.view,
             body.obstacles(part, s.collision_share),
             s.tolerance_m,
-            self.threads,
+            self.subject.threads,
         )
         is_known = terms.has_evidence & (terms.score < s.no_evidence)
         return Rs[is_known], terms.product(s.factors)[is_known]

@@ -42,7 +42,7 @@ def hands_of_arms(
 ) -> dict[int, Hand]:
     """By upper arm, the hands that are seen on the user: each the arm's whose predicted hand is
     near, whose side it looks like, and which reaches that far from its shoulder in `pose`."""
-    seen = [hand for hand in evidence.hands if evidence.is_mine(hand.palm_camera)]
+    seen = [hand for hand in evidence.hands if evidence.is_on_user(hand.palm_camera)]
     if not seen:
         return {}
     palms = np.array([hand.palm_camera for hand in seen])

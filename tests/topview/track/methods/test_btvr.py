@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rendered_bodies import MODEL, evidence_of, standing_pose
+from rendered_bodies import MODEL, at_frame, evidence_of, standing_pose, subject
 from topview.body.model import BodyModel
 from topview.body.parts import (
     JOINTS,
@@ -23,18 +23,17 @@ from topview.geometry.rotations import transform, unit
 from topview.kernels.arms import BODYS, OPEN, OTHERS, compare_arms
 from topview.people.users import HandCandidate, User
 from topview.records import Camera, JointState
-from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
 from topview.track.areas import UserAreas
 from topview.track.evidence import Evidence
-from topview.track.upper_body import UpperBodySettings, UpperBodyTracker
-from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
-from topview.track.upper_body.arms import ArmFilter, ArmSettings
-from topview.track.upper_body.ellipses import EllipseSettings, fit_ellipses
-from topview.track.upper_body.facing import Facing
-from topview.track.upper_body.torso import TorsoSettings, views_around
-from topview.track.upper_body.tracker import PROPORTIONS
-from topview.track.upper_body.turning import (
+from topview.track.methods.btvr import BtvrSettings, BtvrTracker
+from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.methods.btvr.arms import ArmFilter, ArmSettings
+from topview.track.methods.btvr.ellipses import EllipseSettings, fit_ellipses
+from topview.track.methods.btvr.facing import Facing
+from topview.track.methods.btvr.torso import TorsoSettings, views_around
+from topview.track.methods.btvr.tracker import PROPORTIONS
+from topview.track.methods.btvr.turning import (
     SHOULDERS,
     TRUNK,
     TURNS_RAD,
@@ -54,8 +53,8 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(
 
 
 def tracked(evidence, frames: int = 4, seed: int = 0, threads: int = 1):
-    tracker = UpperBodyTracker(1, seed, UpperBodySettings(), threads)
-    poses = [tracker.update(MODEL.stature_m, evidence, k, StageClock()) for k in range(frames)]
+    tracker = BtvrTracker(subject(seed, threads), BtvrSettings())
+    poses = [tracker.update(at_frame(evidence, k)) for k in range(frames)]
     return poses[-1].Ts_camera_part
 
 
@@ -301,18 +300,18 @@ def test_the_same_seed_gives_the_same_for_any_number_of_threads():
 
 
 def test_nothing_seen_keeps_the_torso():
-    tracker = UpperBodyTracker(1, 0, UpperBodySettings(), 1)
+    tracker = BtvrTracker(subject(), BtvrSettings())
     seen = evidence_of(standing_pose())
-    before = tracker.update(MODEL.stature_m, seen, 0, StageClock()).Ts_camera_part
+    before = tracker.update(seen).Ts_camera_part
     nothing = replace(
         seen,
-        mine=np.zeros_like(seen.mine),
+        user_mask=np.zeros_like(seen.user_mask),
         all_points_camera=np.empty((0, 3)),
         points_camera=np.empty((0, 3)),
         is_coarse=np.empty(0, bool),
         head_is_seen=False,
     )
-    after = tracker.update(MODEL.stature_m, nothing, 1, StageClock()).Ts_camera_part
+    after = tracker.update(at_frame(nothing, 1)).Ts_camera_part
     np.testing.assert_allclose(after[1], before[1], atol=5e-3)  # the belief in its turn spreads
     assert np.isfinite(after[:LEFT_UPPER_LEG]).all()
 

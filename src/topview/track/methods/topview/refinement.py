@@ -153,7 +153,7 @@ def refine(
         weights * hold,
         evidence.points_camera,
         view.depth_m,
-        evidence.mine,
+        evidence.user_mask,
         evidence.nearest,
         view.fx,
         view.fy,

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from rendered_bodies import MODEL, UP, evidence_of, standing_pose
 from topview.body.parts import LEFT_FOREARM, RIGHT_FOREARM
 from topview.geometry.rotations import rotations_from_angles
-from topview.track.facing import Facing, FacingSettings
+from topview.track.methods.topview.facing import Facing, FacingSettings
 from topview.track.pose import OTHER_SIDE, Pose
 from topview.track.run import track_recording
 from topview_lab.datasets.simulated import RecordingWithTruth

@@ -15,8 +15,8 @@ from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, RIGHT_UPPER_ARM
 from topview.filter.particles import generator
 from topview.people.users import HandCandidate
 from topview.track.evidence import Evidence
-from topview.track.hands import hands_of_arms
-from topview.track.limbs import LIMBS, LimbSearch, LimbSettings
+from topview.track.methods.topview.hands import hands_of_arms
+from topview.track.methods.topview.limbs import LIMBS, LimbSearch, LimbSettings
 from topview.track.pose import Pose
 
 POSE = standing_pose()

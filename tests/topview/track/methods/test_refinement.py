@@ -12,8 +12,8 @@ from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
 from topview.body.parts import PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors
 from topview.track.evidence import Evidence
+from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.pose import Pose
-from topview.track.refinement import RefinementSettings, refine
 
 SETTINGS = RefinementSettings()
 TRUTH = standing_pose()

@@ -13,10 +13,10 @@ from topview.geometry.rotations import unit
 from topview.kernels import arms as kernel
 from topview.people.users import HandCandidate
 from topview.track.evidence import Evidence
-from topview.track.limbs import elbows_on_circle, spread_points
-from topview.track.upper_body.arm_angles import arm_angles, beyond_ranges_rad
-from topview.track.upper_body.pixels import UserPixels
-from topview.track.upper_body.torso import Torso
+from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
+from topview.track.methods.btvr.pixels import UserPixels
+from topview.track.methods.btvr.torso import Torso
+from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
 
 Array = NDArray[np.float64]
 

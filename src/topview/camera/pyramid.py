@@ -1,0 +1,105 @@
+"""One frame at every resolution that somebody looks at it in, each made once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import Camera, Frame
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthView:
+    """A depth image as the kernels want it.
+
+    Attributes:
+        depth_m: [H, W] float32, 0 without a reading.
+        fx, fy, cx, cy: intrinsics of this image in pixels.
+    """
+
+    depth_m: NDArray[np.float32]
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def cell_m(self, distance_m: float) -> float:
+        """Side of a top-view cell: the distance between neighbouring points there (Sec. 3.1)."""
+        return distance_m / min(self.fx, self.fy)
+
+
+class Pyramid:
+    """A frame and what is made of it by thinning; pixel (i, j) at a `stride` is full pixel
+    (i, j) * stride, so that no depth is ever a mean of two surfaces.
+
+    Attributes:
+        frame: the full resolution.
+    """
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+        self._made: dict[tuple[str, int], Any] = {}
+
+    @cached_property
+    def full(self) -> DepthView:
+        """The depth of every pixel."""
+        return self.view(1)
+
+    def camera(self, stride: int) -> Camera:
+        """Intrinsics of the thinned image."""
+        full = self.frame.camera
+        height, width = thinned(self.frame.depth_m, stride).shape
+        return Camera(
+            full.fx / stride, full.fy / stride, full.cx / stride, full.cy / stride, width, height
+        )
+
+    def depth_m(self, stride: int) -> NDArray[np.float32]:
+        """[h, w] readings, 0 for none."""
+        return self._once("depth", stride, lambda: thinned(self.frame.depth_m, stride))
+
+    def smooth_depth_m(self, stride: int) -> NDArray[np.float32]:
+        """[h, w] readings, each the median of its 3 x 3 thinned neighbours."""
+        return self._once(
+            "smooth",
+            stride,
+            lambda: np.asarray(cv2.medianBlur(self.depth_m(stride), 3), np.float32),
+        )
+
+    def view(self, stride: int) -> DepthView:
+        """The depth for kernels."""
+        full = self.frame.camera
+        return self._once(
+            "view",
+            stride,
+            lambda: DepthView(
+                self.depth_m(stride),
+                full.fx / stride,
+                full.fy / stride,
+                full.cx / stride,
+                full.cy / stride,
+            ),
+        )
+
+    def color(self, stride: int) -> NDArray[np.uint8] | None:
+        """[h, w, 3] of the same pixels as `depth_m`; None where the frame has no colour."""
+        if self.frame.color is None:
+            return None
+        color = self.frame.color
+        return self._once("color", stride, lambda: thinned(color, stride))
+
+    def _once(self, what: str, stride: int, make: Callable[[], Any]) -> Any:
+        key = what, stride
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+
+def thinned(image: NDArray[Any], stride: int) -> NDArray[Any]:
+    """[h, w, ...] every `stride`-th pixel of every `stride`-th row, contiguous."""
+    return np.ascontiguousarray(image[::stride, ::stride])

@@ -1,0 +1,46 @@
+"""What a tracker wants of whoever finds the people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from topview.camera.pyramid import Pyramid
+from topview.detect.faces_and_hands import Sight
+from topview.people.floor import FloorPlane
+from topview.people.users import HandCandidate, User
+from topview.records import Person
+from topview.timing import StageClock
+
+
+class Finder(Protocol):
+    """Finds people in one frame after the other, segments them, and knows them again."""
+
+    @property
+    def clock(self) -> StageClock:
+        """Seconds spent in each stage of each frame."""
+        ...
+
+    @property
+    def floor(self) -> FloorPlane | None:
+        """The floor as far as it is known."""
+        ...
+
+    @property
+    def sight(self) -> Sight | None:
+        """What the last frame's colours told, None where they are not looked at."""
+        ...
+
+    @property
+    def hands(self) -> tuple[HandCandidate, ...]:
+        """The hands that the last frame's colours show, whosesoever they are."""
+        ...
+
+    @property
+    def found(self) -> Any:
+        """All that is known of the last frame, for pictures of it."""
+        ...
+
+    def update(self, image: Pyramid, tracked: Sequence[Person] = ()) -> list[User]:
+        """The people in the next frame; `tracked` as they were in the last one."""
+        ...

@@ -1,0 +1,53 @@
+"""One person's body over time, and what is remembered of the joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topview.body.kinematics import joints_from_parts
+from topview.body.parts import JOINTS
+from topview.people.users import User
+from topview.records import JointState, Person
+from topview.timing import StageClock
+from topview.track.body_tracker import BodyMethod, Subject
+from topview.track.pose import FittedBody
+from topview.track.scene import FittedScene
+from topview.track.visibility import confidences, look
+
+
+class PersonTrack:
+    """Follows one person's body by a method, and knows when each joint was last seen."""
+
+    def __init__(self, subject: Subject, method: BodyMethod) -> None:
+        self._person = subject.person
+        self._clock: StageClock = subject.clock
+        self._needs = method.needs
+        self._tracker = method.tracker(subject)
+        self._last_seen_s = np.full(len(JOINTS), -np.inf)
+
+    def fit(self, scene: FittedScene, user: User) -> FittedBody:
+        """The body in a scene whose nearer bodies are fitted already."""
+        with self._clock.stage("evidence"):
+            evidence = scene.evidence_for(user, with_unowned_mask=self._needs.unowned_mask)
+        pose = self._tracker.update(evidence)
+        model = self._tracker.model
+        return FittedBody(self._person, model, pose.transforms(model))
+
+    def seen_in(self, scene: FittedScene, body: FittedBody) -> Person:
+        """The person as the whole scene shows him: what is seen of each joint, and what hides
+        it."""
+        frame = scene.image.frame
+        joints_camera = joints_from_parts(body.model, body.Ts_camera_part)
+        visibility = look(
+            joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
+        )
+        is_seen = visibility.joint_state == JointState.VISIBLE
+        self._last_seen_s[is_seen] = frame.timestamp_s
+        return Person(
+            body.person,
+            body.model.stature_m,
+            joints_camera,
+            visibility.joint_state,
+            confidences(visibility, frame.timestamp_s - self._last_seen_s),
+            body.Ts_camera_part,
+        )
