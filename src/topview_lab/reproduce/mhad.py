@@ -119,7 +119,7 @@ def _section(
         title=title,
         text=(
             f"Distance of estimated from true joints on {data}. The thesis's recipe is "
-            "Sec. 5.3, but for what docs/method.md names; the default method, topview, is what this "
+            "Sec. 5.3, but for what docs/method.md names; topview, the default, is what this "
             "project makes of it. Offsets out: without each joint's constant offset, one for all "
             "recordings, since truth and model do not mean the same place by 'shoulder'.",
         ),
