@@ -35,7 +35,7 @@ def test_without_colours_the_sheet_says_so(filmed):
     assert finder.found.sight is None
     picture = paint_found(finder.found)
     with_colors = PeopleFinder()
-    with_colors.update(filmed[0])
+    with_colors.update(Pyramid(filmed[0]))
     assert with_colors.found is not None
     assert picture.shape[1] == paint_found(with_colors.found).shape[1]
     below = picture[picture.shape[0] - PANEL_PX[1] + TITLE_PX : -20, 20:40]
