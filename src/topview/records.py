@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Protocol, runtime_checkable
+from math import isfinite
+from typing import Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 MAX_FOCAL_LENGTH_PX = 20_000.0
 MAX_IMAGE_SIDE_PX = 16_384
+ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digits
 
 
 class InputError(ValueError):
@@ -31,9 +33,142 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
+def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
+    """[4, 4] float64, read-only, of what should be a rigid transform in metres.
+
+    Raises:
+        InputError: it is not 4 x 4 finite numbers, or no rotation and translation.
+    """
+    try:
+        T = np.array(T, np.float64)
+    except (TypeError, ValueError):
+        T = np.empty(0)
+    if T.shape != (4, 4):
+        raise InputError(f"{name} must be 4 x 4 numbers: a list of four rows of four")
+    R = T[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(R @ R.T - np.eye(3)).max()
+    if not off < ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
+        raise InputError(
+            f"the upper left 3 x 3 of {name} is no rotation; its rows must be at right angles, "
+            "one long and right-handed"
+        )
+    if T[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        raise InputError(f"the last row of {name} is {T[3].tolist()}; it must be 0, 0, 0, 1")
+    if not np.isfinite(T).all():
+        raise InputError(f"the last column of {name} is {T[:3, 3].tolist()}; it must be metres")
+    return read_only(T)
+
+
+# Model: how many coefficients it may have.
+DISTORTION_MODELS: Final[dict[str, tuple[int, ...]]] = {
+    "none": (0, 4, 5, 8),
+    "brown_conrady": (4, 5),
+    "rational": (8,),
+    "inverse_brown_conrady": (4, 5),
+}
+
+
 @dataclass(frozen=True, slots=True)
+class Distortion:
+    """How a lens bends an image; `topview.camera.lens` has the formulas.
+
+    Attributes:
+        model: "brown_conrady" (OpenCV's 4 or 5 coefficients), "rational" (OpenCV's 8; the Azure
+            Kinect's), "inverse_brown_conrady" (RealSense's) or "none".
+        coefficients: in OpenCV's order, k1 k2 p1 p2 [k3 [k4 k5 k6]]; of "none" all 0, if any.
+
+    Raises:
+        InputError: a model that is not known, a wrong number of coefficients, one not finite.
+    """
+
+    model: str
+    coefficients: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        counts = DISTORTION_MODELS.get(self.model)
+        if counts is None:
+            raise InputError(
+                f"distortion model is {self.model!r}; it must be one of "
+                f"{', '.join(DISTORTION_MODELS)}"
+            )
+        coefficients = tuple(map(float, self.coefficients))
+        object.__setattr__(self, "coefficients", coefficients)
+        if len(coefficients) not in counts:
+            raise InputError(
+                f"distortion {self.model} has {len(coefficients)} coefficients; it must have "
+                f"{' or '.join(map(str, counts))}, in the order k1 k2 p1 p2 k3 k4 k5 k6"
+            )
+        if not all(map(isfinite, coefficients)):
+            raise InputError(f"distortion coefficients are {coefficients}; they must be finite")
+        if self.model == "none" and any(coefficients):
+            raise InputError(
+                f"distortion none has the coefficients {coefficients}; they must be 0, or left out"
+            )
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it leaves the image as it is."""
+        return not any(self.coefficients)
+
+
+@dataclass(frozen=True, slots=True)
+class DepthNoise:
+    """The standard deviation of a depth reading at z metres: a + b z + c z^2.
+
+    Attributes:
+        constant_m: a, metres.
+        per_m: b, metres per metre.
+        per_square_m: c, 1/m.
+    """
+
+    constant_m: float = 0.0
+    per_m: float = 0.0
+    per_square_m: float = 0.0
+
+    def sigma_m(self, depth_m: Any) -> Any:
+        """Metres, of readings of any shape."""
+        grows_m = self.per_square_m * depth_m * depth_m
+        if not self.constant_m and not self.per_m:
+            return grows_m
+        return self.constant_m + self.per_m * depth_m + grows_m
+
+    def times(self, factor: float, more_m: float = 0.0) -> tuple[float, float, float]:
+        """(a, b, c) of so many standard deviations and `more_m`, as the kernels take it."""
+        return (
+            factor * self.constant_m + more_m,
+            factor * self.per_m,
+            factor * self.per_square_m,
+        )
+
+
+SensorName = Literal["kinect1", "tof", "stereo"]
+SENSOR_NOISE: Final[dict[str, DepthNoise]] = {
+    # Structured light, Kinect v1: a disparity errs alike near and far. K. Khoshelham and
+    # S. Elberink, "Accuracy and resolution of Kinect depth data" (Sensors 2012): 1.4e-3 z^2.
+    "kinect1": DepthNoise(per_square_m=0.0015),
+    # Time of flight, Kinect v2 and Azure Kinect: ours, 8 mm at 3.5 m; the Azure Kinect's data
+    # sheet allows 17 mm there (confirmed by M. Tölgyessy et al., Sensors 2021).
+    "tof": DepthNoise(constant_m=0.001, per_m=0.002),
+    # Active stereo: z^2 times the error of a disparity, 0.08 pixels, over focal length and
+    # baseline (Intel, "Tuning depth cameras for best performance"); of a RealSense D435 at
+    # 848 x 480, whose 424 pixels and 50 mm are those of the noisiest of its family.
+    "stereo": DepthNoise(per_square_m=0.0038),
+}
+KINECT1_NOISE: Final = SENSOR_NOISE["kinect1"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """Pinhole intrinsics in pixels: pixel centres at integers, image already undistorted.
+    """A depth camera: intrinsics in pixels (pixel centres at integers), lens, noise and place.
+
+    Attributes:
+        fx, fy: focal lengths, pixels.
+        cx, cy: principal point, pixels.
+        width, height: of the image, pixels.
+        distortion: of the lens; None where the image is undistorted already.
+        sensor: what kind of depth camera, which says how noisy a reading is (`SENSOR_NOISE`).
+        T_world_camera: [4, 4] its pose in a world frame of the user's, metres; None if not known.
 
     Raises:
         InputError: a value is not finite, not positive where it must be, or absurd.
@@ -45,6 +180,9 @@ class Camera:
     cy: float
     width: int
     height: int
+    distortion: Distortion | None = None
+    sensor: SensorName = "kinect1"
+    T_world_camera: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -67,6 +205,35 @@ class Camera:
                     f"camera {name} is {centre}; it must be a principal point near the image, "
                     f"0 to {side - 1} pixels"
                 )
+        if self.sensor not in SENSOR_NOISE:
+            raise InputError(
+                f"camera sensor is {self.sensor!r}; it must be one of {', '.join(SENSOR_NOISE)}"
+            )
+        if self.T_world_camera is not None:
+            T = rigid_transform(self.T_world_camera, "T_world_camera")
+            object.__setattr__(self, "T_world_camera", T)
+
+    @property
+    def is_pinhole(self) -> bool:
+        """Whether its images are undistorted."""
+        return self.distortion is None or self.distortion.is_none
+
+    @property
+    def noise(self) -> DepthNoise:
+        """Of a depth reading."""
+        return SENSOR_NOISE[self.sensor]
+
+    def _values(self) -> tuple[Any, ...]:
+        T = self.T_world_camera
+        pose = None if T is None else tuple(T.ravel().tolist())
+        intrinsics = (self.fx, self.fy, self.cx, self.cy, self.width, self.height)
+        return (*intrinsics, self.distortion, self.sensor, pose)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Camera) and self._values() == other._values()
+
+    def __hash__(self) -> int:
+        return hash(self._values())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +244,9 @@ class Frame:
         index: number of the frame in its recording.
         timestamp_s: seconds since the recording's start.
         depth_m: [H, W] float32 metres along the optical axis, 0 where there is no reading.
-        camera: intrinsics of both images.
+        camera: what took both images.
         color: [H, W, 3] uint8 RGB registered to the depth image, or None.
+        name: what the source itself calls it, the image's file for one; empty if nothing.
     """
 
     index: int
@@ -86,6 +254,7 @@ class Frame:
     depth_m: NDArray[np.float32]
     camera: Camera
     color: NDArray[np.uint8] | None = None
+    name: str = ""
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width)
