@@ -205,7 +205,7 @@ class Camera:
                     f"camera {name} is {centre}; it must be a principal point near the image, "
                     f"0 to {side - 1} pixels"
                 )
-        if self.sensor not in SENSOR_NOISE:
+        if self.sensor not in tuple(SENSOR_NOISE):
             raise InputError(
                 f"camera sensor is {self.sensor!r}; it must be one of {', '.join(SENSOR_NOISE)}"
             )
@@ -417,8 +417,10 @@ class SkeletonSequence:
 class Recording(Protocol):
     """A depth recording: iterate to get its frames in order; may be iterated again.
 
-    Frames that cannot be read are left out of the iteration and named in `problems`, one clear
-    line each (file, value, what would be right), so that one bad file loses nothing else.
+    `camera` took it. Frames carry the camera that they follow, which is another one where they have
+    been undistorted while they were read. Those that cannot be read are left out of the iteration
+    and named in `problems`, one clear line each (file, value, what would be right), so that one bad
+    file loses nothing else.
     """
 
     name: str

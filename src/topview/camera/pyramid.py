@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.undistortion import undistorted
 from topview.records import Camera, Frame
 
 
@@ -39,11 +40,11 @@ class Pyramid:
     (i, j) * stride, so that no depth is ever a mean of two surfaces.
 
     Attributes:
-        frame: the full resolution.
+        frame: the full resolution, undistorted.
     """
 
     def __init__(self, frame: Frame) -> None:
-        self.frame = frame
+        self.frame = undistorted(frame)
         self._made: dict[tuple[str, int], Any] = {}
 
     @cached_property

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
-from topview.records import Camera, Frame, Recording
+from topview.records import Camera, Distortion, Frame, Recording
+
+FLIP: Final = np.diag([-1.0, 1.0, 1.0, 1.0])
 
 
 class MirroredRecording:
     """A recording flipped back, so that left is the person's left: what the camera really saw.
 
-    The given recording's camera describes its images as they are stored.
+    The given recording's camera describes its images as they are stored: its lens and its pose,
+    too, are those of a mirrored world, and are flipped with them.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -30,10 +34,25 @@ class MirroredRecording:
             yield replace(
                 frame,
                 depth_m=np.ascontiguousarray(frame.depth_m[:, ::-1]),
-                camera=self.camera,
+                camera=_flipped_camera(frame.camera),
                 color=None if frame.color is None else np.ascontiguousarray(frame.color[:, ::-1]),
             )
 
 
 def _flipped_camera(camera: Camera) -> Camera:
-    return replace(camera, cx=camera.width - 1 - camera.cx)
+    """The camera in a world that is mirrored as its images are: x becomes -x, in the camera frame
+    and in the world's."""
+    return replace(
+        camera,
+        cx=camera.width - 1 - camera.cx,
+        distortion=None if camera.distortion is None else _flipped_lens(camera.distortion),
+        T_world_camera=None
+        if camera.T_world_camera is None
+        else FLIP @ camera.T_world_camera @ FLIP,
+    )
+
+
+def _flipped_lens(lens: Distortion) -> Distortion:
+    """Of the coefficients only p2, the fourth, bends left and right differently."""
+    k1_k2_p1, p2, others = lens.coefficients[:3], lens.coefficients[3:4], lens.coefficients[4:]
+    return replace(lens, coefficients=(*k1_k2_p1, *(-p for p in p2), *others))

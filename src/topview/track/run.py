@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from topview.body import JOINT_NAMES, PART_NAMES
+from topview.camera import undistorted
 from topview.records import Frame, Person, Recording, SkeletonSequence
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
@@ -40,13 +41,13 @@ def track_recording(
     tracker: Tracker | None = None,
 ) -> TrackingResult:
     """Run a new tracker, made of `settings` or given, over every readable frame; `on_frame` is told
-    of each as it is done."""
+    of each, undistorted, as it is done."""
     tracker = tracker or Tracker(settings)
     tracked: list[tuple[int, float, list[Person]]] = []
     seconds = 0.0
     interrupted = False
     try:
-        for frame in recording:
+        for frame in map(undistorted, recording):
             start = perf_counter()
             people = tracker.update(frame)
             seconds += perf_counter() - start

@@ -71,12 +71,12 @@ class Tracker:
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """The people in the next frame, nearest first; `hands` are what something else than the
-        finder has detected of them."""
+        finder has detected of them. What a lens has bent is undistorted first."""
         threads = use_threads(self.settings.threads)
         image = Pyramid(frame)
         with self.clock.stage("people"):
             users = by_depth(self.finder.update(image, self._people))
-            labels = label_image(users, frame.depth_m.shape)
+            labels = label_image(users, image.frame.depth_m.shape)
         scene = self._scene(image, labels, users, hands)
         self._tracks = {user.id: self._track_of(user, threads) for user in users}
         for user in users:

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera import undistorted_camera
 from topview.records import InputError
 from topview_lab.annotate.landmarks import NAMES, PARENTS, SIDE_NAMES, relative_angles_deg
 from topview_lab.annotate.project import VIEW_NAMES
@@ -191,10 +192,11 @@ def state(session: Session) -> dict[str, Any]:
             {
                 "name": name,
                 "title": recording.name,
-                "width": recording.camera.width,
-                "height": recording.camera.height,
+                "width": camera.width,
+                "height": camera.height,
             }
             for name, recording in zip(VIEW_NAMES, session.recordings, strict=True)
+            for camera in [undistorted_camera(recording.camera)]
         ],
         "joints": NAMES,
         "parents": PARENTS.tolist(),

@@ -11,7 +11,9 @@ import pytest
 
 import topview
 from topview import InputError
+from topview.camera import undistorted
 from topview.io.readers.camera_json import metres_per_unit
+from topview.records import Frame
 
 
 def test_depth_comes_back_exactly(write_folder, depths):
@@ -267,3 +269,32 @@ def test_a_value_of_no_camera_is_refused(write_folder, key, value, message):
     with pytest.raises(InputError, match=rf"camera\.json: .*{message}") as error:
         topview.open(write_folder(**{key: value}))
     assert "\n" not in str(error.value)
+
+
+def test_without_a_lens_every_value_is_as_stored(write_folder, depths):
+    recording = topview.open(write_folder(distortion={"model": "none", "coefficients": [0] * 5}))
+    for frame in recording:
+        assert frame.camera is recording.camera
+        expected = (depths[frame.index] * 0.001).astype(np.float32)
+        np.testing.assert_array_equal(frame.depth_m, expected)
+
+
+class TestThroughALens:
+    LENS = {"model": "brown_conrady", "coefficients": [-0.2, 0.05, 0.001, -0.002]}  # noqa: RUF012
+
+    def test_frames_are_undistorted_and_the_recording_keeps_its_camera(self, write_folder, depths):
+        images = {f"{i:06d}.png": np.full((6, 8, 3), 90, np.uint8) for i in depths}
+        recording = topview.open(write_folder(color=images, distortion=self.LENS))
+        assert not recording.camera.is_pinhole
+        for frame in recording:
+            stored = (depths[frame.index] * 0.001).astype(np.float32)
+            raw = Frame(0, 0.0, stored, recording.camera, np.full((6, 8, 3), 90, np.uint8))
+            expected = undistorted(raw)
+            np.testing.assert_array_equal(frame.depth_m, expected.depth_m)
+            np.testing.assert_array_equal(frame.color, expected.color)
+            assert frame.camera == expected.camera
+        assert recording.problems == []
+
+    def test_frames_are_named_after_their_images(self, write_folder):
+        names = [frame.name for frame in topview.open(write_folder(distortion=self.LENS))]
+        assert names == ["000000.png", "000001.png", "000002.png", "000003.png"]

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 import topview
+from lenses import LENSES, camera_with
+from topview.camera import undistorted
+from topview.geometry.rotations import rotations_from_vectors, transform
 from topview.io import MirroredRecording
-from topview.records import Camera
+from topview.records import Camera, Frame
 from topview.track import TrackerSettings, track_recording
 from topview_lab.sim import scene_by_name
 from topview_lab.sim.write import write_scene
@@ -64,6 +70,50 @@ def test_skeletons_are_the_same_bit_for_bit(straight_and_flipped):
     assert_array_equal(ours.person_ids, given.person_ids)
     assert_array_equal(ours.joints_camera, given.joints_camera)
     assert_array_equal(ours.joint_state, given.joint_state)
+
+
+class One:
+    """A recording of one frame."""
+
+    name = "one"
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame, self.camera = frame, frame.camera
+        self.problems: list[str] = []
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Frame]:
+        yield self._frame
+
+
+@pytest.mark.parametrize("lens", LENSES.values(), ids=list(LENSES))
+def test_to_mirror_and_to_undistort_may_change_places(lens):
+    rng = np.random.default_rng(3)
+    depth_m = rng.uniform(0.5, 4.0, (240, 320)).astype(np.float32)
+    color = rng.integers(0, 256, (240, 320, 3), np.uint8)
+    frame = Frame(0, 0.0, depth_m, camera_with(lens), color)
+    (mirrored,) = MirroredRecording(One(frame))
+    (after,) = MirroredRecording(One(undistorted(frame)))
+    before = undistorted(mirrored)
+    assert replace(before.camera, cx=0.0) == replace(after.camera, cx=0.0)
+    assert before.camera.cx == pytest.approx(after.camera.cx, abs=1e-9)
+    assert_array_equal(before.depth_m, after.depth_m)
+    assert before.color is not None
+    assert after.color is not None
+    # Places are rounded to 1/32 pixel.
+    assert np.abs(before.color.astype(int) - after.color).mean() < 1.0
+
+
+def test_a_pose_is_mirrored_with_the_world_that_it_is_in():
+    T = transform(rotations_from_vectors(np.array([0.3, -0.5, 0.2])), np.array([1.0, -2.0, 0.5]))
+    frame = Frame(0, 0.0, np.ones((240, 320), np.float32), camera_with(None, T_world_camera=T))
+    mirrored = MirroredRecording(One(frame))
+    point, flip = np.array([0.4, -0.2, 2.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0])
+    assert mirrored.camera.T_world_camera is not None
+    assert_allclose(mirrored.camera.T_world_camera @ (flip @ point), flip @ (T @ point))
+    assert MirroredRecording(mirrored).camera == frame.camera
 
 
 def test_what_cannot_be_read_is_named(straight_and_flipped, tmp_path):

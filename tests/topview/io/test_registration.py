@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 import topview
+from lenses import LENSES
 from topview import InputError
+from topview.camera import undistort
 from topview.geometry.rotations import rotations_from_vectors, transform
 from topview.io.readers.camera_json import read_camera_json
 from topview.io.readers.registration import ColorCamera, register_color
@@ -127,6 +130,36 @@ def test_the_depth_cameras_own_image_stays_as_it_is(seed):
     color = rng.integers(0, 256, (*shape, 3), np.uint8)
     same = ColorCamera(DEPTH_CAMERA, np.eye(4))
     np.testing.assert_array_equal(register_color(color, same, depth_m, DEPTH_CAMERA), color)
+
+
+def painted_wall(camera: Camera, T_depth_camera: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """What a camera sees of a wall whose red tells how far right one is, its green how far down."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    seen = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy], 2)
+    rays = np.dstack([undistort(seen, camera.distortion), np.ones(u.shape)])
+    rays, start = rays @ T_depth_camera[:3, :3].T, T_depth_camera[:3, 3]
+    points = start + ((WALL_M - start[2]) / rays[..., 2])[..., None] * rays
+    red, green = 125.0 + 100.0 * np.moveaxis(points[..., :2], -1, 0)
+    return np.rint(np.stack([red, green, np.full_like(red, 50.0)], 2)).clip(1, 254).astype(np.uint8)
+
+
+@pytest.mark.parametrize("lens", LENSES.values(), ids=list(LENSES))
+def test_a_colour_camera_with_a_lens_gives_each_pixel_its_points_colour(lens):
+    camera = replace(COLOR_CAMERA.camera, distortion=lens)
+    color = painted_wall(camera, T_DEPTH_COLOR)
+    depth_m = np.full((DEPTH_CAMERA.height, DEPTH_CAMERA.width), WALL_M, np.float32)
+    expected = painted_wall(DEPTH_CAMERA, np.eye(4)).astype(int)
+    registered, untold = (
+        register_color(
+            color, ColorCamera(each, COLOR_CAMERA.T_color_depth), depth_m, DEPTH_CAMERA
+        ).astype(int)
+        for each in (camera, COLOR_CAMERA.camera)
+    )
+    is_seen = registered.any(-1) & untold.any(-1)
+    assert is_seen.mean() > 0.9
+    off, untold_off = (np.abs(each - expected)[is_seen] for each in (registered, untold))
+    assert off.max() <= 1  # of rounding
+    assert untold_off.max() > 1
 
 
 @pytest.mark.parametrize("shift_px", [-3, 5])

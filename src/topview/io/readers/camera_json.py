@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.io.camera_values import INTRINSICS_KEYS, camera_from, number, require, transform
 from topview.io.naming import naming
 from topview.io.readers.registration import ColorCamera
 from topview.records import Camera, InputError
@@ -18,10 +19,8 @@ from topview.records import Camera, InputError
 DEFAULT_FPS = 30.0  # of the Kinect and its successors
 MAX_FPS = 1000.0  # ours
 METRES_PER_UNIT_RANGE = (1e-5, 1e-2)  # ours; below, 16 bits do not reach 1 m; above, steps of cm
-INTRINSICS_KEYS = ("fx", "fy", "cx", "cy", "width", "height")
 REQUIRED_KEYS = (*INTRINSICS_KEYS, "depth_scale")
 COLOR_KEYS = (*INTRINSICS_KEYS, "T_color_depth")
-ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digits
 MAX_BASELINE_M = 5.0  # ours; beyond, the numbers are millimetres
 
 
@@ -43,20 +42,22 @@ class CameraFile:
 
 
 def read_camera_json(path: Path) -> CameraFile:
-    """Read {fx, fy, cx, cy, width, height, depth_scale} and, where given, fps and color, itself
-    {fx, fy, cx, cy, width, height, T_color_depth}; other keys are ignored.
+    """Read {fx, fy, cx, cy, width, height, depth_scale} and, where given, distortion, sensor,
+    T_world_camera, fps and color, itself {fx, fy, cx, cy, width, height, T_color_depth} and, where
+    given, distortion. Other keys are ignored, unless they seem to tell of a lens.
 
     Raises:
-        InputError: missing, not JSON, or a value that no camera has; names file, key and value.
+        InputError: missing, not JSON, a value that no camera has, or a key that seems to tell of
+            a lens and is not known; names file, key and value.
     """
     with naming(path, right=f"it must be a file with {', '.join(REQUIRED_KEYS)}"):
         values = _json_object(path.read_bytes())
-        _require(values, REQUIRED_KEYS)
-        camera = _camera(values)
-        fps = _number(values, "fps") if "fps" in values else DEFAULT_FPS
+        require(values, REQUIRED_KEYS)
+        camera = camera_from(values)
+        fps = number(values, "fps") if "fps" in values else DEFAULT_FPS
         if not 0.0 < fps <= MAX_FPS:
             raise InputError(f"fps is {fps:g}; it must be above 0, up to {MAX_FPS:g} per second")
-        scale = metres_per_unit(_number(values, "depth_scale"))
+        scale = metres_per_unit(number(values, "depth_scale"))
     with naming(Path(f"{path}: color")):
         color = _color_camera(values["color"]) if "color" in values else None
     return CameraFile(camera, scale, fps, color)
@@ -83,46 +84,16 @@ def metres_per_unit(depth_scale: float) -> float:
     )
 
 
-def _require(values: dict[str, Any], keys: tuple[str, ...]) -> None:
-    missing = [key for key in keys if key not in values]
-    if missing:
-        raise InputError(f"has no {', '.join(missing)}; it must have {', '.join(keys)}")
-
-
-def _camera(values: dict[str, Any]) -> Camera:
-    return Camera(
-        fx=_number(values, "fx"),
-        fy=_number(values, "fy"),
-        cx=_number(values, "cx"),
-        cy=_number(values, "cy"),
-        width=_whole_number(values, "width"),
-        height=_whole_number(values, "height"),
-    )
-
-
 def _color_camera(values: Any) -> ColorCamera:
     if not isinstance(values, dict):
         raise InputError(f"is {json.dumps(values)}; it must be {{{', '.join(COLOR_KEYS)}}}")
-    _require(values, COLOR_KEYS)
-    return ColorCamera(_camera(values), _rigid_transform(values["T_color_depth"]))
+    require(values, COLOR_KEYS)
+    return ColorCamera(camera_from(values), _T_color_depth(values))
 
 
-def _rigid_transform(rows: Any) -> NDArray[np.float64]:
-    """[4, 4] metres, from four rows of four numbers."""
-    is_matrix = isinstance(rows, list) and [_length(row) for row in rows] == [4] * 4
-    if not is_matrix or not all(_is_number(value) for row in rows for value in row):
-        raise InputError("T_color_depth must be 4 x 4 numbers: a list of four rows of four")
-    T = np.array(rows, np.float64)
-    R = T[:3, :3]
-    with np.errstate(over="ignore"):
-        off = np.abs(R @ R.T - np.eye(3)).max()
-    if not off < ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
-        raise InputError(
-            "the upper left 3 x 3 of T_color_depth is no rotation; its rows must be at right "
-            "angles, one long and right-handed"
-        )
-    if T[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        raise InputError(f"the last row of T_color_depth is {T[3].tolist()}; it must be 0, 0, 0, 1")
+def _T_color_depth(values: dict[str, Any]) -> NDArray[np.float64]:
+    """[4, 4] metres."""
+    T = transform(values, "T_color_depth")
     baseline_m = float(np.linalg.norm(T[:3, 3]))
     if not baseline_m <= MAX_BASELINE_M:
         raise InputError(
@@ -130,10 +101,6 @@ def _rigid_transform(rows: Any) -> NDArray[np.float64]:
             f"metres, up to {MAX_BASELINE_M:g}"
         )
     return T
-
-
-def _length(row: Any) -> int:
-    return len(row) if isinstance(row, list) else 0
 
 
 def _json_object(data: bytes) -> dict[str, Any]:
@@ -144,23 +111,3 @@ def _json_object(data: bytes) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise InputError(f"holds a JSON {type(values).__name__}; it must be an object {{...}}")
     return values
-
-
-def _number(values: dict[str, Any], key: str) -> float:
-    value = values[key]
-    if not _is_number(value):
-        raise InputError(f"{key} is {json.dumps(value)}; it must be a number")
-    return float(value)
-
-
-def _is_number(value: Any) -> bool:
-    """True for what JSON calls a number, infinity left out."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and not abs(value) > 1e308
-
-
-def _whole_number(values: dict[str, Any], key: str) -> int:
-    number = _number(values, key)
-    if not number.is_integer():
-        raise InputError(f"{key} is {number:g}; it must be a whole number of pixels")
-    return int(number)

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera import undistorted_camera, undistortion
 from topview.io.naming import naming
 from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
 from topview.io.readers.depth import depth_image
@@ -34,11 +35,12 @@ class FolderRecording:
     The last number in an image's name is the frame's index; its time is index / fps. Depth is
     uint16 in the unit of camera.json's depth_scale, 0 = no reading. Colour is registered to the
     depth image, in the same size, or camera.json says by "color" what camera took it, and it is
-    registered here; frames without (readable) colour come without.
+    registered here; frames without (readable) colour come without. Frames are undistorted, and
+    named after their depth image.
 
     Attributes:
         name: the folder's name.
-        camera: of all frames.
+        camera: what took the depth images, with its lens.
         fps: frames per second.
         problems: relative to the folder.
 
@@ -60,6 +62,9 @@ class FolderRecording:
         self._color_paths = self._numbered_images("rgb", COLOR_SUFFIXES)
         camera_file = read_camera_json(self._root / "camera.json")
         self.camera = camera_file.camera
+        with naming(self._root / "camera.json"):
+            self._look_up = None if self.camera.is_pinhole else undistortion(self.camera)
+            self._pinhole = undistorted_camera(self.camera)
         self._metres_per_unit = camera_file.metres_per_unit
         self.fps = camera_file.fps
         self._color_camera = camera_file.color
@@ -84,23 +89,25 @@ class FolderRecording:
         """One frame by its index; None where there is none or it cannot be read."""
         if index not in self._depth_paths:
             return None
+        path = self._depth_paths[index]
         try:
-            depth_m = self._read_depth(self._depth_paths[index])
+            depth_m = self._read_depth(path)
         except InputError as error:
             self._note(str(error))
             return None
         color = self._read_color(self._color_paths.get(index), depth_m)
-        return Frame(index, index / self.fps, depth_m, self.camera, color)
+        return Frame(index, index / self.fps, depth_m, self._pinhole, color, path.name)
 
     def _read_depth(self, path: Path) -> NDArray[np.float32]:
         with naming(path.relative_to(self._root)):
             units = decode_depth_png(path.read_bytes(), self.camera.width, self.camera.height)
-            return depth_image(units, self._metres_per_unit)
+            depth_m = depth_image(units, self._metres_per_unit)
+        return depth_m if self._look_up is None else self._look_up.depth(depth_m)
 
     def _read_color(
         self, path: Path | None, depth_m: NDArray[np.float32]
     ) -> NDArray[np.uint8] | None:
-        """[H, W, 3] registered to the depth image."""
+        """[H, W, 3] registered to the undistorted depth image."""
         if path is None:
             return None
         try:
@@ -114,9 +121,9 @@ class FolderRecording:
         if (width, height) != (told.width, told.height):
             self._note(f"rgb/: images are {width} x {height} pixels; {self._right_color_size}")
             return None
-        if self._color_camera is None:
-            return color
-        return register_color(color, self._color_camera, depth_m, self.camera)
+        if self._color_camera is not None:
+            return register_color(color, self._color_camera, depth_m, self._pinhole)
+        return color if self._look_up is None else self._look_up.color(color)
 
     @property
     def _right_color_size(self) -> str:

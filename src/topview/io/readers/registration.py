@@ -9,6 +9,9 @@ cannot see the colour of what hides it. Here
   is the only evidence there;
 - a pixel that the colour camera cannot see, because something nearer hides it or it is out of its
   view, is black.
+
+A colour camera with a lens is taken for the pinhole camera of its undistorted image; what is found
+there is then looked up in the image as it was taken, so that colours are interpolated once.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera import undistorted_camera, undistortion
 from topview.kernels.registration import fill_from_behind, locate_pixels
 from topview.records import Camera, read_only
 
@@ -56,9 +60,10 @@ def register_color(
         color: of the colour camera's size.
         color_camera: what took it.
         depth_m: [H, W] metres, 0 where there is no reading.
-        camera: of the depth image.
+        camera: of the depth image, a pinhole.
     """
-    other = color_camera.camera
+    taken = color_camera.camera
+    other = undistorted_camera(taken)
     cell_px = max(other.fx / camera.fx, MIN_CELL_PX), max(other.fy / camera.fy, MIN_CELL_PX)
     cells = ceil(other.height / cell_px[1]) + 1, ceil(other.width / cell_px[0]) + 1
     filled_m = np.empty_like(depth_m)
@@ -80,5 +85,16 @@ def register_color(
         np.empty_like(depth_m),
         at_px,
     )
+    if not taken.is_pinhole:
+        at_px = _as_taken(at_px, taken)
     registered = cv2.remap(color, at_px[0], at_px[1], cv2.INTER_LINEAR)  # black beyond its border
     return registered.astype(np.uint8, copy=False)
+
+
+def _as_taken(at_px: NDArray[np.float32], taken: Camera) -> NDArray[np.float32]:
+    """[2, H, W] places of the undistorted image in the image as it was taken; -2 out of view."""
+    seen_px = undistortion(taken).original_px(at_px)
+    last_px = np.array([taken.width, taken.height], np.float32)[:, None, None] - 1.0
+    is_seen = ((seen_px >= -0.5) & (seen_px < last_px + 0.5)).all(0)
+    clipped = np.minimum(np.maximum(seen_px, 0.0), last_px)
+    return np.where(is_seen, clipped, np.float32(-2.0))
