@@ -126,10 +126,15 @@ class DepthNoise:
     per_m: float = 0.0
     per_square_m: float = 0.0
 
+    @property
+    def is_quadratic(self) -> bool:
+        """Whether it grows with the square of the depth alone, as that of a disparity does."""
+        return not self.constant_m and not self.per_m
+
     def sigma_m(self, depth_m: Any) -> Any:
         """Metres, of readings of any shape."""
         grows_m = self.per_square_m * depth_m * depth_m
-        if not self.constant_m and not self.per_m:
+        if self.is_quadratic:
             return grows_m
         return self.constant_m + self.per_m * depth_m + grows_m
 

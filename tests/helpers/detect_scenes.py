@@ -40,7 +40,9 @@ def frame_of(
     for x, y, radius, z, color in discs:
         inside = np.hypot(columns - x, rows - y) <= radius
         rgb[inside], depth_m[inside] = color, z
-    depth_m += (0.0015 * depth_m**2 * rng.standard_normal(depth_m.shape)).astype(np.float32)
+    depth_m += (camera.noise.sigma_m(depth_m) * rng.standard_normal(depth_m.shape)).astype(
+        np.float32
+    )
     rgb = gain * rgb + noise * rng.standard_normal(rgb.shape, np.float32)
     color = np.clip(np.rint(rgb), 0, 255).astype(np.uint8)
     return Frame(index, index / fps, depth_m, camera, color)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -53,11 +53,17 @@ class Pyramid:
         return self.view(1)
 
     def camera(self, stride: int) -> Camera:
-        """Intrinsics of the thinned image."""
+        """Of the thinned image."""
         full = self.frame.camera
         height, width = thinned(self.frame.depth_m, stride).shape
-        return Camera(
-            full.fx / stride, full.fy / stride, full.cx / stride, full.cy / stride, width, height
+        return replace(
+            full,
+            fx=full.fx / stride,
+            fy=full.fy / stride,
+            cx=full.cx / stride,
+            cy=full.cy / stride,
+            width=width,
+            height=height,
         )
 
     def depth_m(self, stride: int) -> NDArray[np.float32]:

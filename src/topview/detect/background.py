@@ -2,25 +2,30 @@
 
 C. Stauffer and W. Grimson, Adaptive background mixture models for real-time tracking (CVPR 1999),
 as improved by Z. Zivkovic (ICPR 2004) in OpenCV. One mixture is over colour, one over inverse
-depth, in which a structured-light sensor's noise is the same near and far.
+depth, in which a structured-light or stereo sensor's noise is the same near and far, or over what
+does the same for a sensor of another kind.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NOISE_PER_SQUARE_M
 from topview.detect.seeing import ColorView, averaged
+from topview.records import DepthNoise, read_only
 
 Mask = NDArray[np.bool_]
 
-# Levels per 1/m: the sensor's noise is then two levels wide, as a colour camera's is.
-LEVELS: Final = 2.0 / NOISE_PER_SQUARE_M
+# The sensor's noise is so many levels wide, as a colour camera's is.
+NOISE_LEVELS: Final = 2.0
+# Ours: where levels are looked up, in steps of one below any sensor's noise, and how far.
+STEPS_PER_M: Final = 1000
+FAR_M: Final = 20.0
 # No reading, and a place that somebody stood before since the start: infinitely far away, and a
 # colour that nothing has.
 NEVER_SEEN_LEVEL: Final = 0.0
@@ -117,10 +122,11 @@ class BackgroundMixtures:
             self._forget()
         if self._room_level is None:
             return np.ones(view.depth_m.shape, np.bool_)
-        level = inverse_depth(view.depth_m)
+        level, noise = depth_levels(view.depth_m, view.camera.noise), view.camera.noise
         has_reading = level > 0.0
         is_before = _is_new(self._depth, level)
-        is_before &= level > self._room_level + _margin(level, self.settings.nearer_m)
+        margin = _margin(level, view.depth_m, noise, self.settings.nearer_m)
+        is_before &= level > self._room_level + margin
         color_is_new = _is_new(self._color, view.rgb)
         self.light_changed = _is_lamp(color_is_new, has_reading & ~is_before, self.settings)
         unread = np.bool_(True) if self.light_changed else color_is_new
@@ -134,7 +140,7 @@ class BackgroundMixtures:
         """Learn a frame, if it is time to, where it is nobody's ([h, w], e.g. the users' areas)."""
         if not self.is_lesson_due(view):
             return
-        level = inverse_depth(view.depth_m)
+        level = depth_levels(view.depth_m, view.camera.noise)
         if self._last_level is None or self._last_rgb is None:
             self._last_level = np.full_like(level, NEVER_SEEN_LEVEL)
             self._last_rgb = _never_seen(view.rgb)
@@ -217,29 +223,47 @@ class StillRoom:
         elapsed_s = np.float32(view.frame.timestamp_s - self._learnt_s)
         self._learnt_s = view.frame.timestamp_s
         is_free = ~is_somebodys & (depth_m > 0.0)
-        margin_m = self._margin_m(depth_m)
+        margin_m = self._margin_m(depth_m, view.camera.noise)
         stays = np.abs(depth_m - self._last_m) < margin_m
         np.copyto(self._still_s, (self._still_s + elapsed_s) * stays, where=is_free)
         np.copyto(self._last_m, depth_m, where=is_free)
         is_still = is_free & (self._still_s >= settings.still_s)
         np.copyto(self._nearest_m, depth_m - margin_m, where=is_still)
 
-    def _margin_m(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _margin_m(self, depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
         """[h, w] by how much the depth of something still may change."""
-        noise = np.float32(self.settings.distance * NOISE_PER_SQUARE_M)
-        return np.float32(self.settings.nearer_m) + noise * depth_m * depth_m
+        return np.float32(self.settings.nearer_m) + self.settings.distance * noise.sigma_m(depth_m)
 
 
-def inverse_depth(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
-    """[h, w] in `LEVELS`, 0 where there is no reading."""
+def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
+    """[h, w] float32, the higher the nearer, `NOISE_LEVELS` to a standard deviation of the noise at
+    any depth; 0 where there is no reading, as infinitely far away."""
+    if not noise.is_quadratic:
+        steps = np.minimum(depth_m * STEPS_PER_M + 0.5, STEPS_PER_M * FAR_M)
+        return _level_table(noise)[steps.astype(np.int32)]
     level = np.zeros_like(depth_m)
-    np.divide(np.float32(LEVELS), depth_m, out=level, where=depth_m > 0.0)
+    per_inverse_m = np.float32(NOISE_LEVELS / noise.per_square_m)
+    np.divide(per_inverse_m, depth_m, out=level, where=depth_m > 0.0)
     return level
 
 
-def _margin(level: NDArray[np.float32], nearer_m: float) -> NDArray[np.float32]:
+def _margin(
+    level: NDArray[np.float32], depth_m: NDArray[np.float32], noise: DepthNoise, nearer_m: float
+) -> NDArray[np.float32]:
     """[h, w] levels by which a surface rises when it comes nearer by `nearer_m`."""
-    return level * level * np.float32(nearer_m / LEVELS)
+    if not noise.is_quadratic:
+        return np.float32(NOISE_LEVELS * nearer_m) / noise.sigma_m(depth_m)
+    return level * level * np.float32(nearer_m / (NOISE_LEVELS / noise.per_square_m))
+
+
+@lru_cache(maxsize=8)
+def _level_table(noise: DepthNoise) -> NDArray[np.float32]:
+    """Of each step: the sum of `NOISE_LEVELS` over the noise from there to the farthest."""
+    middles_m = (np.arange(round(STEPS_PER_M * FAR_M)) + 0.5) / STEPS_PER_M
+    rises = NOISE_LEVELS / STEPS_PER_M / noise.sigma_m(middles_m)
+    table = np.append(np.cumsum(rises[::-1])[::-1], 0.0)
+    table[0] = 0.0  # no reading
+    return read_only(table.astype(np.float32))
 
 
 def _mixture(settings: BackgroundSettings) -> cv2.BackgroundSubtractorMOG2:

@@ -12,15 +12,8 @@ from topview.records import Camera, Frame
 
 # Ours: an arm of 8 cm at 4 m is then 3 pixels wide, the least that survives a 3 x 3 median.
 TARGET_FOCAL_LENGTH_PX = 140.0
-# One standard deviation of a Kinect's depth is about this times z^2 (Khoshelham & Elberink 2012).
-NOISE_PER_SQUARE_M = 0.0015
 # Depth cameras read nothing that is nearer (Kinect's near mode).
 NEAREST_M = 0.4
-
-
-def depth_noise_m(depth_m: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Standard deviation of a depth reading, in metres; grows with the square of the depth."""
-    return NOISE_PER_SQUARE_M * depth_m * depth_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)

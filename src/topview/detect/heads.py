@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
+from topview.detect.cloud import Cloud
 from topview.kernels.heads import below_others, fit_template, median_about, strongest, tops_of
 
 Vector = NDArray[np.float64]
@@ -157,7 +157,7 @@ def head_evidence(
         FREE,
         SHOULDERS,
         (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
-        2.0 * NOISE_PER_SQUARE_M,
+        camera.noise.times(2.0),
         least,
         evidence,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
@@ -78,13 +78,14 @@ class ColorView:
         width, height = full.width // stride, full.height // stride
         rgb = averaged(frame.color, stride)
         center = (stride - 1) / 2
-        camera = Camera(
-            full.fx / stride,
-            full.fy / stride,
-            (full.cx - center) / stride,
-            (full.cy - center) / stride,
-            width,
-            height,
+        camera = replace(
+            full,
+            fx=full.fx / stride,
+            fy=full.fy / stride,
+            cx=(full.cx - center) / stride,
+            cy=(full.cy - center) / stride,
+            width=width,
+            height=height,
         )
         yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
         depth_m = np.ascontiguousarray(image.depth_m(stride)[:height, :width])

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.noise import Law, law_at
+
 
 @njit(cache=True, nogil=True)
 def share_within(
@@ -39,8 +41,7 @@ def measure_body(
     above_m: float,
     bust_m: float,
     torso_m: float,
-    edge_m: float,
-    edge_per_square_m: float,
+    edge: Law,
 ) -> tuple[float, float, float, float, float, float]:
     """Areas of a body, of what of it is higher than `above_m` and of the bust, in square metres;
     its lowest height; how many of the bust's pixels lie on edges, over the root of all; and how
@@ -55,9 +56,8 @@ def measure_body(
         above_m: see above.
         bust_m: nearer to the head is the bust.
         torso_m: nearer to the head are bust and torso.
-        edge_m: on an edge is what has no reading, or differs from the left or the upper pixel's
-            depth by more than this plus
-        edge_per_square_m: times the square of the depth, 1/m.
+        edge: on an edge is what has no reading, or differs from the left or the upper pixel's depth
+            by more than this law says.
     """
     height, width = depth_m.shape
     area_m2, over_m2, bust_m2, lowest_m, radius_m = 0.0, 0.0, 0.0, np.inf, 0.0
@@ -77,7 +77,7 @@ def measure_body(
             if distance_m[row, column] < bust_m:
                 bust_m2 += pixel_m2
                 pixels += 1
-                jump = edge_m + edge_per_square_m * z * z
+                jump_m = law_at(z, edge)
                 left_m, upper_m = depth_m[row, max(column - 1, 0)], depth_m[max(row - 1, 0), column]
-                edges += (z == 0.0) | (abs(z - left_m) > jump) | (abs(z - upper_m) > jump)
+                edges += (z == 0.0) | (abs(z - left_m) > jump_m) | (abs(z - upper_m) > jump_m)
     return area_m2, over_m2, bust_m2, lowest_m, edges / np.sqrt(max(pixels, 1)), radius_m

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.noise import Law, law_at
+
 # What is seen at a place, compared with the depth that it should have.
 HIDDEN, THERE, BEHIND, EMPTY = range(4)
 
@@ -84,7 +86,7 @@ def fit_template(
     free_m: NDArray[np.float64],
     shoulders_m: NDArray[np.float64],
     tolerances_m: tuple[float, float, float],
-    noise_per_square_m: float,
+    noise: Law,
     least: float,
     out_evidence: NDArray[np.float64],
 ) -> None:
@@ -100,7 +102,7 @@ def fit_template(
         free_m: [L, 2] those about it that should be empty.
         shoulders_m: [M, 2] those on the shoulders and the chest.
         tolerances_m: of `look_at`, at no noise.
-        noise_per_square_m: by how much they grow with the square of the centre's depth, 1/m.
+        noise: by how much they grow with the centre's depth.
         least: where the share that is free, or that times the share inside, is less than this, no
             more is looked at, and all four are zero.
         out_evidence: [4, N] shares: inside, free, shoulders, shoulders seen.
@@ -111,7 +113,7 @@ def fit_template(
         x, y, z = ups_camera[n]
         across = np.hypot(x, y)
         axes = (-y / across, x / across, x, y, z)
-        noise_m = noise_per_square_m * center[2] ** 2
+        noise_m = law_at(center[2], noise)
         visible, there, _ = _count(
             depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m
         )

@@ -6,19 +6,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.noise import Law, law_at, slope_at
+
 
 @njit(cache=True, nogil=True)
-def floor_margin(
-    depth_m: float, above_camera_m: float, margin_m: float, noise_per_square_m: float
-) -> float:
+def floor_margin(depth_m: float, above_camera_m: float, margin_m: float, noise_2: Law) -> float:
     """How high a reading of the floor may seem to be: two standard deviations of the noise more
     than `margin_m`.
 
-    The noise, `noise_per_square_m` times the square of the depth, lies along the ray, so that it
-    moves a point up by the share of the ray's own descent, which is that of `above_camera_m` (less
-    than zero) in the depth.
+    The noise, whose law for two of them is `noise_2`, lies along the ray, so that it moves a point
+    up by the share of the ray's own descent, which is that of `above_camera_m` (less than zero) in
+    the depth.
     """
-    return margin_m + 2.0 * noise_per_square_m * depth_m * abs(above_camera_m)
+    return margin_m + slope_at(depth_m, noise_2) * abs(above_camera_m)
 
 
 @njit(cache=True, nogil=True)
@@ -28,9 +28,8 @@ def set_up(
     axes_camera: NDArray[np.float32],
     camera_height_m: float,
     margin_m: float,
-    noise_per_square_m: float,
-    jump_m: float,
-    jump_per_square_m: float,
+    noise_2: Law,
+    jump: Law,
     out_heights_m: NDArray[np.float32],
     out_overview_m: NDArray[np.float32],
     out_is_free_standing: NDArray[np.bool_],
@@ -44,10 +43,9 @@ def set_up(
         axes_camera: [3, 3] to the right, forward, and up.
         camera_height_m: what is added to the heights.
         margin_m: see `floor_margin`; -inf where there is no floor.
-        noise_per_square_m: see `floor_margin`.
-        jump_m: an edge is where the depth differs from the left or the upper neighbour's by more
-            than this plus
-        jump_per_square_m: times the square of the depth.
+        noise_2: see `floor_margin`.
+        jump: an edge is where the depth differs from the left or the upper neighbour's by more than
+            this law says.
         out_heights_m: [h, w] along up.
         out_overview_m: [h, w, 2] right and forward.
         out_is_free_standing: [h, w] has a reading and is neither background nor floor.
@@ -68,15 +66,13 @@ def set_up(
             out_heights_m[row, column] = height_m
             is_free_standing = z > 0.0 and not is_background[row, column]
             if is_free_standing:
-                is_free_standing = height_m > floor_margin(
-                    z, above_camera_m, margin_m, noise_per_square_m
-                )
-            jump = jump_m + jump_per_square_m * z * z
+                is_free_standing = height_m > floor_margin(z, above_camera_m, margin_m, noise_2)
+            jump_m = law_at(z, jump)
             left_m = points_camera[row, max(column - 1, 0), 2]
             above_m = points_camera[max(row - 1, 0), column, 2]
             out_is_free_standing[row, column] = is_free_standing
             out_is_inner[row, column] = (
-                is_free_standing & (abs(z - left_m) <= jump) & (abs(z - above_m) <= jump)
+                is_free_standing & (abs(z - left_m) <= jump_m) & (abs(z - above_m) <= jump_m)
             )
 
 
@@ -124,8 +120,7 @@ def plane_moments(
     points_camera: NDArray[np.float64],
     normal_camera: NDArray[np.float64],
     distance_m: float,
-    tolerance_m: float,
-    noise_per_square_m: float,
+    tolerance: Law,
     out_mean: NDArray[np.float64],
     out_covariance: NDArray[np.float64],
 ) -> int:
@@ -135,8 +130,7 @@ def plane_moments(
         points_camera: [N, 3] metres; those with z = 0 do not count.
         normal_camera: [3] the plane's unit normal.
         distance_m: points p of the plane have normal @ p + distance = 0.
-        tolerance_m: how far from it is near, and
-        noise_per_square_m: what is added to that with the square of the depth, 1/m.
+        tolerance: how far from it is near.
         out_mean: [3], left alone where there are no points, as is
         out_covariance: [3, 3].
     """
@@ -146,7 +140,7 @@ def plane_moments(
     for n in range(points_camera.shape[0]):
         x, y, z = points_camera[n]
         off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
-        if z > 0.0 and abs(off_m) < tolerance_m + noise_per_square_m * z * z:
+        if z > 0.0 and abs(off_m) < law_at(z, tolerance):
             near[count] = n
             count += 1
             weight = 1.0 / (z * z)
@@ -184,8 +178,7 @@ def learn_background(
     depth_m: NDArray[np.float32],
     is_somebodys: NDArray[np.bool_],
     rate: float,
-    tolerance_m: float,
-    tolerance_per_square_m: float,
+    tolerance: Law,
     out_mean_m: NDArray[np.float32],
     out_frames: NDArray[np.int32],
 ) -> None:
@@ -196,8 +189,7 @@ def learn_background(
         depth_m: [h, w] metres, 0 where there is no reading.
         is_somebodys: [h, w].
         rate: share of the new depth in the mean.
-        tolerance_m: steady is what differs by less than this, and
-        tolerance_per_square_m: times the square of the depth, 1/m.
+        tolerance: steady is what differs by less.
         out_mean_m: [h, w] so far, updated.
         out_frames: [h, w] for how many frames it has been steady, updated.
     """
@@ -208,11 +200,11 @@ def learn_background(
             if z == 0.0 or is_somebodys[row, column]:
                 continue
             ahead_m = out_mean_m[row, column] - z
-            tolerance = tolerance_m + tolerance_per_square_m * z * z
-            if ahead_m < -tolerance:
+            tolerance_m = law_at(z, tolerance)
+            if ahead_m < -tolerance_m:
                 out_mean_m[row, column] = z
                 out_frames[row, column] = 1
-            elif ahead_m < tolerance:
+            elif ahead_m < tolerance_m:
                 out_mean_m[row, column] -= np.float32(rate) * ahead_m
                 out_frames[row, column] += 1
 
@@ -223,8 +215,7 @@ def shows_background(
     mean_m: NDArray[np.float32],
     frames: NDArray[np.int32],
     frames_until_known: int,
-    tolerance_m: float,
-    tolerance_per_square_m: float,
+    tolerance: Law,
     out_is_seen: NDArray[np.bool_],
 ) -> None:
     """[h, w] where the background is known and what is seen is no nearer than it; the arguments
@@ -233,7 +224,6 @@ def shows_background(
     for row in range(height):
         for column in range(width):
             z = depth_m[row, column]
-            tolerance = tolerance_m + tolerance_per_square_m * z * z
             out_is_seen[row, column] = (frames[row, column] >= frames_until_known) & (
-                z > mean_m[row, column] - tolerance
+                z > mean_m[row, column] - law_at(z, tolerance)
             )

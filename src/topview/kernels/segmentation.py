@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.noise import Law, law_at
 from topview.kernels.scene import floor_margin
 
 
@@ -13,23 +14,21 @@ from topview.kernels.scene import floor_margin
 def geodesic_distance(
     depth_m: NDArray[np.float32],
     focal_px: float,
-    jump_m: float,
-    jump_per_square_m: float,
+    jump: Law,
     limit_m: float,
     out_m: NDArray[np.float32],
 ) -> None:
     """Length of the shortest way over the surface to each pixel, in place.
 
     Steps go to the 8 neighbours. A step is as long as the two points are apart, and is taken only
-    where both are allowed and their depths differ by at most `jump_m + jump_per_square_m * z^2`,
-    z the nearer depth. Pixels whose distance has become shorter wait in a queue until they have
+    where both are allowed and their depths differ by at most what the law `jump` says of the nearer
+    one. Pixels whose distance has become shorter wait in a queue until they have
     told their neighbours; the result does not depend on the order.
 
     Args:
         depth_m: [h, w] metres.
         focal_px: of the depth image.
-        jump_m: largest step in depth at depth 0, metres.
-        jump_per_square_m: what is added to it with the square of the depth, 1/m.
+        jump: largest step in depth.
         limit_m: longer ways are not followed.
         out_m: [h, w] the cost at which each seed starts, infinity elsewhere, and minus infinity
             where no way may lead; replaced by the distances, infinity where there is no way.
@@ -64,7 +63,7 @@ def geodesic_distance(
                 if start + across >= known:
                     continue
                 dz = depth_m[i, j] - z
-                if abs(dz) > jump_m + jump_per_square_m * nearer * nearer:
+                if abs(dz) > law_at(float(nearer), jump):
                     continue
                 square = across * across * ((i != row) + (j != column))
                 way = np.float32(start + np.sqrt(square + dz * dz))
@@ -145,22 +144,20 @@ def recall_body(
     last_depth_m: NDArray[np.float32],
     depth_m: NDArray[np.float32],
     faded_m: float,
-    jump_m: float,
-    jump_per_square_m: float,
+    jump: Law,
     keeps_seeds: bool,
     out_start_m: NDArray[np.float32],
 ) -> None:
     """Start also from where a body is known to have been, as long as the depth there has stayed.
 
-    It has where it differs from the last by less than `jump_m + jump_per_square_m * z^2`.
+    It has where it differs from the last by less than the law `jump` says.
 
     Args:
         body_m: [h, w] its distances from the head in the last frame, infinity elsewhere.
         last_depth_m: [h, w] the last frame's.
         depth_m: [h, w].
         faded_m: what is added to the distances.
-        jump_m: see above.
-        jump_per_square_m: see above.
+        jump: see above.
         keeps_seeds: whether the seeds (`seed_body`) come before what is remembered; else they are
             forgotten.
         out_start_m: [h, w] as `seed_body` gives it.
@@ -173,7 +170,7 @@ def recall_body(
                 continue
             z = depth_m[row, column]
             off_m = abs(z - last_depth_m[row, column])
-            stays = off_m < jump_m + jump_per_square_m * z * z
+            stays = off_m < law_at(z, jump)
             remembered_m = body_m[row, column] + np.float32(faded_m)
             out_start_m[row, column] = remembered_m if stays else np.inf
 
@@ -184,32 +181,29 @@ def full_pixels_of(
     small_depth_m: NDArray[np.float32],
     is_users: NDArray[np.bool_],
     stride: int,
-    jump_m: float,
-    jump_per_square_m: float,
+    jump: Law,
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
     floor: tuple[float, float, float, float],
     margin_m: float,
-    noise_per_square_m: float,
+    noise_2: Law,
 ) -> NDArray[np.int32]:
     """Flat indices, ascending, of the full pixels that the small pixels of a user stand for.
 
     A full pixel is the user's if one of the four small pixels around it is, their depths differ by
-    less than `jump_m + jump_per_square_m * z^2`, z the full pixel's, and it is no floor
-    (`floor_margin`).
+    less than the law `jump` says of the full pixel's, and it is no floor (`floor_margin`).
 
     Args:
         full_depth_m: [H, W] metres, 0 where there is no reading.
         small_depth_m: [h, w]; small pixel (i, j) lies at full pixel (i, j) * stride.
         is_users: [h, w].
         stride: full pixels per small pixel.
-        jump_m: see above.
-        jump_per_square_m: see above.
+        jump: see above.
         focal_px: (fx, fy) of the full image.
         principal_px: (cx, cy) of the full image.
         floor: its upward normal and the height of the camera over it.
         margin_m: see `floor_margin`; -inf where there is no floor.
-        noise_per_square_m: see `floor_margin`.
+        noise_2: see `floor_margin`.
     """
     full_height, full_width = full_depth_m.shape
     height, width = small_depth_m.shape
@@ -239,11 +233,9 @@ def full_pixels_of(
                 z = full_depth_m[row, column]
                 off_m = min(min(abs(z_0 - z), abs(z_1 - z)), min(abs(z_2 - z), abs(z_3 - z)))
                 above_camera_m = ((column - principal_px[0]) * up_x + rise_y + floor[2]) * z
-                least_m = floor_margin(z, above_camera_m, margin_m, noise_per_square_m)
+                least_m = floor_margin(z, above_camera_m, margin_m, noise_2)
                 pixels[count] = row * full_width + column
                 count += (
-                    (z > 0.0)
-                    & (off_m < jump_m + jump_per_square_m * z * z)
-                    & (above_camera_m + floor[3] > least_m)
+                    (z > 0.0) & (off_m < law_at(z, jump)) & (above_camera_m + floor[3] > least_m)
                 )
     return pixels[:count].copy()

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NOISE_PER_SQUARE_M
 from topview.kernels.scene import learn_background, shows_background
+from topview.records import KINECT1_NOISE, DepthNoise
 
 # All ours: frames until a depth is believed; how much of a new depth goes into the mean; and how
 # far a reading may be from the mean, besides 2.5 standard deviations of the noise.
 FRAMES_UNTIL_KNOWN = 10
 LEARNING_RATE = 0.1
-TOLERANCE = (0.05, 2.5 * NOISE_PER_SQUARE_M)
+TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
 
 
 class Background:
@@ -22,14 +22,20 @@ class Background:
         self._mean_m: NDArray[np.float32] | None = None
         self._frames: NDArray[np.int32] | None = None
 
-    def update(self, depth_m: NDArray[np.float32], is_somebodys: NDArray[np.bool_]) -> None:
+    def update(
+        self,
+        depth_m: NDArray[np.float32],
+        is_somebodys: NDArray[np.bool_],
+        noise: DepthNoise = KINECT1_NOISE,
+    ) -> None:
         """Learn from one [h, w] frame where it is nobody's."""
         if self._mean_m is None or self._mean_m.shape != depth_m.shape:
             self._mean_m = np.zeros_like(depth_m)
             self._frames = np.zeros(depth_m.shape, np.int32)
         assert self._frames is not None
+        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
         learn_background(
-            depth_m, is_somebodys, LEARNING_RATE, *TOLERANCE, self._mean_m, self._frames
+            depth_m, is_somebodys, LEARNING_RATE, tolerance, self._mean_m, self._frames
         )
 
     def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
@@ -46,12 +52,15 @@ class Background:
         self._mean_m[is_room] = depth_m[is_room]
         self._frames[is_room] = FRAMES_UNTIL_KNOWN
 
-    def is_seen_in(self, depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
+    def is_seen_in(
+        self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
+    ) -> NDArray[np.bool_]:
         """[h, w] where a frame shows the known background."""
         if self._mean_m is None or self._frames is None:
             return np.zeros(depth_m.shape, np.bool_)
         is_seen = np.empty(depth_m.shape, np.bool_)
+        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
         shows_background(
-            depth_m, self._mean_m, self._frames, FRAMES_UNTIL_KNOWN, *TOLERANCE, is_seen
+            depth_m, self._mean_m, self._frames, FRAMES_UNTIL_KNOWN, tolerance, is_seen
         )
         return is_seen

@@ -117,7 +117,7 @@ class PeopleFinder:
 
     def _look(self, image: Pyramid) -> Scene:
         cloud = Cloud.of(image)
-        is_background = self._background.is_seen_in(cloud.depth_m)
+        is_background = self._background.is_seen_in(cloud.depth_m, cloud.camera.noise)
         return Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
 
     def _detect(self, scene: Scene) -> list[HeadCandidate]:
@@ -163,7 +163,8 @@ class PeopleFinder:
         ]
         for body in whole:
             is_somebodys |= np.isfinite(body)
-        self._background.update(scene.cloud.depth_m, is_somebodys)
+        cloud = scene.cloud
+        self._background.update(cloud.depth_m, is_somebodys, cloud.camera.noise)
         return whole
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:

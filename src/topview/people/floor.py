@@ -8,9 +8,9 @@ from math import cos, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud, depth_noise_m
+from topview.detect.cloud import Cloud
 from topview.kernels.scene import plane_moments
-from topview.records import read_only
+from topview.records import DepthNoise, read_only
 
 Points = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class FloorTracker:
                 self.plane = find_floor(cloud, settings, seed=self._frames)
         else:
             points = cloud.points_camera[::2, ::2].astype(np.float64).reshape(-1, 3)
-            refined = _refine(points, self.plane, settings)
+            refined = _refine(points, self.plane, cloud.camera.noise, settings)
             self._lost_frames = 0 if refined is not None else self._lost_frames + 1
             if refined is not None:
                 self.plane = _blend(self.plane, refined, 0.1)
@@ -97,6 +97,7 @@ class FloorTracker:
 def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPlane | None:
     """The largest plane that faces up and has next to nothing below it; None if there is none."""
     points, is_level = _level_points(cloud, settings)
+    noise = cloud.camera.noise
     candidates = points[is_level]
     if len(candidates) < settings.min_pixels:
         return None
@@ -118,13 +119,13 @@ def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPla
         return None
     sample = candidates[:: max(1, len(candidates) // 1000)]
     heights = sample @ normals.T + distances
-    tolerance = 0.03 + depth_noise_m(sample[:, 2])[:, None]
+    tolerance = 0.03 + noise.sigma_m(sample[:, 2])[:, None]
     # Each pixel counts for the area that it covers, or a near table would outvote the floor.
     area = (sample[:, 2] ** 2)[:, None]
     support = (area * (np.abs(heights) < tolerance)).sum(0)
     all_points = points[:: max(1, len(points) // 1000)]
     below = all_points @ normals.T + distances < -3.0 * (
-        0.05 + depth_noise_m(all_points[:, 2])[:, None]
+        0.05 + noise.sigma_m(all_points[:, 2])[:, None]
     )
     support[below.mean(0) > settings.max_below] = 0.0
     best = int(np.argmax(support))
@@ -132,7 +133,7 @@ def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPla
         return None
     plane: FloorPlane | None = FloorPlane(normals[best], float(distances[best]))
     for _ in range(2):
-        plane = plane and _refine(candidates, plane, settings)
+        plane = plane and _refine(candidates, plane, noise, settings)
     return plane
 
 
@@ -155,15 +156,16 @@ def _level_points(cloud: Cloud, settings: FloorSettings) -> tuple[Points, NDArra
     return grid[is_valid].astype(np.float64), is_level[is_valid]
 
 
-def _refine(points: Points, plane: FloorPlane, settings: FloorSettings) -> FloorPlane | None:
+def _refine(
+    points: Points, plane: FloorPlane, noise: DepthNoise, settings: FloorSettings
+) -> FloorPlane | None:
     """Least squares on the points near a plane; None where they do not make up a floor."""
     mean, spread = np.empty(3), np.empty((3, 3))
     count = plane_moments(
         points,
         plane.normal_camera,
         plane.distance_m,
-        NEAR_M,
-        NOISE_PER_SQUARE_M,
+        noise.times(1.0, NEAR_M),
         mean,
         spread,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView
 from topview.detect.head_colors import HeadColors
 from topview.detect.heads import HeadCandidate
@@ -93,11 +94,9 @@ class KnownUser:
         self.company: set[KnownUser] = set()
         self.body_m: NDArray[np.float32] | None = None
 
-    def watch(
-        self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_], time_s: float
-    ) -> None:
+    def watch(self, cloud: Cloud, is_body: NDArray[np.bool_], time_s: float) -> None:
         """Wait from now on for something of its [h, w] body to move."""
-        self.stillness = Stillness(depth_m, is_body)
+        self.stillness = Stillness(cloud.depth_m, is_body, cloud.camera.noise)
         self.watched_s = time_s
 
     def exchange(self, other: KnownUser) -> None:

@@ -76,7 +76,7 @@ class Newcomers:
             elif user.stillness.telling_frames > PROBATION_LOOKS:
                 is_still = not user.stillness.is_broken
                 user.is_suspect = is_still and looks_doubtful(scene, user, body, roll, DEEP_DOUBT)
-                user.watch(scene.cloud.depth_m, np.isfinite(body), scene.time_s)
+                user.watch(scene.cloud, np.isfinite(body), scene.time_s)
 
     def _judge_suspect(
         self, roll: Roll, scene: Scene, user: KnownUser, body: Distance, is_like: bool
@@ -89,12 +89,12 @@ class Newcomers:
         is_there = user.seen_s == scene.time_s or has_come(scene, user)
         if is_there and is_somebody and not may_be_an_arm(scene, user, body, roll):
             self._name(user)
-            user.watch(depth_m, is_body, scene.time_s)
+            user.watch(scene.cloud, is_body, scene.time_s)
         elif scene.time_s - user.watched_s > DOUBTED_S:
             self._background.learn(depth_m, is_body)
             roll.strike_out(user)
         elif not user.stillness.is_broken and user.stillness.has_grown(is_body):
-            user.watch(depth_m, is_body, user.watched_s)
+            user.watch(scene.cloud, is_body, user.watched_s)
 
     def _name(self, user: KnownUser) -> None:
         user.is_suspect = False
@@ -123,7 +123,7 @@ class Newcomers:
             user.doubted_frames += self._doubts(scene, head, own)
             if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
                 roll.add(user, self._take_out(scene, head, body, own))
-                user.watch(scene.cloud.depth_m, np.isfinite(own), scene.time_s)
+                user.watch(scene.cloud, np.isfinite(own), scene.time_s)
                 user.is_suspect = 2 * user.doubted_frames > user.frames_seen
                 if not user.is_suspect:
                     self._name(user)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NOISE_PER_SQUARE_M, Cloud
+from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
-from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, bulky_surfaces
+from topview.people.surfaces import bulky_surfaces, jump_of
 
 WHOLE = (slice(None), slice(None))
 # Ours: behind what a head goes is so far aside at most, if it goes at all.
@@ -95,9 +95,8 @@ class Scene:
             np.vstack([basis_camera, up_camera]).astype(np.float32),
             0.0 if floor is None else floor.distance_m,
             -np.inf if floor is None else settings.floor_margin_m,
-            NOISE_PER_SQUARE_M,
-            JUMP_M,
-            JUMP_PER_SQUARE_M,
+            cloud.camera.noise.times(2.0),
+            jump_of(cloud.camera.noise),
             heights_m,
             overview_m,
             is_free_standing,

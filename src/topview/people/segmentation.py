@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
-from topview.detect.cloud import NOISE_PER_SQUARE_M
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.kernels.segmentation import full_pixels_of, recall_body, seed_body
 from topview.people.scene import Scene
-from topview.people.surfaces import JUMP_M, JUMP_PER_SQUARE_M, surface_distance
+from topview.people.surfaces import jump_of, surface_distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +99,7 @@ def body_distance(
             memory.depth_m,
             cloud.depth_m,
             memory.faded_m,
-            JUMP_M,
-            JUMP_PER_SQUARE_M,
+            jump_of(cloud.camera.noise),
             from_head,
             start_m,
         )
@@ -184,13 +182,12 @@ def full_pixels(scene: Scene, is_users: NDArray[np.bool_]) -> NDArray[np.int32]:
         cloud.depth_m,
         is_users,
         cloud.stride,
-        JUMP_M,
-        JUMP_PER_SQUARE_M,
+        jump_of(camera.noise),
         (camera.fx, camera.fy),
         (camera.cx, camera.cy),
         (0.0, 0.0, 0.0, 0.0)
         if floor is None
         else (*floor.normal_camera.tolist(), floor.distance_m),
         -np.inf if floor is None else scene.settings.floor_margin_m,
-        NOISE_PER_SQUARE_M,
+        camera.noise.times(2.0),
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import depth_noise_m
+from topview.records import KINECT1_NOISE, DepthNoise
 
 # All ours. Frames whose mean is compared with the later ones, whose mean moves with `RATE`.
 FIRST_FRAMES = 5
@@ -52,10 +52,15 @@ class Stillness:
         is_mixed: whether what was taken for a part of it may be somebody else, who was near.
     """
 
-    def __init__(self, depth_m: NDArray[np.float32], is_body: NDArray[np.bool_]) -> None:
+    def __init__(
+        self,
+        depth_m: NDArray[np.float32],
+        is_body: NDArray[np.bool_],
+        noise: DepthNoise = KINECT1_NOISE,
+    ) -> None:
         self._is_body = is_body
         self._start_m = depth_m[is_body]
-        self._noise_m = float(np.median(depth_noise_m(self._start_m)))
+        self._noise_m = float(np.median(noise.sigma_m(self._start_m)))
         self._sum_m = self._start_m.copy()
         self._count = np.ones(len(self._start_m), np.int32)
         self._recent_m = self._start_m.copy()

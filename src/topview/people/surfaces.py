@@ -7,13 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
+from topview.kernels.noise import Law
 from topview.kernels.scene import find_cores
 from topview.kernels.segmentation import geodesic_distance
+from topview.records import KINECT1_NOISE, DepthNoise
 
-# Depths of neighbouring pixels on one surface differ by up to this, plus three standard deviations
-# of the noise of both (`depth_noise_m`); ours: a hand on a hip is further away from what is behind.
+# Depths of neighbouring pixels on one surface differ by up to this, plus what the second is for a
+# Kinect, 1/m, and in proportion to the noise for other sensors; ours: a hand on a hip is further
+# away from what is behind.
 JUMP_M = 0.04
 JUMP_PER_SQUARE_M = 0.0035
+
+
+def jump_of(noise: DepthNoise, constant_m: float = JUMP_M) -> Law:
+    """By how much neighbours on one surface differ, as the kernels take it."""
+    a, b, c = (x / KINECT1_NOISE.per_square_m * JUMP_PER_SQUARE_M for x in noise.times(1.0))
+    return constant_m + a, b, c
 
 
 def bulky_surfaces(
@@ -68,5 +77,6 @@ def surface_distance(
     """[h, w] length of the shortest way over the surface from where `start_m` [h, w] is finite,
     added to it; infinity where there is none up to `limit_m`, none leads where it is minus
     infinity. `start_m` is replaced by it."""
-    geodesic_distance(cloud.depth_m, cloud.camera.fx, JUMP_M, JUMP_PER_SQUARE_M, limit_m, start_m)
+    camera = cloud.camera
+    geodesic_distance(cloud.depth_m, camera.fx, jump_of(camera.noise), limit_m, start_m)
     return start_m

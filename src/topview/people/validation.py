@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import depth_noise_m
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
 from topview.kernels.bodies import measure_body, share_within
 from topview.people.scene import Scene
-from topview.people.surfaces import JUMP_PER_SQUARE_M
+from topview.people.surfaces import jump_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +126,7 @@ class _Measures:
                 top_m + ABOVE_HEAD_M,
                 BUST_M,
                 TORSO_M,
-                EDGE_M,
-                JUMP_PER_SQUARE_M,
+                jump_of(scene.cloud.camera.noise, EDGE_M),
             ),
         )
 
@@ -198,7 +196,7 @@ def is_doubtful(
     ):
         return True
     top_m = body.top_m
-    noise_m = float(depth_noise_m(head.center_camera[2]))
+    noise_m = float(scene.cloud.camera.noise.sigma_m(head.center_camera[2]))
     is_very_low, is_low = (scene.floor is not None and top_m < low_m for low_m in limits.low_m)
     below_top_m = np.where(np.isfinite(distance_m), top_m - scene.heights_m, np.float32(-1.0))
     chest_m, head_m = (
@@ -226,7 +224,8 @@ def is_torn_out(scene: Scene, distance_m: NDArray[np.float32]) -> bool:
     it."""
     beside = same = 0
     is_high = scene.heights_m > FEET_M
-    near_m = SAME_M + SAME_NOISE * depth_noise_m(scene.cloud.depth_m)
+    cloud = scene.cloud
+    near_m = SAME_M + SAME_NOISE * cloud.camera.noise.sigma_m(cloud.depth_m)
     for is_next, back_m in _outline(scene, distance_m < np.inf):
         beside += np.count_nonzero(is_next & is_high)
         is_on = is_next & is_high & ~scene.is_free_standing & (np.abs(back_m) < near_m)

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from lenses import LENSES, camera_with
 from topview.camera import distort, pixel_rays, project, undistort
+from topview.people.surfaces import jump_of
 from topview.records import Camera, Distortion, InputError
 
 ALL = pytest.mark.parametrize("lens", LENSES.values(), ids=list(LENSES))
@@ -142,6 +143,7 @@ class TestNoise:
         sigma_m = camera_with(None).noise.sigma_m(depth_m)
         assert sigma_m.dtype == np.float32
         assert (sigma_m == 0.0015 * depth_m * depth_m).all()
+        assert jump_of(camera_with(None).noise) == (0.04, 0.0, 0.0035)
 
     @pytest.mark.parametrize(
         ("sensor", "at_2_m", "at_4_m"), [("tof", 0.005, 0.009), ("stereo", 0.0152, 0.0608)]

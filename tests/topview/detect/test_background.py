@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from detect_scenes import SHIRT_RGB, Disc, frame_of, view_of
-from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom
+from detect_scenes import CAMERA, SHIRT_RGB, Disc, frame_of, view_of
+from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom, depth_levels
+from topview.records import SENSOR_NOISE, Camera, DepthNoise, SensorName
 
 PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
 FAR_PERSON: Disc = (80.0, 60.0, 20.0, 2.85, SHIRT_RGB)
@@ -18,10 +21,10 @@ def is_person(disc: Disc) -> np.ndarray:
     return np.hypot(columns - disc[0], rows - disc[1]) <= disc[2]
 
 
-def learnt(frames: int = 40) -> BackgroundMixtures:
+def learnt(frames: int = 40, camera: Camera = CAMERA) -> BackgroundMixtures:
     room = BackgroundMixtures()
     for index in range(frames):
-        view = view_of(frame_of(index=index))
+        view = view_of(frame_of(index=index, camera=camera))
         room.foreground(view)
         room.learn(view, NOBODY)
     return room
@@ -31,10 +34,32 @@ def test_everything_may_be_somebody_before_anything_is_learnt() -> None:
     assert BackgroundMixtures().foreground(view_of(frame_of())).all()
 
 
-def test_who_steps_before_the_room_is_found() -> None:
-    room = learnt()
+@pytest.mark.parametrize("sensor", SENSOR_NOISE)
+def test_levels_are_as_wide_as_the_noise_at_any_depth(sensor: str) -> None:
+    noise = SENSOR_NOISE[sensor]
+    depth_m = np.linspace(0.8, 8.0, 50, dtype=np.float32)[None]
+    near_m, far_m = (depth_m + sign * noise.sigma_m(depth_m) for sign in (-1.0, 1.0))
+    rise = depth_levels(near_m, noise) - depth_levels(far_m, noise)
+    np.testing.assert_allclose(rise, 4.0, atol=1.1 if sensor == "tof" else 0.1)
+    assert (np.diff(depth_levels(depth_m, noise)) < 0.0).all()
+    assert depth_levels(np.zeros((1, 1), np.float32), noise) == 0.0
+
+
+def test_a_noise_of_three_terms_has_levels_too() -> None:
+    noise = DepthNoise(0.003, 0.004, 0.001)
+    depth_m = np.arange(1.0, 6.0, 0.01).astype(np.float32)[None]
+    rise = -np.diff(depth_levels(depth_m, noise)) / np.diff(depth_m)
+    np.testing.assert_allclose(rise, 2.0 / noise.sigma_m(depth_m[:, 1:]), rtol=0.1)
+
+
+@pytest.mark.parametrize("sensor", SENSOR_NOISE)
+def test_who_steps_before_the_room_is_found(sensor: SensorName) -> None:
+    camera = replace(CAMERA, sensor=sensor)
+    room = learnt(camera=camera)
     for disc in (PERSON, FAR_PERSON):
-        found = room.foreground(view_of(frame_of([disc], index=50)))
+        if sensor == "stereo" and disc is FAR_PERSON:
+            continue  # less before the wall than four standard deviations of its noise
+        found = room.foreground(view_of(frame_of([disc], index=50, camera=camera)))
         truth = is_person(disc)
         assert found[truth].mean() > 0.98
         assert found[~truth].mean() < 0.01

@@ -24,7 +24,12 @@ from topview.kernels.heads import (
 from topview.records import Camera
 
 CAMERA = Camera(120.0, 110.0, 31.0, 25.0, 64, 50)
-BEFORE_M, BEHIND_M, FAR_BEHIND_M, NOISE_PER_SQUARE_M = 0.1, 0.15, 0.5, 0.01
+BEFORE_M, BEHIND_M, FAR_BEHIND_M = 0.1, 0.15, 0.5
+NOISE = (0.003, 0.005, 0.01)
+
+
+def noise_at(z: float) -> float:
+    return NOISE[0] + NOISE[1] * z + NOISE[2] * z**2
 
 
 def definition(depth_m: np.ndarray, centers: np.ndarray, offsets: np.ndarray) -> np.ndarray:
@@ -37,7 +42,7 @@ def definition(depth_m: np.ndarray, centers: np.ndarray, offsets: np.ndarray) ->
         column, row = np.floor(pixels[index] + 0.5).astype(int)
         if not (0 <= row < CAMERA.height and 0 <= column < CAMERA.width):
             continue
-        noise_m = NOISE_PER_SQUARE_M * centers[index[0], 2] ** 2
+        noise_m = noise_at(centers[index[0], 2])
         further_m = depth_m[row, column] - places[index][2]
         if depth_m[row, column] == 0.0 or further_m > FAR_BEHIND_M + noise_m:
             seen[index] = EMPTY
@@ -68,10 +73,7 @@ def test_every_place_of_the_template_is_seen_as_defined(seed: int) -> None:
             (BEFORE_M, BEHIND_M, FAR_BEHIND_M), noise_m,
         )  # fmt: skip
 
-    seen = [
-        [look(place, NOISE_PER_SQUARE_M * center[2] ** 2) for place in center + offsets]
-        for center in centers
-    ]
+    seen = [[look(place, noise_at(center[2])) for place in center + offsets] for center in centers]
     np.testing.assert_array_equal(seen, definition(depth_m, centers, offsets))
 
 
@@ -88,7 +90,7 @@ def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: fl
     fit_template(
         depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), centers, ups,
         parts[0], parts[1], parts[2],
-        (BEFORE_M, BEHIND_M, FAR_BEHIND_M), NOISE_PER_SQUARE_M, least, evidence,
+        (BEFORE_M, BEHIND_M, FAR_BEHIND_M), NOISE, least, evidence,
     )  # fmt: skip
     for n, (center, up) in enumerate(zip(centers, ups, strict=True)):
         right = np.array([-up[1], up[0], 0.0]) / np.hypot(up[0], up[1])

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 
 from topview.camera.pyramid import Pyramid
-from topview.detect.cloud import Cloud, depth_noise_m
+from topview.detect.cloud import Cloud
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
 from topview.people.newcomers import DOUBTED_S
 from topview.people.scene import Scene, SceneSettings
 from topview.people.stillness import FIRST_FRAMES, MOVED_FRAMES, Stillness
 from topview.people.validation import is_torn_out
+from topview.records import KINECT1_NOISE
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 GROUND_Y = 1.1
@@ -108,12 +109,14 @@ def test_noise_alone_never_breaks_stillness_and_a_sway_does(seed: int, depth_m: 
     is_body[: int(height), : int(width)] = True
 
     def seen(ahead_m: float) -> NDArray[np.float32]:
-        noise = rng.normal(size=is_body.shape) * depth_noise_m(np.array(depth_m))
+        noise = rng.normal(size=is_body.shape) * KINECT1_NOISE.sigma_m(np.array(depth_m))
         return (depth_m - ahead_m + noise).astype(np.float32)
 
     stillness = Stillness(seen(0.0), is_body)
     assert not any(stillness.is_broken_in(seen(0.0)) for _ in range(150))
-    sway_m = max(0.02, 0.8 * float(depth_noise_m(np.array(depth_m))))  # less is lost in the noise
+    sway_m = max(
+        0.02, 0.8 * float(KINECT1_NOISE.sigma_m(np.array(depth_m)))
+    )  # less is lost in the noise
     assert any(stillness.is_broken_in(seen(sway_m)) for _ in range(15))
 
 

@@ -18,7 +18,15 @@ from topview.kernels.scene import (
 
 SHAPE = (20, 25)
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]], np.float32)
-CAMERA_HEIGHT_M, NOISE, JUMP, JUMP2 = 1.3, 0.0015, 0.05, 0.004
+CAMERA_HEIGHT_M = 1.3
+JUMP = (0.05, 0.001, 0.004)
+
+# A Kinect's noise, which grows with the square of the depth, and one with all three terms.
+LAWS = [(0.0, 0.0, 0.0015), (0.001, 0.002, 0.0005)]
+
+
+def law(z: NDArray[np.floating], terms: tuple[float, float, float]) -> NDArray[np.floating]:
+    return terms[0] + terms[1] * z + terms[2] * z**2
 
 
 @pytest.fixture(params=range(3))
@@ -32,14 +40,17 @@ def cloud(generator: np.random.Generator) -> NDArray[np.float32]:
     return points.astype(np.float32)
 
 
+@pytest.mark.parametrize("noise", LAWS)
 @pytest.mark.parametrize("margin_m", [0.035, -np.inf])
-def test_a_scene_is_set_up_as_defined(generator: np.random.Generator, margin_m: float) -> None:
+def test_a_scene_is_set_up_as_defined(
+    generator: np.random.Generator, margin_m: float, noise: tuple[float, float, float]
+) -> None:
     points = cloud(generator)
     background = generator.random(SHAPE) < 0.2
     heights, overview = np.empty(SHAPE, np.float32), np.empty((*SHAPE, 2), np.float32)
     free, inner = np.empty(SHAPE, np.bool_), np.empty(SHAPE, np.uint8)
     set_up(
-        points, background, AXES, CAMERA_HEIGHT_M, margin_m, NOISE, JUMP, JUMP2,
+        points, background, AXES, CAMERA_HEIGHT_M, margin_m, noise, JUMP,
         heights, overview, free, inner,
     )  # fmt: skip
     along = points @ AXES.T
@@ -47,10 +58,10 @@ def test_a_scene_is_set_up_as_defined(generator: np.random.Generator, margin_m: 
     np.testing.assert_allclose(heights, along[..., 2] + CAMERA_HEIGHT_M, atol=1e-5)
     z = points[..., 2]
     descent = np.abs(heights - CAMERA_HEIGHT_M) / np.maximum(z, 0.1)
-    is_floor = heights <= margin_m + 2.0 * NOISE * z**2 * descent
+    is_floor = heights <= margin_m + law(z, noise) * descent
     np.testing.assert_array_equal(free, (z > 0.0) & ~background & ~is_floor)
     assert (margin_m > 0.0) == bool((is_floor & (z > 0.0)).any())
-    jump = JUMP + JUMP2 * z**2
+    jump = law(z, JUMP)
     is_edge = np.zeros(SHAPE, np.bool_)
     is_edge[:, 1:] |= np.abs(np.diff(z, axis=1)) > jump[:, 1:]
     is_edge[1:] |= np.abs(np.diff(z, axis=0)) > jump[1:]
@@ -84,14 +95,19 @@ def test_an_image_without_edges_has_a_finite_inset() -> None:
     np.testing.assert_allclose(inset, max(SHAPE) * 0.1)
 
 
-def test_moments_are_those_of_the_points_near_the_plane(generator: np.random.Generator) -> None:
+@pytest.mark.parametrize("noise", LAWS)
+def test_moments_are_those_of_the_points_near_the_plane(
+    generator: np.random.Generator, noise: tuple[float, float, float]
+) -> None:
     points = generator.uniform([-1.0, 0.9, 1.0], [1.0, 1.1, 4.0], (300, 3))
     points[::10] = 0.0
     normal, distance_m = np.array([0.0, -1.0, 0.0]), 1.0
     mean, covariance = np.empty(3), np.empty((3, 3))
-    count = plane_moments(points, normal, distance_m, 0.04, NOISE, mean, covariance)
+    count = plane_moments(
+        points, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
+    )
     off = np.abs(points @ normal + distance_m)
-    near = points[(points[:, 2] > 0.0) & (off < 0.04 + NOISE * points[:, 2] ** 2)]
+    near = points[(points[:, 2] > 0.0) & (off < 0.04 + law(points[:, 2], noise))]
     weights = near[:, 2] ** -2
     assert count == len(near) > 50
     np.testing.assert_allclose(mean, np.average(near, axis=0, weights=weights))
@@ -101,7 +117,10 @@ def test_moments_are_those_of_the_points_near_the_plane(generator: np.random.Gen
 
 def test_no_points_have_no_moments() -> None:
     moments = np.empty(3), np.empty((3, 3))
-    assert plane_moments(np.zeros((5, 3)), np.array([0.0, -1.0, 0.0]), 0.0, 0.1, 0.0, *moments) == 0
+    assert (
+        plane_moments(np.zeros((5, 3)), np.array([0.0, -1.0, 0.0]), 0.0, (0.1, 0.0, 0.0), *moments)
+        == 0
+    )
 
 
 def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> None:
@@ -110,11 +129,12 @@ def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> No
     # Steady, nearer, further away, nothing, somebody.
     depth = np.array([[1.98, 1.5, 2.5, 0.0, 2.0]], np.float32)
     somebody = np.array([[False, False, False, False, True]])
-    learn_background(depth, somebody, 0.1, 0.05, 0.004, mean, frames)
+    tolerance = 0.03, 0.01, 0.004
+    learn_background(depth, somebody, 0.1, tolerance, mean, frames)
     np.testing.assert_allclose(mean, [[1.998, 2.0, 2.5, 2.0, 2.0]])
     np.testing.assert_array_equal(frames, [[8, 7, 1, 7, 7]])
     seen = np.empty((1, 5), np.bool_)
-    shows_background(depth, mean, frames, 7, 0.05, 0.004, seen)
+    shows_background(depth, mean, frames, 7, tolerance, seen)
     np.testing.assert_array_equal(seen, [[True, False, False, False, True]])
 
 
@@ -132,11 +152,11 @@ def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
     heights, inset = generator.uniform(0.0, 2.0, (2, *SHAPE)).astype(np.float32)
     distance = generator.choice([0.1, 0.4, 0.8, np.inf], SHAPE).astype(np.float32)
     area_m2, over_m2, bust_m2, lowest_m, roughness, radius_m = measure_body(
-        distance, depth, heights, inset, 20.0, 1.5, 0.3, 0.5, JUMP, JUMP2
+        distance, depth, heights, inset, 20.0, 1.5, 0.3, 0.5, JUMP
     )
     body, bust = distance < np.inf, distance < 0.3
     pixel_m2 = (depth / 20.0) ** 2
-    jump = JUMP + JUMP2 * depth**2
+    jump = law(depth, JUMP)
     edge = np.zeros(SHAPE, np.bool_)
     edge[:, 1:] |= np.abs(np.diff(depth, axis=1)) > jump[:, 1:]
     edge[1:] |= np.abs(np.diff(depth, axis=0)) > jump[1:]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,7 +16,11 @@ from topview.kernels.segmentation import (
     seed_body,
 )
 
-JUMP, JUMP2 = 0.05, 0.004
+JUMP = (0.045, 0.002, 0.004)
+
+
+def jump_at(z: Any) -> Any:
+    return JUMP[0] + JUMP[1] * z + JUMP[2] * z**2
 
 
 @pytest.fixture(params=range(5))
@@ -51,7 +57,7 @@ def geodesic_by_relaxation(
                 nearer = np.fmin(z, depth)
                 across = (nearer / focal) ** 2 * ((i != 1) + (j != 1))
                 way = padded[i : i + height, j : j + width] + np.sqrt(across + dz**2)
-                may = allowed & (dz <= JUMP + JUMP2 * nearer**2) & (way <= limit)
+                may = allowed & (dz <= jump_at(nearer)) & (way <= limit)
                 best = np.where(may & (way < best), way, best)
         if np.array_equal(best, distance):
             return distance
@@ -66,7 +72,7 @@ def test_geodesic_distance_is_the_shortest_way(generator: np.random.Generator) -
     allowed[5, 5] = allowed[20, 30] = True
     expected = geodesic_by_relaxation(depth, allowed, 60.0, 0.8, start)
     out = np.where(allowed, start, np.float32(-np.inf))
-    geodesic_distance(depth, 60.0, JUMP, JUMP2, 0.8, out)
+    geodesic_distance(depth, 60.0, JUMP, 0.8, out)
     # Single precision may fall on the other side of the limit.
     is_clear = ~(np.abs(expected - 0.8) < 1e-4) & ~(np.abs(out - 0.8) < 1e-4)
     np.testing.assert_allclose(out[is_clear], expected[is_clear], rtol=1e-4)
@@ -117,14 +123,18 @@ def test_a_body_is_remembered_where_the_depth_has_stayed(
     body = generator.choice([0.4, 0.7, np.inf], shape).astype(np.float32)
     start = generator.choice([-np.inf, 0.1, np.inf], shape).astype(np.float32)
     out = start.copy()
-    recall_body(body, last, depth, 0.25, JUMP, JUMP2, keeps_seeds, out)
-    stays = np.abs(depth - last) < JUMP + JUMP2 * depth**2
+    recall_body(body, last, depth, 0.25, JUMP, keeps_seeds, out)
+    stays = np.abs(depth - last) < jump_at(depth)
     known = np.where(stays, body + 0.25, np.inf)
     expected = np.where(start == np.inf, known, start) if keeps_seeds else known
     np.testing.assert_allclose(out, np.where(start < 0.0, start, expected), rtol=1e-6)
 
 
-FLOOR, MARGIN, NOISE = (0.0, -0.8, -0.6, 1.5), 0.035, 0.0015
+def noise_2_at(z: float) -> float:
+    return NOISE_2[0] + NOISE_2[1] * z + NOISE_2[2] * z**2
+
+
+FLOOR, MARGIN, NOISE_2 = (0.0, -0.8, -0.6, 1.5), 0.035, (0.001, 0.002, 0.003)
 
 
 @pytest.mark.parametrize("stride", [1, 2, 3])
@@ -137,7 +147,7 @@ def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
     small = np.ascontiguousarray(full[::stride, ::stride])
     users = generator.uniform(size=small.shape) > 0.8
     found = full_pixels_of(
-        full, small, users, stride, JUMP, JUMP2, (40.0, 42.0), (24.5, 20.0), FLOOR, margin, NOISE
+        full, small, users, stride, JUMP, (40.0, 42.0), (24.5, 20.0), FLOOR, margin, NOISE_2
     )
     expected = []
     for row in range(full.shape[0]):
@@ -145,11 +155,11 @@ def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
             z = float(full[row, column])
             i, j = row // stride, column // stride
             near = users[i : i + 2, j : j + 2] & (
-                np.abs(small[i : i + 2, j : j + 2] - z) < JUMP + JUMP2 * z * z
+                np.abs(small[i : i + 2, j : j + 2] - z) < jump_at(z)
             )
             point = z * np.array([(column - 24.5) / 40.0, (row - 20.0) / 42.0, 1.0])
             descent = abs(point @ FLOOR[:3]) / max(z, 0.1)
-            is_floor = point @ FLOOR[:3] + FLOOR[3] <= margin + 2.0 * NOISE * z * z * descent
+            is_floor = point @ FLOOR[:3] + FLOOR[3] <= margin + noise_2_at(z) * descent
             if z > 0.0 and near.any() and not is_floor:
                 expected.append(row * full.shape[1] + column)
     np.testing.assert_array_equal(found, expected)
