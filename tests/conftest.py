@@ -61,7 +61,7 @@ def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
 
 @pytest.fixture
 def make_recording(tmp_path: Path) -> MakeRecording:
-    def make(depths_mm: Sequence[NDArray[Any]] | None = None, **camera: float) -> Path:
+    def make(depths_mm: Sequence[NDArray[Any]] | None = None, **camera: Any) -> Path:
         """A folder recording, by default three frames of a bare wall at 3 m."""
         folder = tmp_path / "recording"
         (folder / "depth").mkdir(parents=True)

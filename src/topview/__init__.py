@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from topview.records import (
     Camera,
+    Distortion,
     Frame,
     InputError,
     JointState,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Camera",
+    "Distortion",
     "Frame",
     "InputError",
     "JointState",

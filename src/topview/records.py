@@ -342,6 +342,12 @@ class SkeletonSequence:
         Ts_camera_part: [F, P, B, 4, 4] float64, NaN where absent.
         heights_m: [P] float64.
         settings: what made it (method, settings, seed), plain JSON types.
+        frame_names: F names, as the source calls its frames; their numbers if it does not.
+        camera: what took the frames, with its lens; None if not known.
+        floor_camera: [4] upward unit normal n and height h of the camera over the floor, whose
+            points p have n @ p + h = 0; NaN if no floor was seen.
+        gravity_camera: [3] unit vector that points down; NaN if not known.
+        topview_version: what wrote it; empty if nothing told.
     """
 
     frame_index: NDArray[np.int64]
@@ -355,9 +361,18 @@ class SkeletonSequence:
     Ts_camera_part: NDArray[np.float64]
     heights_m: NDArray[np.float64]
     settings: dict[str, Any] = field(default_factory=dict)
+    frame_names: tuple[str, ...] = ()
+    camera: Camera | None = None
+    floor_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(4, np.nan))
+    gravity_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    topview_version: str = ""
 
     def __post_init__(self) -> None:
         F, P = len(self.frame_index), len(self.person_ids)
+        if not self.frame_names:
+            object.__setattr__(self, "frame_names", tuple(map(str, self.frame_index.tolist())))
+        if len(self.frame_names) != F:
+            raise InputError(f"has {len(self.frame_names)} frame_names; it must have {F}")
         J, B = len(self.joint_names), len(self.part_names)
         expected = {
             "timestamps_s": (F,),
@@ -366,6 +381,8 @@ class SkeletonSequence:
             "joint_confidence": (F, P, J),
             "Ts_camera_part": (F, P, B, 4, 4),
             "heights_m": (P,),
+            "floor_camera": (4,),
+            "gravity_camera": (3,),
         }
         for name, shape in expected.items():
             array = getattr(self, name)
@@ -385,8 +402,10 @@ class SkeletonSequence:
         joint_names: tuple[str, ...],
         part_names: tuple[str, ...],
         settings: dict[str, Any] | None = None,
+        **about: Any,
     ) -> SkeletonSequence:
-        """Stack tracked frames, each (frame index, timestamp in s, its people)."""
+        """Stack tracked frames, each (frame index, timestamp in s, its people); `about` are other
+        attributes, such as `camera` and `frame_names`."""
         ids = sorted({person.id for _, _, people in frames for person in people})
         column = {person_id: p for p, person_id in enumerate(ids)}
         F, P, J, B = len(frames), len(ids), len(joint_names), len(part_names)
@@ -415,6 +434,7 @@ class SkeletonSequence:
             Ts_camera_part=poses,
             heights_m=heights,
             settings=settings or {},
+            **about,
         )
 
 

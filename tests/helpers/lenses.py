@@ -10,12 +10,13 @@ from topview.records import Camera, Distortion
 
 LENSES = {
     "brown_conrady": Distortion("brown_conrady", (-0.28, 0.09, 0.0012, -0.0008)),
+    # A Kinect v2's depth camera.
     "brown_conrady_5": Distortion("brown_conrady", (0.0905, -0.2682, 0.0011, 0.0007, 0.0951)),
     # An Azure Kinect's depth camera.
     "rational": Distortion(
         "rational", (3.1306, 2.3249, 8.1e-5, -5.1e-5, 0.1304, 3.4587, 3.3501, 0.6629)
     ),
-    # A RealSense D455's colour camera.
+    # About as strong as that of a RealSense D455's colour camera.
     "inverse_brown_conrady": Distortion(
         "inverse_brown_conrady", (-0.0556, 0.0652, -0.0006, 0.0006, -0.0209)
     ),

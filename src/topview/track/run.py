@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
+from topview.people.floor import FloorPlane
 from topview.records import Frame, Person, Recording, SkeletonSequence
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
@@ -44,6 +49,8 @@ def track_recording(
     of each, undistorted, as it is done."""
     tracker = tracker or Tracker(settings)
     tracked: list[tuple[int, float, list[Person]]] = []
+    names: list[str] = []
+    floor: FloorPlane | None = None
     seconds = 0.0
     interrupted = False
     try:
@@ -52,6 +59,8 @@ def track_recording(
             people = tracker.update(frame)
             seconds += perf_counter() - start
             tracked.append((frame.index, frame.timestamp_s, people))
+            names.append(frame.name or str(frame.index))
+            floor = tracker.finder.floor or floor
             if on_frame is not None:
                 on_frame(frame, people)
     except KeyboardInterrupt:
@@ -61,5 +70,27 @@ def track_recording(
         JOINT_NAMES,
         PART_NAMES,
         {"recording": recording.name, **tracker.settings_as_json()},
+        frame_names=tuple(names),
+        camera=recording.camera,
+        topview_version=_version(),
+        **_vertical(floor),
     )
     return TrackingResult(skeletons, seconds, interrupted)
+
+
+def _vertical(floor: FloorPlane | None) -> dict[str, NDArray[np.float64]]:
+    """The floor as it was seen last, and what is down by it."""
+    if floor is None:
+        return {}
+    return {
+        "floor_camera": np.append(floor.normal_camera, floor.distance_m),
+        "gravity_camera": -floor.normal_camera,
+    }
+
+
+def _version() -> str:
+    """Of this package; empty where it was never installed."""
+    try:
+        return version("topview")
+    except PackageNotFoundError:
+        return ""

@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.io.writers.npz import format_version
 from topview.records import InputError
 
 NEEDED_KEYS: Final = ("joint_names", "joints_camera")
@@ -27,7 +28,8 @@ def read_arrays(path: Path) -> Arrays:
     """The arrays of a file, keyed as in `skeletons.npz`; both `NEEDED_KEYS` are among them.
 
     Raises:
-        InputError: it is unreadable, or lacks something; one line, without the path.
+        InputError: it is unreadable, lacks something, or a later topview wrote it; one line,
+            without the path.
     """
     return _from_csv(path) if path.suffix.lower() == ".csv" else _from_npz(path)
 
@@ -40,6 +42,7 @@ def _from_npz(path: Path) -> Arrays:
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zipfile.error) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"cannot be read ({reason}); {right}") from None
+    format_version(arrays)
     missing = [key for key in NEEDED_KEYS if key not in arrays]
     if missing:
         raise InputError(f"has no {', '.join(missing)} (it has {', '.join(arrays)}); {right}")

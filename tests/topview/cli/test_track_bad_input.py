@@ -63,6 +63,24 @@ def test_absurd_intrinsics(topview, make_recording, tmp_path, name, value):
     assert_refused(ended, "camera.json", name, str(value))
 
 
+@pytest.mark.parametrize(
+    ("told", "named"),
+    [
+        ({"k1": -0.2}, ["k1", "distortion"]),
+        ({"dist_coeffs": [0.0] * 5}, ["dist_coeffs", "distortion"]),
+        ({"distortion": {"model": "fisheye", "coefficients": [0.1] * 4}}, ["fisheye", "rational"]),
+        ({"distortion": {"model": "rational", "coefficients": [0.1] * 5}}, ["5 coeff", "8"]),
+        ({"sensor": "radar"}, ["sensor", "radar", "tof"]),
+        ({"T_world_camera": [[1, 0, 0, 0]]}, ["T_world_camera", "4 x 4"]),
+    ],
+)
+def test_a_lens_sensor_or_pose_that_is_not_understood(
+    topview, make_recording, tmp_path, told, named
+):
+    ended = topview("track", make_recording(**told), "--out", tmp_path / "out")
+    assert_refused(ended, "camera.json", *named)
+
+
 def test_depth_of_another_size_than_the_camera(topview, make_recording, tmp_path):
     source = make_recording([np.full((30, 40), 3000, np.uint16)])
     ended = topview("track", source, "--out", tmp_path / "out")
@@ -210,3 +228,13 @@ def test_a_method_that_does_not_exist_is_refused(topview, make_recording, tmp_pa
     assert finished.status == 2
     (line,) = finished.complaints
     assert "method is 'openpose'; it must be one of topview, utvr, btvr," in line
+
+
+def test_the_camera_with_its_lens_is_written_with_the_skeletons(topview, make_recording, tmp_path):
+    lens = {"model": "brown_conrady", "coefficients": [-0.2, 0.05, 0.001, 0.002]}
+    ended = topview("track", make_recording(distortion=lens, sensor="tof"), "--out", tmp_path)
+    assert_refused(ended, "no person was found in 3 frames")
+    with np.load(tmp_path / "skeletons.npz") as skeletons:
+        written = json.loads(str(skeletons["camera"]))
+        assert skeletons["frame_names"].tolist() == ["000000.png", "000001.png", "000002.png"]
+    assert (written["distortion"], written["sensor"]) == (lens, "tof")

@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from lenses import LENSES, camera_with
 from topview import InputError, SkeletonSequence
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.io.writers import (
@@ -29,7 +30,7 @@ from topview.io.writers import (
 )
 from topview.records import JOINT_STATE_NAMES
 
-KEYS = {
+KEYS_OF_1 = {
     "frame_index",
     "timestamps_s",
     "person_ids",
@@ -43,7 +44,14 @@ KEYS = {
     "heights_m",
     "settings",
 }
-ARRAYS = KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
+ARRAYS_OF_1 = KEYS_OF_1 - {"joint_names", "joint_state_names", "part_names", "settings"}
+ARRAYS = ARRAYS_OF_1 | {"floor_camera", "gravity_camera"}
+KEYS = KEYS_OF_1 | ARRAYS | {"format_version", "frame_names", "camera", "topview_version"}
+CAMERAS = [
+    None,
+    camera_with(None),
+    *(camera_with(lens, sensor="tof", T_world_camera=np.eye(4)) for lens in LENSES.values()),
+]
 
 
 @st.composite
@@ -70,6 +78,11 @@ def sequences(draw: st.DrawFn) -> SkeletonSequence:
         Ts_camera_part=draw(hnp.arrays(np.float64, (F, P, B, 4, 4), elements=reals)),
         heights_m=draw(hnp.arrays(np.float64, P, elements=reals)),
         settings=draw(st.dictionaries(st.text(), json_values, max_size=3)),
+        frame_names=tuple(draw(st.lists(names, min_size=F, max_size=F))),
+        camera=draw(st.sampled_from(CAMERAS)),
+        floor_camera=draw(hnp.arrays(np.float64, 4, elements=reals)),
+        gravity_camera=draw(hnp.arrays(np.float64, 3, elements=reals)),
+        topview_version=draw(names | st.just("")),
     )
 
 
@@ -94,6 +107,11 @@ def sequence() -> SkeletonSequence:
         Ts_camera_part=rng.normal(size=(F, P, B, 4, 4)),
         heights_m=np.array([1.75, 1.8]),
         settings={"seed": 7, "method": "utvr"},
+        frame_names=("a.png", "b.png", "d.png"),
+        camera=camera_with(LENSES["rational"], sensor="stereo"),
+        floor_camera=np.array([0.0, -0.8, -0.6, 1.5]),
+        gravity_camera=np.array([0.0, 0.8, 0.6]),
+        topview_version="0.1.0",
     )
 
 
@@ -114,6 +132,23 @@ def test_what_is_written_is_read(sequence, scratch):
     assert read.joint_names == sequence.joint_names
     assert read.part_names == sequence.part_names
     assert read.settings == sequence.settings
+    assert read.frame_names == sequence.frame_names
+    assert read.camera == sequence.camera
+    assert read.topview_version == sequence.topview_version
+
+
+def test_a_file_of_version_1_is_read(sequence, tmp_path):
+    """It has no version, and nothing of what came with the second."""
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    with np.load(path) as data:
+        np.savez(path, **{key: data[key] for key in KEYS_OF_1})
+    read = read_skeletons_npz(path)
+    for key in ARRAYS_OF_1:
+        np.testing.assert_array_equal(getattr(read, key), getattr(sequence, key))
+    assert read.frame_names == ("0", "1", "3")
+    assert (read.camera, read.topview_version) == (None, "")
+    assert np.isnan([*read.floor_camera, *read.gravity_camera]).all()
 
 
 def test_the_file_has_these_keys_and_needs_no_pickle(sequence, tmp_path):
@@ -125,6 +160,12 @@ def test_the_file_has_these_keys_and_needs_no_pickle(sequence, tmp_path):
         assert data["part_names"].shape == (11,)
         assert data["Ts_camera_part"].shape == (3, 2, 11, 4, 4)
         assert str(data["settings"]) == '{"method": "utvr", "seed": 7}'
+        assert data["format_version"] == 2
+        assert data["frame_names"].tolist() == ["a.png", "b.png", "d.png"]
+        camera = json.loads(str(data["camera"]))
+        assert (camera["fx"], camera["width"], camera["sensor"]) == (210.0, 320, "stereo")
+        assert camera["distortion"]["model"] == "rational"
+        assert len(camera["distortion"]["coefficients"]) == 8
 
 
 def test_equal_content_gives_equal_bytes(sequence, tmp_path, monkeypatch):
@@ -249,6 +290,14 @@ def test_an_npz_cut_anywhere_is_refused_in_one_line(sequence, tmp_path):
         ({"heights_m": np.zeros(7)}, r"heights_m has shape \(7,\); it must be \(2,\)"),
         ({"heights_m": np.array(["tall", "short"])}, "has a damaged value"),
         ({"settings": np.array("{")}, "has a damaged value"),
+        ({"camera": np.array("{")}, "has a damaged value"),
+        ({"camera": np.array("{}")}, "has a damaged value .has no fx, fy"),
+        ({"camera": None}, "has no camera; it must be a skeletons.npz"),
+        ({"floor_camera": np.zeros(3)}, r"floor_camera has shape \(3,\); it must be \(4,\)"),
+        ({"frame_names": np.array(["a"])}, "has 1 frame_names; it must have 3"),
+        ({"format_version": np.array(3)}, "format_version is 3, which a later topview wrote"),
+        ({"format_version": np.array(0)}, "format_version is 0; it must be 1 to 2"),
+        ({"format_version": np.array("2")}, "format_version is 2; it must be 1 to 2"),
         ({"joint_state_names": np.array(["seen"])}, "joint_state_names are seen; they must be"),
         ({"settings": np.array({}, object)}, "is truncated or damaged"),
     ],

@@ -282,6 +282,14 @@ class TestReading:
             np.testing.assert_array_equal(getattr(predicted, name), getattr(own, name))
         np.testing.assert_array_equal(predicted.Ts_camera_part[..., :3, :3], Ts[..., :3, :3])
 
+    def test_a_file_of_a_later_version_is_refused_in_one_line(self, tmp_path, reference) -> None:
+        path = write(tmp_path / "a.npz", people_standing(4, 0.0), format_version=np.array(3))
+        with pytest.raises(
+            InputError, match=r"a\.npz: format_version is 3, which a later"
+        ) as error:
+            read_predictions(path, reference)
+        assert "\n" not in str(error.value)
+
     def test_other_systems_joints(self, tmp_path: Path) -> None:
         reference = reference_of(people_standing(2, 0.0))
         at = dict(zip(JOINT_NAMES, standing(), strict=True))
