@@ -246,7 +246,8 @@ class Frame:
     """One registered depth (and colour) image.
 
     Attributes:
-        index: number of the frame in its recording.
+        index: number of the frame in its recording, or how many came before where the source does
+            not number them; only a name, time is `timestamp_s`.
         timestamp_s: seconds since the recording's start.
         depth_m: [H, W] float32 metres along the optical axis, 0 where there is no reading.
         camera: what took both images.
@@ -440,7 +441,8 @@ class SkeletonSequence:
 
 @runtime_checkable
 class Recording(Protocol):
-    """A depth recording: iterate to get its frames in order; may be iterated again.
+    """A depth recording, or a camera that is live: iterate to get its frames in order. A stored
+    one may be iterated again.
 
     `camera` took it. Frames carry the camera that they follow, which is another one where they have
     been undistorted while they were read. Those that cannot be read are left out of the iteration
@@ -452,8 +454,9 @@ class Recording(Protocol):
     camera: Camera
     problems: list[str]
 
-    def __len__(self) -> int:
-        """How many frames the recording should have, the unreadable ones included."""
+    @property
+    def frame_count(self) -> int | None:
+        """How many frames there should be, the unreadable ones included; None if nobody knows."""
         ...
 
     def __iter__(self) -> Iterator[Frame]: ...

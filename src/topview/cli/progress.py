@@ -26,7 +26,7 @@ def track_with_progress(recording: Recording, tracker: Tracker, viewer: Viewer) 
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
     with progress_bar(state) as progress:
         bar = progress.add_task(
-            f"tracking {recording.name}", total=len(recording), rate=0, people=0
+            f"tracking {recording.name}", total=recording.frame_count, rate=0, people=0
         )
         start = perf_counter()
         done = 0
@@ -55,10 +55,10 @@ def print_summary(recording: Recording, result: TrackingResult) -> None:
     if table.rows:
         Console().print(table)
     tracked = len(skeletons.frame_index)
-    print(f"{tracked} of {len(recording)} frames, {result.frames_per_second:.1f} frames/s")
-    unreadable = len(recording) - tracked
-    if unreadable and not result.interrupted:
-        warn(f"{unreadable} of {len(recording)} frames could not be read")
+    expected = tracked if recording.frame_count is None else recording.frame_count
+    print(f"{tracked} of {expected} frames, {result.frames_per_second:.1f} frames/s")
+    if tracked < expected and not result.interrupted:
+        warn(f"{expected - tracked} of {expected} frames could not be read")
 
 
 def warn(*lines: str) -> None:

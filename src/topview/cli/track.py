@@ -56,7 +56,7 @@ def track(
     tracker = Tracker(settings)
     sheets: dict[str, Sheet] = {}
     if pictures:
-        name, count = recording.name, len(recording)
+        name, count = recording.name, recording.frame_count
         sheets["contact_sheet.png"] = ContactSheet(name, count)
         sheets["people.png"] = PeopleSheet(name, count, lambda: tracker.finder.found)
     result = track_with_progress(recording, tracker, Viewers(sheets.values()))
@@ -64,7 +64,7 @@ def track(
     skeletons = result.skeletons
     tracked = len(skeletons.frame_index)
     if not tracked and not result.interrupted:
-        raise InputError(f"{source}: none of its {len(recording)} frames could be read")
+        raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
 
     write_results(result, sheets, out)
     print_summary(recording, result)

@@ -26,8 +26,9 @@ class MirroredRecording:
         self.camera = _flipped_camera(recording.camera)
         self.problems = recording.problems
 
-    def __len__(self) -> int:
-        return len(self._recording)
+    @property
+    def frame_count(self) -> int | None:
+        return self._recording.frame_count
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self._recording:

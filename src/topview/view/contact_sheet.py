@@ -12,6 +12,7 @@ from topview.detect.cloud import Cloud
 from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
 from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons, png_of
+from topview.view.even_choice import EvenChoice
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
 from topview.view.scene3d import Stage, paint_scene
 
@@ -42,6 +43,7 @@ class Moment:
 
     frame: Frame
     people: tuple[Person, ...]
+    number: int  # of those that were shown, from 0
 
 
 class ContactSheet:
@@ -49,25 +51,22 @@ class ContactSheet:
 
     Args:
         title: the recording's name.
-        frame_count: how many frames the recording should have.
+        frame_count: how many frames the recording should have; None if nobody knows.
     """
 
-    def __init__(self, title: str, frame_count: int) -> None:
+    def __init__(self, title: str, frame_count: int | None) -> None:
         self.title = title
-        self._frame_count = max(frame_count, 1)
-        even = np.linspace(0, self._frame_count - 1, EVEN_TILES)
-        self._wanted = sorted({round(index) for index in even})
-        self._even: list[Moment] = []
+        self._frame_count = frame_count
+        self._even: EvenChoice[Moment] = EvenChoice(EVEN_TILES, frame_count)
         self._telling: dict[int, tuple[int, Moment]] = {}
         self._shown = 0
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """Keep the frame if its turn has come or if people hide each other more than before."""
-        moment = Moment(frame, tuple(people))
-        if self._wanted and self._shown >= self._wanted[0]:
-            self._wanted.pop(0)
-            self._even.append(moment)
-        quarter = TELLING_TILES * self._shown // self._frame_count
+        moment = Moment(frame, tuple(people), self._shown)
+        if self._even.next_is_due():
+            self._even.keep(moment)
+        quarter = TELLING_TILES * self._shown // self._frame_count if self._frame_count else 0
         hidden = sum(
             int((person.joint_state == JointState.OCCLUDED_BY_PERSON).sum()) for person in people
         )
@@ -77,19 +76,19 @@ class ContactSheet:
 
     @property
     def is_blank(self) -> bool:
-        return not self._even
+        return not self._even.kept
 
     @property
     def moments(self) -> list[Moment]:
         """What the sheet will show, in the order of the recording."""
-        near = self._frame_count / (4 * EVEN_TILES)
-        even = [moment.frame.index for moment in self._even]
+        near = self._shown / (4 * EVEN_TILES)
+        even = [moment.number for moment in self._even.kept]
         telling = [
             moment
             for _, moment in self._telling.values()
-            if all(abs(moment.frame.index - index) > near for index in even)
+            if all(abs(moment.number - number) > near for number in even)
         ]
-        return sorted([*self._even, *telling], key=lambda moment: moment.frame.index)
+        return sorted([*self._even.kept, *telling], key=lambda moment: moment.number)
 
     def paint(self) -> Image:
         """The sheet as [H, W, 3] RGB.

@@ -24,6 +24,7 @@ from topview.view.drawing import (
     png_of,
     resized,
 )
+from topview.view.even_choice import EvenChoice
 from topview.view.palette import (
     GRID,
     GRID_STRONG,
@@ -56,19 +57,19 @@ class PeopleSheet:
 
     Args:
         title: the recording's name.
-        frame_count: how many frames the recording should have.
+        frame_count: how many frames the recording should have; None if nobody knows.
         found: gives what was found in the frame that is shown.
     """
 
-    def __init__(self, title: str, frame_count: int, found: Callable[[], Found | None]) -> None:
+    def __init__(
+        self, title: str, frame_count: int | None, found: Callable[[], Found | None]
+    ) -> None:
         self.title = title
         self._found = found
-        even = np.linspace(0, max(frame_count, 1) - 1, EVEN_MOMENTS)
-        self._wanted = {round(index) for index in even}
-        self._changes = 0
+        self._even: EvenChoice[tuple[int, Image]] = EvenChoice(EVEN_MOMENTS, frame_count)
+        self._changes: list[tuple[int, Image]] = []
         self._ids: set[int] = set()
         self._shown = 0
-        self.tiles: list[Image] = []
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """Keep a picture if the frame's turn has come, or if somebody has come or gone."""
@@ -76,12 +77,19 @@ class PeopleSheet:
         if found is None:
             return
         ids = {user.id for user in found.users}
-        has_changed = self._shown > 0 and ids != self._ids and self._changes < CHANGED_MOMENTS
-        if has_changed or self._shown in self._wanted:
-            self._changes += has_changed
-            self.tiles.append(paint_found(found))
+        has_changed = self._shown > 0 and ids != self._ids and len(self._changes) < CHANGED_MOMENTS
+        if self._even.next_is_due():
+            self._even.keep((self._shown, paint_found(found)))
+        elif has_changed:
+            self._changes.append((self._shown, paint_found(found)))
         self._ids = ids
         self._shown += 1
+
+    @property
+    def tiles(self) -> list[Image]:
+        """The pictures, in the order of the recording."""
+        kept = sorted([*self._even.kept, *self._changes], key=lambda shown: shown[0])
+        return [picture for _, picture in kept]
 
     @property
     def is_blank(self) -> bool:

@@ -171,7 +171,7 @@ def _all_blobs(
     blobs = [Blobs.none()] * (recording.indices[-1] + 1)
     coloured = 0
     for done, frame in enumerate(recording):
-        report(f"looking for markers in {recording.name}", done, len(recording))
+        report(f"looking for markers in {recording.name}", done, recording.frame_count)
         blobs[frame.index] = find_blobs(frame, looks)
         coloured += frame.color is not None
     if not coloured:

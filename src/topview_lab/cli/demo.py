@@ -42,7 +42,7 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         _simulate(room, seed, frames)
         recording = open_recording(room)
         _warm_up(recording, settings)
-        sheet = ContactSheet("topview demo: two simulated people", len(recording))
+        sheet = ContactSheet("topview demo: two simulated people", recording.frame_count)
         result = track_with_progress(recording, Tracker(settings), sheet)
         truth = read_groundtruth(room / "groundtruth.npz")
     write_results(result, {"contact_sheet.png": sheet}, out)

@@ -107,7 +107,8 @@ class ItopRecording:
         with _opened(path) as file:
             _array(file, "data", (CAMERA.height, CAMERA.width))
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return len(self._rows)
 
     def __iter__(self) -> Iterator[Frame]:

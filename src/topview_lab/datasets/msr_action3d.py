@@ -63,9 +63,9 @@ class MsrAction3dSequence:
     def reference(self) -> ReferenceSequence:
         """The skeletons, without the frames in which it was lost."""
         recording, rows = self.open(), read_skeleton(self.skeleton)
-        if len(rows) != len(recording):
+        if len(rows) != recording.frame_count:
             raise InputError(
-                f"{self.skeleton}: has {len(rows)} frames, its depth {len(recording)}; "
+                f"{self.skeleton}: has {len(rows)} frames, its depth {recording.frame_count}; "
                 "they must be the same frames"
             )
         if self.skeleton.name.endswith(SKELETONS[0]):

@@ -183,9 +183,10 @@ def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> No
     """Raises InputError if the two differ in length and the recording does not say why."""
     expected = int(reference.frame_index.max(initial=-1)) + 1
     frames_missing = bool(recording.problems)
-    if len(recording) > expected or (len(recording) < expected and not frames_missing):
+    frame_count = recording.frame_count or 0
+    if frame_count > expected or (frame_count < expected and not frames_missing):
         raise InputError(
-            f"the recording has {len(recording)} frames, its reference {expected}; "
+            f"the recording has {frame_count} frames, its reference {expected}; "
             "they must be the same frames"
         )
 

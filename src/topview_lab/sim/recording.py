@@ -62,11 +62,12 @@ class SimulatedRecording:
             sensor.color_baseline_m,
         )
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return self.scene.frames
 
     def __iter__(self) -> Iterator[Frame]:
-        for index in range(len(self)):
+        for index in range(self.frame_count):
             frame = self.simulate(index)
             yield Frame(
                 index=index,

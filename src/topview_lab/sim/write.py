@@ -69,7 +69,7 @@ def _written_frames(
     threads = threads or os.cpu_count() or 1
     pending: deque[Future[FrameTruth]] = deque()
     with ThreadPoolExecutor(threads) as pool:
-        for index in range(len(recording)):
+        for index in range(recording.frame_count):
             if len(pending) >= 2 * threads:  # no further ahead than that, for memory's sake
                 yield pending.popleft().result()
             pending.append(pool.submit(_write_frame, recording, folder, index))

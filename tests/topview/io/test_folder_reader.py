@@ -19,7 +19,7 @@ from topview.records import Frame
 def test_depth_comes_back_exactly(write_folder, depths):
     recording = topview.open(write_folder())
     frames = list(recording)
-    assert len(recording) == len(frames) == len(depths)
+    assert recording.frame_count == len(frames) == len(depths)
     for frame, (index, units) in zip(frames, depths.items(), strict=True):
         assert frame.index == index
         assert frame.timestamp_s == index / 30.0

@@ -16,7 +16,7 @@ def test_a_reader_is_a_recording(write_folder):
 
 
 def test_the_format_may_be_named(write_folder):
-    assert len(topview.open(write_folder(), format="folder")) == 4
+    assert topview.open(write_folder(), format="folder").frame_count == 4
 
 
 @pytest.mark.parametrize("name", ["gone", "gone/", "x" * 5000])

@@ -146,7 +146,7 @@ def test_the_picture_and_its_camera_come_back(tmp_path, points, depth_m, color, 
     np.testing.assert_allclose(
         (found.fx, found.fy, found.cx, found.cy), (true.fx, true.fy, true.cx, true.cy), rtol=1e-4
     )
-    assert (recording.name, len(recording), recording.problems) == ("room", 1, [])
+    assert (recording.name, recording.frame_count, recording.problems) == ("room", 1, [])
 
 
 def test_color_is_optional(tmp_path, points, depth_m):

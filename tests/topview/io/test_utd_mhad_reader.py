@@ -28,7 +28,7 @@ def depth_mm() -> np.ndarray:
 def test_depth_is_flipped_and_in_metres(tmp_path, depth_mm):
     recording = topview.open(write_mat(tmp_path / "a1_s1_t1_depth.mat", d_depth=depth_mm))
     frames = list(recording)
-    assert len(recording) == len(frames) == 3
+    assert recording.frame_count == len(frames) == 3
     assert [frame.timestamp_s for frame in frames] == [0.0, 1 / 30, 2 / 30]
     for frame in frames:
         mirrored = depth_mm[:, ::-1, frame.index]
@@ -116,7 +116,7 @@ def test_the_real_skeleton_lies_on_the_real_person(recordings, sequence):
     data = recordings / "utd_mhad"
     recording = topview.open(data / "Depth" / f"{sequence}_depth.mat")
     _, joints_camera = read_utd_skeleton(data / "Skeleton" / f"{sequence}_skeleton.mat")
-    assert len(recording) == len(joints_camera)
+    assert recording.frame_count == len(joints_camera)
     behind_m, on_person = [], []
     for frame in list(recording)[2:]:
         pixels = np.rint(project(joints_camera[frame.index], frame.camera)).astype(int)

@@ -32,7 +32,8 @@ def test_without_a_floor_nothing_is_down() -> None:
         name, problems = "wall", []
         camera = topview.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 
-        def __len__(self) -> int:
+        @property
+        def frame_count(self) -> int:
             return 2
 
         def __iter__(self):

@@ -156,7 +156,7 @@ class TestFolders:
         assert [recording.name for recording in found] == ["c", "a", "b", "c"]
         found = find_folder_recordings([tmp_path / "set"], "a, [c-d]")
         assert [recording.name for recording in found] == ["a", "c"]
-        assert len(found[0].open()) == 1
+        assert found[0].open().frame_count == 1
         assert len(found[0].reference().frame_index) == 1
 
     def test_nothing_there(self, tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ class TestUtdMhad:
 
     def test_frames_before_the_first_sample_have_no_reference(self, root: Path) -> None:
         recording = find_utd_mhad(root)[0]
-        assert len(recording.open()) == 4
+        assert recording.open().frame_count == 4
         reference = recording.reference()
         assert set(reference.joint_names) == set(JOINT_NAMES)
         assert reference.frame_index.tolist() == [2, 3]
@@ -223,7 +223,7 @@ class TestRealData:
         for recording in recordings:
             reference = recording.reference()
             assert set(reference.joint_names) == set(JOINT_NAMES)
-            assert len(recording.open()) == len(reference.frame_index)
+            assert recording.open().frame_count == len(reference.frame_index)
 
     def test_composites(self, shared: Path) -> None:
         recordings = find_folder_recordings([shared / "recordings" / "composites"])

@@ -43,7 +43,7 @@ def test_frames(root: Path) -> None:
     recording = find_berkeley_mhad(root)[0].open()
     frames = list(recording)
     assert [frame.index for frame in frames] == [0, 1, 2, 3]
-    assert len(recording) == 4
+    assert recording.frame_count == 4
     camera = recording.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (10.0, 11.0, 4.0, 3.0)
     assert frames[2].depth_m[0, 0] == pytest.approx(2.002)
@@ -98,7 +98,7 @@ def test_frames_without_a_correspondence_are_left_out(root: Path) -> None:
         file = "kin_k01_s01_a04_r01_" + kind
         shutil.copy(folder / file.format("00003"), folder / file.format("00004"))
     sequence = find_berkeley_mhad(root)[0]
-    assert len(sequence.open()) == 4
+    assert sequence.open().frame_count == 4
     assert len(sequence.reference().frame_index) == 4
 
 

@@ -140,7 +140,7 @@ def test_a_frame_does_not_depend_on_those_before() -> None:
 def test_it_is_a_recording() -> None:
     recording = SimulatedRecording(scene_by_name("wave", frames=3))
     assert isinstance(recording, Recording)
-    assert (recording.name, len(recording), recording.problems) == ("wave", 3, [])
+    assert (recording.name, recording.frame_count, recording.problems) == ("wave", 3, [])
     frames = list(recording)
     assert [frame.index for frame in frames] == [0, 1, 2]
     assert frames[2].timestamp_s == pytest.approx(2 / 30)

@@ -67,7 +67,8 @@ class BerkeleyMhadRecording:
         height, width = self._first_shape()
         self.camera = Camera(K[0, 0], K[1, 1], K[0, 2], K[1, 2], width, height)
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         """One more than the greatest frame number."""
         return self.indices[-1] + 1
 

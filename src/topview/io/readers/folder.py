@@ -71,7 +71,8 @@ class FolderRecording:
         self._note_gaps()
         self._note_missing_color()
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         """How many depth images there are, the unreadable ones included."""
         return len(self._depth_paths)
 
@@ -186,8 +187,8 @@ class FolderRecording:
         missing = [index for index in self._depth_paths if index not in self._color_paths]
         if self._color_paths and missing:
             self._note(
-                f"rgb/: has no image for {len(missing)} of {len(self)} frames, the first of them "
-                f"frame {missing[0]}; they come without colour"
+                f"rgb/: has no image for {len(missing)} of {self.frame_count} frames, the first of "
+                f"them frame {missing[0]}; they come without colour"
             )
 
     def _note_bad_color(self, path: Path, problem: str) -> None:

@@ -60,7 +60,8 @@ class MsrAction3dRecording:
         # The principal point as in the SDK's own conversion: half the size.
         self.camera = Camera(focal, focal, width / 2.0, height / 2.0, width, height)
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return len(self.depth_units)
 
     def __iter__(self) -> Iterator[Frame]:

@@ -49,7 +49,8 @@ class PcdRecording:
         color = None if packed is None else unpack_color(packed).reshape(*image_shape, 3)
         self._frame = Frame(0, 0.0, depth_image(z, 1.0), self.camera, color)
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return 1
 
     def __iter__(self) -> Iterator[Frame]:

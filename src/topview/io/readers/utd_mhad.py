@@ -54,11 +54,12 @@ class UtdMhadRecording:
         shape = (CAMERA.height, CAMERA.width, None)
         self._depth_mm = _read_variable(path, "d_depth", shape, "a UTD-MHAD *_depth.mat")
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return self._depth_mm.shape[2]
 
     def __iter__(self) -> Iterator[Frame]:
-        for index in range(len(self)):
+        for index in range(self.frame_count):
             depth_mm = self._depth_mm[:, ::-1, index]
             depth_m = depth_image(depth_mm, METRES_PER_MILLIMETRE)
             yield Frame(index, index / FPS, depth_m, self.camera)
