@@ -116,7 +116,7 @@ def gather(
     Args:
         user: who.
         image: the whole frame.
-        is_users: [H, W] pixels that are, or may be, the user's.
+        is_users: [H, W] pixels that are the user's.
         floor: None where none is known.
     """
     frame = image.frame

@@ -38,9 +38,7 @@ class FittedScene:
 
     def evidence_for(self, user: User, *, with_unowned_mask: bool = False) -> Evidence:
         """What the frame says about somebody, and the bodies that stand before."""
-        is_users = np.zeros(self.labels.shape, np.bool_)
-        is_users.ravel()[user.pixels] = True
-        evidence = gather(user, self.image, is_users, self.floor)
+        evidence = gather(user, self.image, self.labels == user.id, self.floor)
         stride = evidence.stride
         return replace(
             evidence,
