@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -27,6 +27,7 @@ def test_there_and_back_is_where_it_was(lens):
     assert_allclose(distort(undistort(IMAGE, lens), lens), IMAGE, atol=1e-9)
 
 
+@settings(deadline=None)
 @given(
     st.tuples(*[st.floats(-0.3, 0.3)] * 2, *[st.floats(-0.01, 0.01)] * 2, st.floats(-0.1, 0.1)),
     st.sampled_from(["brown_conrady", "inverse_brown_conrady"]),

@@ -80,7 +80,7 @@ class BerkeleyMhadRecording:
                 self._note(str(error))
                 continue
             depth_m = depth_image(depth_mm, METRES_PER_MILLIMETRE)
-            yield Frame(index, index / FPS, depth_m, self.camera, self._color(path))
+            yield Frame(index, index / FPS, depth_m, self.camera, self._color(path), path.name)
 
     def _color(self, depth_path: Path) -> NDArray[np.uint8] | None:
         path = depth_path.with_name(depth_path.name.replace("_depth_", "_color_"))

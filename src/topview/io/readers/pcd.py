@@ -47,7 +47,7 @@ class PcdRecording:
             self.camera = fit_camera(x, y, z)
         packed = columns.get("rgb", columns.get("rgba"))
         color = None if packed is None else unpack_color(packed).reshape(*image_shape, 3)
-        self._frame = Frame(0, 0.0, depth_image(z, 1.0), self.camera, color)
+        self._frame = Frame(0, 0.0, depth_image(z, 1.0), self.camera, color, path.name)
 
     @property
     def frame_count(self) -> int:
