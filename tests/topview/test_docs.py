@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +20,8 @@ FOLDER = re.compile(r"`((?:src|scripts|tests|docs|topview|topview_lab)/(?:[\w]+/
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
 SETTINGS = re.compile(r"^#+ .*`(topview\w*/[\w/]+\.py):(\w+)`.*\n((?:(?!#).*\n)*)", re.MULTILINE)
 ROW = re.compile(r"^\| `(\w+)`", re.MULTILINE)
+
+EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
 
 
 def by_name(path: Path) -> str:
@@ -81,6 +84,17 @@ def test_the_documents_name_files_at_all() -> None:
     assert ("topview/track/tracker.py", "Tracker.update") in FILE.findall(text)
     assert "docs/method.md" in LINK.findall((ROOT / "README.md").read_text())
     assert FOLDER.findall(text)
+    assert EXAMPLES
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_the_readme_s_examples_run(
+    example: str, make_recording: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = make_recording()
+    recording.rename(recording.with_name("my_recording"))
+    monkeypatch.chdir(recording.parent)
+    exec(compile(example, "README.md", "exec"), {})
 
 
 SECTIONS = SETTINGS.findall((ROOT / "docs" / "settings.md").read_text())
