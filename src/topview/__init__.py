@@ -1,4 +1,4 @@
-"""topview: 3D body tracking of several people from one depth camera; it needs no data of the user's.
+"""topview: 3D body tracking of several people from one depth camera. It needs no data of yours.
 
 tracker = topview.Tracker()
 for frame in topview.open(path):
