@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import hypothesis
 import pytest
 from numpy.typing import NDArray
 
@@ -17,6 +19,15 @@ from tiny_recordings import CAMERA, wall
 from topview.cli.app import main
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# No example has a time limit: a busy machine is no failure. Random examples for a developer, the
+# same ones on every run where CI is set (`.ci/run` sets it).
+_UNTIMED = hypothesis.settings(
+    deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.register_profile("developer", _UNTIMED)
+hypothesis.settings.register_profile("repeatable", _UNTIMED, derandomize=True, print_blob=True)
+hypothesis.settings.load_profile("repeatable" if os.environ.get("CI") else "developer")
 
 
 @pytest.fixture(scope="session")

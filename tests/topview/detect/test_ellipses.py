@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from topview.detect.ellipses import Ellipse
@@ -26,7 +26,6 @@ def filled(ellipse: Ellipse) -> np.ndarray:
     return points[ellipse.distance(points) <= 1.0].astype(np.float32)
 
 
-@settings(deadline=None)  # compiles a kernel
 @given(ellipses)
 def test_a_filled_ellipse_is_recovered_from_its_moments(ellipse: Ellipse) -> None:
     found = Ellipse.of_pixels(filled(ellipse))

@@ -52,7 +52,7 @@ def regions(
     ]
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seeds)
 def test_regions_are_opencvs_components_with_a_seed(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -79,7 +79,6 @@ def test_regions_are_opencvs_components_with_a_seed(seed: int) -> None:
         assert median_m == pytest.approx(np.median(readings) if len(readings) else 0.0)
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_moments_are_the_means_and_the_covariance(seed: int) -> None:
     pixels = np.random.default_rng(seed).uniform(0, 300, (50, 2)).astype(np.float32)
@@ -88,7 +87,7 @@ def test_moments_are_the_means_and_the_covariance(seed: int) -> None:
     assert moments(pixels) == pytest.approx(expected)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seeds)
 def test_pixels_are_shared_as_the_ellipses_distances_say(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import topview
@@ -46,7 +46,6 @@ def lzf_compress(data: bytes) -> bytes:
     return bytes(out)
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.binary(max_size=40), st.integers(1, 60))).map(
         lambda runs: b"".join(text * times for text, times in runs)
@@ -56,7 +55,6 @@ def test_lzf_gives_back_what_was_compressed(data):
     assert lzf_decompress(lzf_compress(data), len(data)) == data
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200), st.integers(0, 400))
 def test_lzf_refuses_or_answers_but_never_breaks(data, size):
     try:

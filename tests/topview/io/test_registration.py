@@ -120,7 +120,7 @@ class TestBoxBeforeAWall:
         assert (registered == 200).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_depth_cameras_own_image_stays_as_it_is(seed):
     """Whatever the depths are, and where there are none."""

@@ -60,7 +60,7 @@ def a_scene(rng: np.random.Generator) -> np.ndarray:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_every_place_of_the_template_is_seen_as_defined(seed: int) -> None:
     rng = np.random.default_rng(seed)
     depth_m = a_scene(rng)
@@ -78,7 +78,7 @@ def test_every_place_of_the_template_is_seen_as_defined(seed: int) -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.2, 0.4]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: float) -> None:
     rng = np.random.default_rng(seed)
     depth_m = a_scene(rng)
@@ -111,7 +111,7 @@ def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: fl
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_lowest_costs_come_first_and_the_first_of_equals(seed: int, count: int) -> None:
     costs = np.random.default_rng(seed).integers(0, 12, (6, 7)).astype(np.float64)
     expected = np.argsort(costs, axis=None, kind="stable")[:count]
@@ -119,7 +119,7 @@ def test_the_lowest_costs_come_first_and_the_first_of_equals(seed: int, count: i
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_strongest_lie_apart_and_leave_nobody_out(seed: int) -> None:
     rng = np.random.default_rng(seed)
     centers, confidence = rng.uniform(0.0, 1.5, (30, 3)), rng.uniform(0.5, 1.0, 30)
@@ -140,7 +140,7 @@ def test_the_strongest_is_the_mean_of_its_like() -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_below_others_is_what_has_another_right_above_and_behind(seed: int) -> None:
     centers = np.random.default_rng(seed).uniform(0.0, 0.8, (12, 3))
     up = np.array([0.0, -0.8, -0.6])
@@ -153,7 +153,7 @@ def test_below_others_is_what_has_another_right_above_and_behind(seed: int) -> N
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_median_is_that_of_the_points_in_the_ball_and_the_cylinder(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.uniform([-0.3, -0.3, 1.7], [0.3, 0.3, 2.3], (9, 11, 3)).astype(np.float32)

@@ -10,7 +10,7 @@ from topview.detect.cloud import Cloud
 from topview.people.floor import FloorSettings, FloorTracker, find_floor
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     tilt_deg=st.floats(2, 30),
     roll_deg=st.floats(-5, 5),

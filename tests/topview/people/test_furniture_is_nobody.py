@@ -100,7 +100,7 @@ def test_an_arm_that_is_swung_is_nobody() -> None:
         assert len(finder.update(Pyramid(each))) == 1
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**16), depth_m=st.floats(2.0, 5.0))
 def test_noise_alone_never_breaks_stillness_and_a_sway_does(seed: int, depth_m: float) -> None:
     rng = np.random.default_rng(seed)

@@ -36,7 +36,7 @@ def head(x: float, y: float = 0.0, z: float = 3.0, confidence: float = 0.9) -> H
     return HeadCandidate(np.array([x, y, z]), confidence)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(1, 4), st.integers(0, 5), st.integers(0, 1000))
 def test_an_assignment_is_one_to_one_and_never_forbidden(users: int, heads: int, seed: int) -> None:
     scores = np.random.default_rng(seed).uniform(-1, 1, (users, heads))
@@ -99,7 +99,7 @@ def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measuremen
 
 
 @given(st.lists(st.floats(1.5, 1.9), min_size=1, max_size=MEMORY_FRAMES + 20))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_the_estimate_is_a_quantile_of_the_latest_measurements(heights_m: list[float]) -> None:
     estimate = HeightEstimate()
     for height_m in heights_m:

@@ -115,7 +115,7 @@ def test_anothers_head_of_the_same_colours_is_not_told_apart() -> None:
     assert own.against([]) is own
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(1, 60))
 def test_new_colours_are_learnt_by_and_by(times: int) -> None:
     head = head_of(0.0, 2.5, GROUND_Y)

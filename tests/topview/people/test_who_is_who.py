@@ -35,7 +35,7 @@ def heads_beside(gap_m: float) -> list[NDArray[np.float64]]:
     return [head_of(side * gap_m / 2, 2.6, GROUND_Y) for side in (-1, 1)]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000))
 def test_unlikeness_is_that_of_a_distance(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -17,7 +17,7 @@ MakePerson = Callable[..., Person]
 MakeFrame = Callable[..., Frame]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_person() -> MakePerson:
     def make(
         person_id: int = 1,
@@ -40,7 +40,7 @@ def make_person() -> MakePerson:
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_frame() -> MakeFrame:
     def make(index: int = 0, width: int = 160, height: int = 120, wall_m: float = 4.0) -> Frame:
         """A wall that fills the image of a camera one metre over the floor."""

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from topview.camera import project
@@ -14,9 +14,7 @@ SIDE = st.integers(32, 200)
 WHITE = (255, 255, 255)
 
 
-@settings(
-    deadline=None, max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=25)
 @given(width=SIDE, height=SIDE, panel=st.tuples(SIDE, SIDE))
 def test_a_panel_has_the_promised_size(make_frame, make_person, width, height, panel):
     frame = make_frame(width=width, height=height)

@@ -29,7 +29,7 @@ from topview_lab.metrics import (
 )
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 
 def random_people(rng: np.random.Generator, frames: int = 6, people: int = 2):

@@ -31,7 +31,7 @@ from topview_lab.metrics import (
 
 Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 JOINTS_ONLY = (relative_angle_errors, direction_errors)
 
 

@@ -38,7 +38,7 @@ def calibration(holds: np.ndarray, confidence: np.ndarray, **other: np.ndarray) 
 
 
 class TestLaws:
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(st.integers(0, 2**32 - 1))
     def test_a_calibrated_predictor_has_hardly_any_error(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -52,7 +52,7 @@ class TestLaws:
             assert row.holds == pytest.approx(row.confidence, abs=0.07)
         assert sum(row.count for row in result.bins) == result.overall.count == 1000 * J
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     @given(st.integers(0, 2**32 - 1))
     def test_errors_are_shares(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -60,7 +60,7 @@ class TestLaws:
         assert 0.0 <= result.expected_error <= 1.0
         assert 0.0 <= result.brier <= 1.0
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     @given(st.integers(0, 2**32 - 1))
     def test_told_shares_sum_to_one(self, seed: int) -> None:
         rng = np.random.default_rng(seed)

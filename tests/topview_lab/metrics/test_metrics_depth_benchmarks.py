@@ -19,7 +19,7 @@ from topview_lab.metrics import (
 )
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 HAND = JOINT_NAMES.index("left_hand")
 
 

@@ -31,7 +31,7 @@ from topview_lab.metrics import (
 )
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=15, deadline=None)
+few = settings(max_examples=15)
 F, P = 6, 2
 TIERS = {"unhidden", "hidden ≥ 30%", "hidden ≥ 60%"}
 

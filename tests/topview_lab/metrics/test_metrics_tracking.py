@@ -25,7 +25,7 @@ from topview_lab.metrics import (
 
 Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 # HOTA, DetA, AssA, as TrackEval 1.3.0 has them.
 TRACKEVAL_ON_SEED_3 = (0.472206735, 0.580095119, 0.384891184)

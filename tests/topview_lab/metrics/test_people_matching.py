@@ -27,7 +27,7 @@ def exchanged(joints: np.ndarray, frames: slice) -> np.ndarray:
     return swapped
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
 def test_matches_are_one_to_one_and_within_the_gate(seed: int, R: int, P: int) -> None:
     rng = np.random.default_rng(seed)

@@ -84,7 +84,7 @@ def test_the_kernel_computes_the_defined_feature() -> None:
                 assert got[s, c] == pytest.approx(definition(depth_m, u, v, 260.0, offset))
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 100), st.floats(0.5, 2.0))
 def test_features_do_not_change_with_distance_if_the_image_stays_as_large(
     seed: int, scale: float
@@ -214,7 +214,6 @@ def test_a_missing_file_gets_one_clear_line(tmp_path: Path) -> None:
         Forest.load(tmp_path / "none.npz")
 
 
-@settings(deadline=None)  # kernels are compiled on the way
 @given(st.integers(0, 1000))
 def test_the_mode_of_a_blob_is_its_middle(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from topview.body.parts import JOINT_NAMES
@@ -31,7 +31,6 @@ def depth_of(seen: SimulatedFrame) -> np.ndarray:
     return seen.depth_mm.astype(np.float32) / np.float32(1000.0)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10_000))
 def test_a_rigid_fit_finds_the_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)

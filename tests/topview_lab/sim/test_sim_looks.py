@@ -70,7 +70,7 @@ def test_random_people_vary_as_much_as_measured_ones() -> None:
     assert 0.02 < np.mean([look.clothes.skirt_share > 0.0 for look in looks]) < 0.2
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 1000), st.floats(0.0, 0.02))
 def test_folds_are_bounded_and_their_slopes_are_their_derivative(seed: int, high: float) -> None:
     rng = np.random.default_rng(seed)

@@ -232,7 +232,7 @@ def test_repetitions_differ_but_the_same_seed_does_the_same() -> None:
     assert len(lengths) > 3
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 500), st.floats(0.0, 60.0), st.floats(0.4, 6.0))
 def test_a_moment_lies_within_its_repetition(seed: int, time_s: float, period_s: float) -> None:
     style = Style.drawn(np.random.default_rng(seed))
@@ -244,7 +244,7 @@ def test_a_moment_lies_within_its_repetition(seed: int, time_s: float, period_s:
 coordinates = st.floats(-0.5, 0.5)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.tuples(coordinates, coordinates, coordinates), st.tuples(coordinates, coordinates))
 def test_two_bones_end_where_they_shall(
     end: tuple[float, float, float], bend: tuple[float, float]

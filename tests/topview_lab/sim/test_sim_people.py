@@ -83,7 +83,7 @@ def test_feet_stand_on_the_floor(actor: Actor) -> None:
         assert -0.012 < lowest < 0.001
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.floats(1.2, 2.0))
 def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> None:
     look = replace(random_look(np.random.default_rng(seed)), stature_m=stature_m)

@@ -47,7 +47,7 @@ def round_cones(draw: st.DrawFn) -> RoundCones:
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(round_cones())
 def test_hits_lie_on_the_surface_and_nothing_lies_before_them(solid: RoundCones) -> None:
     depth = RayCaster(solid, CAMERA).depth(0, EVERYWHERE)
@@ -62,7 +62,7 @@ def test_hits_lie_on_the_surface_and_nothing_lies_before_them(solid: RoundCones)
         assert (before > -1e-6).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(round_cones())
 def test_windows_hold_every_hit(solid: RoundCones) -> None:
     caster = RayCaster(solid, CAMERA)
@@ -71,7 +71,7 @@ def test_windows_hold_every_hit(solid: RoundCones) -> None:
     assert not outside.any()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(round_cones())
 def test_normals_are_outward_units_across_the_surface(solid: RoundCones) -> None:
     depth = RayCaster(solid, CAMERA).depth(0, EVERYWHERE)

@@ -66,7 +66,7 @@ def half_ellipse(rng, turn_rad, centre, semi_axes):
     return ellipse @ np.array([[c, -s], [s, c]]) + centre
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(-0.6, 0.6), st.integers(0, 9))
 def test_the_ellipse_of_the_right_turn_fits_best(turn, seed):
     semi_axes, centre = np.array([0.18, 0.10]), (0.01, -0.015)

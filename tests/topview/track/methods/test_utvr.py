@@ -60,7 +60,7 @@ def excess_of(pose: Pose) -> list[float]:
 arm_angles = st.tuples(st.floats(-40, 120), st.just(0.0), st.floats(0, 120))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(arm_angles, st.floats(0, 120), st.integers(0, 99))
 def test_every_pose_is_rigid_and_within_the_limits(arm, bend, seed):
     truth = posed(left_upper_arm=arm, left_forearm=(bend, 0.0, 0.0))
