@@ -22,17 +22,21 @@ def angles_rad(part: int, Rs_parent_part: Array) -> Array:
     """[..., 3, 3] rotations to [..., 3] turns about x, y and z (`rotations_from_angles`).
 
     A rotation has two decompositions into turns about x, z and y; the more favourable to the
-    part's limits counts.
+    part's limits counts. An angle is given in the full turn round the middle of its limits: an
+    arm that is raised to its limit of 180 degrees and a little beyond stands at 181, not at -179.
     """
     angles = angles_from_rotations(Rs_parent_part)
     x, y, z = np.moveaxis(angles, -1, 0)
-    other = _wrapped(np.stack([x + np.pi, y + np.pi, np.pi - z], -1))
+    other = _around_limits(part, np.stack([x + np.pi, y + np.pi, np.pi - z], -1))
+    angles = _around_limits(part, angles)
     is_better = _excess(part, other) < _excess(part, angles)
     return np.where(is_better[..., None], other, angles)
 
 
-def _wrapped(angle: Array) -> Array:
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+def _around_limits(part: int, angles: Array) -> Array:
+    """[..., 3] the same directions, at most half a turn from the middle of the part's limits."""
+    middle = LIMITS_RAD[part].mean(-1)
+    return angles - 2 * np.pi * np.round((angles - middle) / (2 * np.pi))
 
 
 def _excess(part: int, angles: Array) -> Array:

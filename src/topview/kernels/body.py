@@ -257,6 +257,18 @@ def align_hinges(Rs, hinges, bends):
 
 
 @njit(cache=True, error_model="numpy")
+def beyond_limits(low, high, angle):
+    """Signed radians by which an angle in -180..180 degrees lies beyond its limits, the shorter
+    way round (`topview.body.limits`)."""
+    away = angle - 0.5 * (low + high)
+    if away > np.pi:
+        angle -= 2.0 * np.pi
+    elif away < -np.pi:
+        angle += 2.0 * np.pi
+    return max(angle - high, 0.0) - max(low - angle, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
 def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
     """Push joints back within Table 3.2: turns about the parent's x, then about z, then y.
 
@@ -273,17 +285,17 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
         x = np.arctan2(R[2, 1], R[1, 1])
         y = np.arctan2(R[0, 2], R[0, 0])
         # the other decomposition of the same rotation, where it fits the limits better
-        ex = max(limits[k, 0, 0] - x, x - limits[k, 0, 1], 0.0)
-        ez = max(limits[k, 2, 0] - z, z - limits[k, 2, 1], 0.0)
         x2 = x + np.pi if x < 0 else x - np.pi
         z2 = np.pi - z if z > 0 else -np.pi - z
-        ex2 = max(limits[k, 0, 0] - x2, x2 - limits[k, 0, 1], 0.0)
-        ez2 = max(limits[k, 2, 0] - z2, z2 - limits[k, 2, 1], 0.0)
+        ex = abs(beyond_limits(limits[k, 0, 0], limits[k, 0, 1], x))
+        ez = abs(beyond_limits(limits[k, 2, 0], limits[k, 2, 1], z))
+        ex2 = abs(beyond_limits(limits[k, 0, 0], limits[k, 0, 1], x2))
+        ez2 = abs(beyond_limits(limits[k, 2, 0], limits[k, 2, 1], z2))
         if ex2 + ez2 < ex + ez:
             x, z = x2, z2
             y = y + np.pi if y < 0 else y - np.pi
         angles = (x, y, z)
-        overturned[k] = max(limits[k, 1, 0] - y, y - limits[k, 1, 1], 0.0)
+        overturned[k] = abs(beyond_limits(limits[k, 1, 0], limits[k, 1, 1], y))
         # axes of the three turns in the camera frame
         for i in range(3):
             about[0, i] = Rs[p, i, 0]
@@ -293,7 +305,7 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
             low, high = limits[k, turn, 0], limits[k, turn, 1]
             if high - low > 6.28:
                 continue
-            beyond = max(angles[turn] - high, 0.0) - max(low - angles[turn], 0.0)
+            beyond = beyond_limits(low, high, angles[turn])
             is_knee = low < -1.0 and high < 1.0 and turn == 0
             if is_knee and overturned[p] > OVERTURNED_RAD:
                 beyond = angles[turn]

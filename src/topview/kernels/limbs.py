@@ -17,6 +17,7 @@ from topview.kernels.body import (
     LARGEST_TURN_RAD,
     NEAREST_M,
     STRAIGHT,
+    beyond_limits,
     solve_lower,
 )
 
@@ -182,12 +183,7 @@ def refine_limbs(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _beyond(low, high, angle):
-    return max(low - angle, angle - high, 0.0)
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _beyond_limits(P, R, limits):
+def _excess(P, R, limits):
     """By how many radians R leaves the limits in the frame of its parent P, the more favourable
     of its two decompositions into turns about x, z and y (`topview.body.limits`)."""
     sine = -(P[0, 0] * R[0, 1] + P[1, 0] * R[1, 1] + P[2, 0] * R[2, 1])
@@ -198,14 +194,14 @@ def _beyond_limits(P, R, limits):
     x, y = np.arctan2(r21, r11), np.arctan2(r02, r00)
     z = np.arcsin(min(max(sine, -1.0), 1.0))
     first = max(
-        _beyond(limits[0, 0], limits[0, 1], x),
-        _beyond(limits[1, 0], limits[1, 1], y),
-        _beyond(limits[2, 0], limits[2, 1], z),
+        abs(beyond_limits(limits[0, 0], limits[0, 1], x)),
+        abs(beyond_limits(limits[1, 0], limits[1, 1], y)),
+        abs(beyond_limits(limits[2, 0], limits[2, 1], z)),
     )
     second = max(
-        _beyond(limits[0, 0], limits[0, 1], x + np.pi if x < 0 else x - np.pi),
-        _beyond(limits[1, 0], limits[1, 1], y + np.pi if y < 0 else y - np.pi),
-        _beyond(limits[2, 0], limits[2, 1], np.pi - z if z > 0 else -np.pi - z),
+        abs(beyond_limits(limits[0, 0], limits[0, 1], x + np.pi if x < 0 else x - np.pi)),
+        abs(beyond_limits(limits[1, 0], limits[1, 1], y + np.pi if y < 0 else y - np.pi)),
+        abs(beyond_limits(limits[2, 0], limits[2, 1], np.pi - z if z > 0 else -np.pi - z)),
     )
     return min(first, second)
 
@@ -271,7 +267,7 @@ def judge_limbs(
             ) ** 2 <= limit_lower
             n += np.int64(near)
         verdicts[m, 0] = n
-        verdicts[m, 3] = _beyond_limits(R_parent, Rs[m, 0], limits[0]) + _beyond_limits(
+        verdicts[m, 3] = _excess(R_parent, Rs[m, 0], limits[0]) + _excess(
             Rs[m, 0], Rs[m, 1], limits[1]
         )
         height = floor[3]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from body_strategies import rotations
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from topview.body.limits import excess_rad
+from topview.body.limits import LIMITS_RAD, angles_rad, excess_rad
 from topview.body.parts import PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles
 
@@ -26,6 +26,8 @@ def test_at_rest_every_part_is_within_its_limits(part):
     assert excess_rad(part, np.eye(3)) == 0.0
 
 
+@example(part=3, share=(0.0, 0.5, 1.0))  # z at its limit of 180 degrees, which -180 is too
+@example(part=5, share=(0.0, 0.5, 0.0))
 @given(parts, shares)
 def test_within_the_limits_there_is_no_excess(part, share):
     low, high = np.array(PARTS[part].limits_rad).T
@@ -33,6 +35,20 @@ def test_within_the_limits_there_is_no_excess(part, share):
     if abs(abs(angles[2]) - np.pi / 2) < 1e-4:  # x and y cannot be told apart there
         angles[2] = 0.0
     assert excess_rad(part, rotations_from_angles(angles)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_little_beyond_half_a_turn_is_a_little_beyond():
+    """An arm raised to the front is limited to 180 degrees: 190 is 10 too many, not 130 too few."""
+    raised = rotations_from_angles(np.radians([190.0, 0.0, 0.0]))
+    assert excess_rad(index_of("left_upper_arm"), raised) == pytest.approx(np.radians(10))
+    assert_allclose(angles_rad(index_of("left_upper_arm"), raised), np.radians([190, 0, 0]))
+
+
+@given(parts, rotations(1))
+def test_angles_are_those_of_the_rotation_and_told_around_the_limits(part, R):
+    angles = angles_rad(part, R)
+    assert_allclose(rotations_from_angles(angles), R, atol=1e-6)
+    assert (np.abs(angles - LIMITS_RAD[part].mean(-1)) <= np.pi + 1e-9).all()
 
 
 @given(parts, rotations(1))
@@ -67,10 +83,13 @@ def test_beyond_a_limit_the_excess_is_how_far_beyond(case, degrees):
     assert excess == pytest.approx(np.radians(degrees), abs=1e-9)
 
 
-def test_an_arm_may_be_raised_sideways_beyond_the_horizontal():
-    raised = rotations_from_angles(np.radians([0.0, 0.0, 150.0]))
+@pytest.mark.parametrize(("degrees", "excess"), [(5, 0), (60, 50), (95, 85), (150, 30), (180, 0)])
+def test_an_arm_may_be_raised_to_its_own_side_up_to_the_vertical(degrees, excess):
+    """The other arm gets there across the chest, or over the head, whichever is nearer."""
+    raised = rotations_from_angles(np.radians([0.0, 0.0, degrees]))
     assert excess_rad(index_of("left_upper_arm"), raised) == pytest.approx(0.0, abs=1e-9)
-    assert excess_rad(index_of("right_upper_arm"), raised) > 1.0
+    beyond = excess_rad(index_of("right_upper_arm"), raised)
+    assert beyond == pytest.approx(np.radians(excess), abs=1e-9)
 
 
 def test_hinges_turn_about_x_alone():

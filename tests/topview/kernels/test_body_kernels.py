@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
@@ -19,6 +19,7 @@ from topview.kernels.body import (
     BACK_FACING,
     align_hinges,
     assign_points,
+    beyond_limits,
     relative_rotations,
     solve_lower,
     surface_distance,
@@ -110,6 +111,16 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed):
     chosen = defined[nearest, np.arange(len(points))]
     assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)
     assert 0.2 < is_reached.mean() < 0.9
+
+
+@given(st.floats(-np.pi, 0.0), st.floats(0.0, np.pi), st.floats(-np.pi, np.pi))
+@example(low=-0.2, high=np.pi, angle=-np.pi)  # the limit itself, told the other way round
+def test_beyond_the_limits_is_the_shorter_way_back_to_them(low, high, angle):
+    beyond = beyond_limits(low, high, angle)
+    turns = angle + 2 * np.pi * np.array([-1, 0, 1])
+    assert abs(beyond) == pytest.approx(np.abs(turns - np.clip(turns, low, high)).min(), abs=1e-9)
+    back = (turns - beyond)[:, None]
+    assert ((low - 1e-9 <= back) & (back <= high + 1e-9)).any()
 
 
 @given(st.integers(0, 2**32 - 1))
