@@ -13,6 +13,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import topview
+from patience import HANGS_S
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.records import Camera, Frame, JointState, Person
 from topview.track.run import track_recording
@@ -52,7 +53,7 @@ def tracked_elsewhere(source: Path, out: Path, cores: int, threads: int) -> byte
     """`skeletons.npz` made by a process that may use so many threads."""
     environment = {**os.environ, "NUMBA_NUM_THREADS": str(cores)}
     command = [sys.executable, "-c", TRACK, str(source), str(out), str(threads)]
-    subprocess.run(command, env=environment, check=True, timeout=300)
+    subprocess.run(command, env=environment, check=True, timeout=HANGS_S)
     return out.read_bytes()
 
 

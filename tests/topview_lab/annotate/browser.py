@@ -13,6 +13,8 @@ from typing import Any
 
 import pytest
 
+from patience import HANGS_S
+
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "chrome")
 
 
@@ -46,22 +48,23 @@ class Browser:
                 targets = json.load(answer)
             return next(t["webSocketDebuggerUrl"] for t in targets if t["type"] == "page")
 
-        self._socket = websocket.create_connection(self._wait_for(page), timeout=60)
+        self._socket = websocket.create_connection(self._wait_for(page), timeout=HANGS_S)
         self._id = 0
         self.errors: list[str] = []
         for domain in ("Page", "Runtime"):
             self.call(f"{domain}.enable")
         self.resize(width, height)
 
-    @staticmethod
-    def _wait_for(look: Any, seconds: float = 30.0) -> str:
-        end = time.monotonic() + seconds
+    def _wait_for(self, look: Any) -> str:
+        end = time.monotonic() + HANGS_S
         while True:
             try:
                 if found := look():
                     return found
             except (OSError, IndexError, StopIteration):
                 pass
+            if self._process.poll() is not None:
+                raise RuntimeError(f"Chromium ended with status {self._process.returncode}")
             if time.monotonic() > end:
                 raise TimeoutError("Chromium does not answer")
             time.sleep(0.05)
@@ -69,7 +72,7 @@ class Browser:
     def close(self) -> None:
         self._socket.close()
         self._process.terminate()
-        self._process.wait(timeout=20)
+        self._process.wait(timeout=HANGS_S)
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
         self._id += 1
@@ -106,9 +109,9 @@ class Browser:
             raise RuntimeError(f"{code}: {json.dumps(answer['exceptionDetails'])[:400]}")
         return answer["result"].get("value")
 
-    def until(self, code: str, seconds: float = 60.0) -> Any:
+    def until(self, code: str) -> Any:
         """Wait until an expression is true."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + HANGS_S
         while True:
             try:
                 if value := self.js(code):

@@ -58,7 +58,7 @@ def test_a_user_annotates_a_recording(
     browser.click(*on_page(browser, "front", marked.pixel("torso")))
     browser.until("state.looks.length === 1 && document.querySelectorAll('.spot').length > 12")
     browser.press("#next-step")
-    browser.until("state.found && tracks && !state.job.running", 120)
+    browser.until("state.found && tracks && !state.job.running")
     assert browser.js("state.job.error") == ""
     assert browser.js("document.querySelectorAll('#svg-front .marker').length") >= 12
 

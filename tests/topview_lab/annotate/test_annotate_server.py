@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable
@@ -103,7 +104,7 @@ def test_what_was_said_holds_when_markers_are_followed_again(session: Session) -
                     "pixel": (ankle - (0, 15)).tolist()})  # fmt: skip
     session.again()
     while session.job.running:
-        pass
+        time.sleep(0.01)
     assert session.job.error == ""
     assert session.found is not None
     spots = session.found.tracks.spots

@@ -15,6 +15,7 @@ import msgspec
 import pytest
 from rich.console import Console
 
+from patience import HANGS_S
 from skeleton_sequences import track_distance, write_rendered
 from topview.records import InputError, Recording
 from topview.track.run import TrackingResult
@@ -37,7 +38,7 @@ def interrupt_parent(recording: Recording, settings: TrackerSettings) -> Trackin
     """As if Ctrl-C were pressed while this recording, and no other, takes very long."""
     if recording.name == "b":
         os.kill(os.getppid(), signal.SIGINT)
-        time.sleep(600.0)
+        time.sleep(2 * HANGS_S)
     return track_distance(recording, settings)
 
 
@@ -92,7 +93,8 @@ def test_the_numbers_do_not_depend_on_the_number_of_processes(
 def test_every_tracker_has_one_thread(recordings: list[FolderRecording]) -> None:
     settings = TrackerSettings(threads=2)
     console = Console(file=StringIO())
-    run_evaluation(recordings, settings, 1, two_threads_are_too_many, console)
+    result = run_evaluation(recordings, settings, 1, two_threads_are_too_many, console)
+    assert len(result.evaluation.sequences) == len(recordings)
 
 
 def test_what_cannot_be_read_is_named_and_the_rest_goes_on(
@@ -143,11 +145,9 @@ def heeds_ctrl_c() -> Iterator[None]:
 @pytest.mark.usefixtures("heeds_ctrl_c")
 def test_ctrl_c_ends_the_processes(recordings: list[FolderRecording]) -> None:
     assert run(recordings, 2, track=interrupt_parent).interrupted
-    for _ in range(600):
-        if not multiprocessing.active_children():
-            return
-        time.sleep(0.1)
-    pytest.fail("a process goes on after Ctrl-C")
+    for process in multiprocessing.active_children():
+        process.join(HANGS_S)
+    assert not multiprocessing.active_children()
 
 
 def test_a_process_that_dies_is_told(recordings: list[FolderRecording]) -> None:
@@ -217,7 +217,7 @@ class TestCommand:
         assert self.call("folder", *folders, *arguments) == 0
         assert "2 of 2 recordings" in " ".join(capsys.readouterr().out.split())
         report = json.loads(file.read_text())
-        assert report["settings"] == {"method": "utvr", "detector": "auto", "seed": 3}
+        assert report["settings"] == TrackerSettings(seed=3).as_json()
         assert [s["name"] for s in report["summary"]["sequences"]] == ["a", "c"]
         assert report["summary"]["people"]["person_frames"] == 7
         assert report["summary"]["joints_cm"]["hidden ≥ 30%"]["neck"]["raw"]["mean"] is None
