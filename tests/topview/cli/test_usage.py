@@ -24,7 +24,7 @@ def test_version_and_help(topview):
         (["track", "recording"], ["--out"]),
         (["track", "recording", "--out", "o", "--colour"], ["--colour"]),
         (["track", "recording", "another", "--out", "o"], ["another"]),
-        (["track", "recording", "--out", "o", "--method", "magic"], ["magic", "utvr", "thesis"]),
+        (["track", "recording", "--out", "o", "--method", "magic"], ["magic", "topview", "utvr"]),
         (["track", "recording", "--out", "o", "--seed", "x"], ["--seed", "x"]),
         (["track", "recording", "--out", "o", "--seed", "-1"], ["seed", "-1", "0 to"]),
         (["track", "recording", "--out", "o", "--threads", "-2"], ["threads", "-2", "0"]),

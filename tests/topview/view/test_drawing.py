@@ -83,8 +83,11 @@ def test_text_begins_or_ends_where_it_is_put(align, first, last):
 
 def test_text_may_reach_over_the_edges():
     image = np.zeros((10, 10, 3), np.uint8)
-    for at in ((-200.0, 5.0), (5.0, -50.0), (-5.0, 8.0), (9.0, 30.0)):
-        draw_text(image, "outside", at, 12, WHITE)
+    for outside in ((-200.0, 5.0), (5.0, -50.0), (9.0, 30.0)):
+        draw_text(image, "outside", outside, 12, WHITE)
+        assert not image.any()
+    draw_text(image, "outside", (-5.0, 8.0), 12, WHITE)
+    assert image.any()
 
 
 def test_depth_pictures_show_missing_readings_as_ground(make_frame):

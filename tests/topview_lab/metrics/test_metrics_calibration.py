@@ -54,11 +54,14 @@ class TestLaws:
 
     @settings(max_examples=25)
     @given(st.integers(0, 2**32 - 1))
-    def test_errors_are_shares(self, seed: int) -> None:
+    def test_the_brier_score_bounds_the_expected_error(self, seed: int) -> None:
+        """A bin's error is the mean of its joints' errors, and a mean's square is at most the mean
+        of the squares."""
         rng = np.random.default_rng(seed)
-        result = calibration(rng.random((5, J)) < rng.random(), rng.random((5, J)))
-        assert 0.0 <= result.expected_error <= 1.0
-        assert 0.0 <= result.brier <= 1.0
+        holds, confidence = rng.random((5, J)) < rng.random(), rng.random((5, J))
+        result = calibration(holds, confidence)
+        assert result.brier == pytest.approx(((holds - confidence) ** 2).mean())
+        assert 0.0 < result.expected_error < np.sqrt(result.brier)
 
     @settings(max_examples=25)
     @given(st.integers(0, 2**32 - 1))
