@@ -42,6 +42,14 @@ def test_every_parent_is_drawn_as_often_as_its_weight_says(w, count, seed):
     assert (np.abs(times - count * w) < 1.0 + 1e-9).all()
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_over_many_draws_every_parent_has_its_share(count):
+    """Also one whose weight is too little to be drawn every time."""
+    w = np.array([0.05, 0.25, 0.7])
+    drawn = [systematic_resample(w, count, np.random.default_rng(seed)) for seed in range(2000)]
+    assert_allclose(np.bincount(np.ravel(drawn)) / (2000 * count), w, atol=0.03)
+
+
 @given(arrays(np.float64, st.integers(0, 30), elements=st.sampled_from([0.5, 1.0, 2.0, np.inf])),
        st.integers(0, 40))  # fmt: skip
 def test_n_best_are_the_lowest_and_ties_keep_their_order(f, count):

@@ -104,5 +104,15 @@ def test_a_hidden_joint_fades(state):
     assert over_time[-1] == 0.0
 
 
+def test_an_absent_joint_is_not_trusted_at_all():
+    joints = JOINTS.copy()
+    joints[KNEE] = np.nan
+    seen = look(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    assert (seen.joint_state == JointState.ABSENT).nonzero()[0].tolist() == [KNEE]
+    told = confidences(seen, np.zeros(len(joints)))
+    assert told[KNEE] == 0.0
+    assert confidence(JointState.ABSENT, 1.0, 0.0) == 0.0
+
+
 def test_out_of_view_is_trusted_least():
     assert confidence(OUT_OF_VIEW, 0.0, 0.0) < confidence(JointState.SELF_OCCLUDED, 0.0, 0.0)
