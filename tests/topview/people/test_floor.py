@@ -55,3 +55,41 @@ def test_the_floor_is_kept_while_it_is_out_of_sight() -> None:
     hidden = tracker.update(Cloud.from_frame(frame(np.full((240, 320), 0.8, np.float32), 1)))
     assert seen is not None
     assert hidden is seen
+
+
+def test_a_large_table_is_no_floor_as_something_lies_below_it() -> None:
+    up = floor_normal(np.radians(15))
+    table, ground = plane(up, 0.85), plane(up, 1.6)
+    beside_the_table = np.arange(320) < 100
+    depth = with_noise(render([], [np.where(beside_the_table, ground, table)]), 2)
+    floor = find_floor(Cloud.from_frame(frame(depth)), FloorSettings())
+    assert floor is not None
+    assert floor.distance_m == pytest.approx(1.6, abs=0.05)
+
+
+def test_a_floor_that_is_measured_anew_is_followed_slowly() -> None:
+    """So that one noisy frame moves nobody."""
+    tracker = FloorTracker()
+    up = floor_normal(np.radians(10))
+    heights_m = [1.2] + [1.23] * 60
+    found = []
+    for index, height_m in enumerate(heights_m):
+        depth = with_noise(render([], [plane(up, height_m)]), index)
+        floor = tracker.update(Cloud.from_frame(frame(depth, index)))
+        assert floor is not None
+        found.append(floor.distance_m)
+    assert found[1] == pytest.approx(found[0], abs=0.006)
+    assert found[-1] == pytest.approx(1.23, abs=0.006)
+
+
+def test_a_floor_that_is_out_of_sight_for_seconds_is_forgotten() -> None:
+    """The camera may have been moved."""
+    tracker = FloorTracker()
+    depth = render([], [plane(floor_normal(np.radians(10)), 1.2)])
+    wall = np.full((240, 320), 0.8, np.float32)
+    found = [
+        tracker.update(Cloud.from_frame(frame(seen, index)))
+        for index, seen in enumerate([depth] + [wall] * 120)
+    ]
+    assert found[30] is found[0]
+    assert found[-1] is None
