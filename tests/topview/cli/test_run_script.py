@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import runpy
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -69,13 +71,44 @@ def test_the_first_call_sets_up_and_the_second_starts_at_once(project):
     assert status == 0
     assert "venv" in calls[0]
     assert "install" in calls[1]
+    assert calls[1].endswith(f"-e {project.folder}")
     assert calls[2:] == ["topview demo"]
     assert project.run("demo", "--seed", "1") == (0, ["topview demo --seed 1"], "")
 
 
 def test_tests_are_run_by_pytest_with_the_arguments_passed_on(project):
-    project.run("demo")
+    project.run("test")
     assert project.run("test", "-k", "some")[1] == ["python -m pytest -k some"]
+
+
+@pytest.mark.parametrize(
+    ("name", "extra"), [("test", "test"), ("reproduce", "report"), ("evaluate", "datasets")]
+)
+def test_what_only_some_commands_need_is_installed_for_them(project, name, extra):
+    project.run("demo")
+    _, calls, said = project.run(name)
+    assert len(calls) == 2  # no new .venv: what is there stays
+    assert calls[0].endswith(f"-e {project.folder}[{extra}]")
+    assert f"what `{extra}` needs" in said
+    assert len(project.run(name)[1]) == 1
+    assert len(project.run("demo")[1]) == 1
+
+
+def test_the_test_tools_hold_what_the_other_extras_need(project):
+    _, calls, _ = project.run("test")
+    assert "venv" in calls[0]
+    assert calls[1].endswith(f"-e {project.folder}[test]")
+    for name in ("demo", "reproduce", "evaluate"):
+        assert len(project.run(name)[1]) == 1
+
+
+def test_every_extra_is_declared_and_test_holds_the_others():
+    script = runpy.run_path(str(ROOT / "run"))
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = declared["optional-dependencies"]
+    assert set(script["EXTRA_OF"].values()) <= set(extras)
+    for extra, others in script["CONTAINED"].items():
+        assert {f"topview[{other}]" for other in others} <= set(extras[extra])
 
 
 def test_the_exit_status_is_the_child_s(project):
@@ -83,10 +116,11 @@ def test_the_exit_status_is_the_child_s(project):
 
 
 def test_a_changed_declaration_is_installed_again(project):
-    project.run("demo")
+    project.run("test")
     (project.folder / "pyproject.toml").write_text("[project] # changed")
     assert len(project.run("demo")[1]) == 3
     assert len(project.run("demo")[1]) == 1
+    assert len(project.run("test")[1]) == 2  # the new .venv has no test tools yet
 
 
 def test_a_failed_installation_leaves_no_stamp(project):
@@ -95,3 +129,10 @@ def test_a_failed_installation_leaves_no_stamp(project):
     assert len(calls) == 2
     assert "setting up failed" in complaint
     assert len(project.run("demo")[1]) == 3
+
+
+def test_a_failed_extra_leaves_what_was_there(project):
+    project.run("demo")
+    assert project.run("test", pip_status=1)[0] == 1
+    assert len(project.run("demo")[1]) == 1
+    assert len(project.run("test")[1]) == 2
