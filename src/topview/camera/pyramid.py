@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.undistortion import undistorted
-from topview.records import Camera, Frame
+from topview.records import Camera, Frame, read_only
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,5 +108,6 @@ class Pyramid:
 
 
 def thinned(image: NDArray[Any], stride: int) -> NDArray[Any]:
-    """[h, w, ...] every `stride`-th pixel of every `stride`-th row, contiguous."""
-    return np.ascontiguousarray(image[::stride, ::stride])
+    """[h, w, ...] every `stride`-th pixel of every `stride`-th row, contiguous; read-only as the
+    frame's own images are, so that no kernel is compiled for both."""
+    return read_only(np.ascontiguousarray(image[::stride, ::stride]))

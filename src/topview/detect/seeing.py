@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.records import Camera, Frame
+from topview.records import Camera, Frame, read_only
 
 Mask = NDArray[np.bool_]
 Place = tuple[float, float, float]
@@ -88,7 +88,7 @@ class ColorView:
             height=height,
         )
         yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
-        depth_m = np.ascontiguousarray(image.depth_m(stride)[:height, :width])
+        depth_m = read_only(np.ascontiguousarray(image.depth_m(stride)[:height, :width]))
         return cls(frame, stride, camera, rgb, yuv, depth_m, light_of(rgb, yuv))
 
     def small(self, mask: Mask) -> Mask:

@@ -6,9 +6,10 @@ Each hypothesis is compared on its own, so the result does not depend on the num
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from topview.kernels.cylinders import NO_HIT, hit_depth
+from topview.kernels.threads import over_threads
 
 # Whose pixels are.
 OTHERS, OPEN, BODYS = 0, 1, 2
@@ -16,7 +17,7 @@ N_SUMS = 3
 DIFFERENCE, PIXELS, EXPLAINED = range(N_SUMS)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _frame(axis, R):
     """A rotation whose y is `axis`; the turn about it is any, as the cylinder is round."""
     k = 0
@@ -35,7 +36,7 @@ def _frame(axis, R):
     R[2, 2] = R[0, 0] * R[1, 1] - R[1, 0] * R[0, 1]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _box(start, end, radius, fx, fy, cx, cy, W, H, out):
     """The pixels that a cylinder between two places can cover: u from, to, v from, to."""
     near = max(min(start[2], end[2]) - radius, np.float32(0.05))
@@ -50,7 +51,7 @@ def _box(start, end, radius, fx, fy, cx, cy, W, H, out):
         out[2 * i + 1] = np.int32(min(max(high, np.float32(0.0)), np.float32(side)))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy", forceinline=True)
 def _cost(seen, depth, whose, cap, hidden, buried):
     """What one rendered pixel costs, in metres."""
     if whose == BODYS and seen < depth:  # the own body lies before it, or holds it
@@ -60,9 +61,11 @@ def _cost(seen, depth, whose, cap, hidden, buried):
     return min(abs(seen - depth), cap)
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("shoulders")
+@njit(cache=True, error_model="numpy", nogil=True)
 def compare_arms(
-    shoulders, axes, lengths, radii, depth, whose, worth, fx, fy, cx, cy, cap, hidden, buried, out
+    first_row, row_step,
+    shoulders, axes, lengths, radii, depth, whose, worth, fx, fy, cx, cy, cap, hidden, buried, out,
 ):  # fmt: skip
     """Fill `out` [M, 3]: the summed difference in metres between what is rendered and what is seen,
     the rendered pixels, and the worth of the OPEN ones that they explain.
@@ -83,7 +86,7 @@ def compare_arms(
     """
     H, W = depth.shape
     inv2 = np.float32(1.0) / (radii * radii)
-    for m in prange(shoulders.shape[0]):
+    for m in range(first_row, shoulders.shape[0], row_step):
         R = np.empty((2, 3, 3), np.float32)
         start = np.empty((3, 3), np.float32)  # shoulder, elbow, palm
         eye = np.empty((2, 3), np.float32)  # the camera's centre in the cylinders' frames

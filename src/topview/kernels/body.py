@@ -12,7 +12,9 @@ freedom comes from `topview.track.methods.topview.refinement`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
+
+from topview.kernels.threads import over_threads
 
 # Ours, all of them.
 BACK_FACING = 0.2  # cosine between normal and ray from which a surface cannot be the seen one
@@ -30,7 +32,7 @@ HEAD = 0
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy", inline="always")
 def surface_distance(x, y, z, length, rx, rz):
     """Signed distance from a point to the cylinder with rounded ends, and the outward normal.
 
@@ -52,7 +54,7 @@ def surface_distance(x, y, z, length, rx, rz):
     return gap, nx, 0.0, nz
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
     """Forward kinematics: fill `origins` [B, 3] from the neck joint and the parts' rotations."""
     for i in range(3):
@@ -113,7 +115,7 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
         distances[i] = signed
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
     """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz)."""
     n = n_chain[part]
@@ -133,7 +135,7 @@ def _pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap
             A[row, chain[part, b]] += wa * J[b]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def solve_lower(A, g):
     """Solve A x = g for symmetric positive definite A given by its lower triangle (Cholesky)."""
     n = A.shape[0]
@@ -159,7 +161,7 @@ def solve_lower(A, g):
     return x
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _multiply(A, B, transpose_a, out):
     for i in range(3):
         for j in range(3):
@@ -169,7 +171,15 @@ def _multiply(A, B, transpose_a, out):
             out[i, j] = s
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
+def _copy(R, out):
+    """By element: `out[:] = R` compiles seconds of text for an error that cannot come up."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = R[i, j]
+
+
+@njit(error_model="numpy")
 def _rotation(wx, wy, wz, out):
     """Rodrigues' formula."""
     angle = np.sqrt(wx * wx + wy * wy + wz * wz)
@@ -185,7 +195,7 @@ def _rotation(wx, wy, wz, out):
     out[1, 2], out[2, 1] = b * wy * wz - a * wx, b * wy * wz + a * wx
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _vector(R, out):
     """Inverse of `_rotation`, for angles below 180 degrees."""
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
@@ -195,7 +205,7 @@ def _vector(R, out):
     out[0], out[1], out[2] = x * scale, y * scale, z * scale
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _orthonormalise(R):
     """Undo rounding, in place: y keeps its direction, x its plane with y (Gram and Schmidt)."""
     n = 1.0 / np.sqrt(R[0, 1] ** 2 + R[1, 1] ** 2 + R[2, 1] ** 2)
@@ -212,17 +222,17 @@ def _orthonormalise(R):
     R[2, 2] = R[0, 0] * R[1, 1] - R[1, 0] * R[0, 1]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def relative_rotations(Rs, tree, out):
     """[B, 3, 3] camera-frame rotations to those in the tree that hangs from the upper torso."""
     for k in range(Rs.shape[0]):
         if tree[k] < 0:
-            out[k] = Rs[k]
+            _copy(Rs[k], out[k])
         else:
             _multiply(Rs[tree[k]], Rs[k], True, out[k])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def align_hinges(Rs, hinges, bends):
     """Turn the upper part of each hinge pair about its own axis until the joint is a hinge; that
     of a nearly straight limb is kept.
@@ -256,7 +266,7 @@ def align_hinges(Rs, hinges, bends):
             Rs[part, 2, 2] = Rs[part, 0, 0] * Rs[part, 1, 1] - Rs[part, 1, 0] * Rs[part, 0, 1]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def beyond_limits(low, high, angle):
     """Signed radians by which an angle in -180..180 degrees lies beyond its limits, the shorter
     way round (`topview.body.limits`)."""
@@ -268,7 +278,7 @@ def beyond_limits(low, high, angle):
     return max(angle - high, 0.0) - max(low - angle, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
     """Push joints back within Table 3.2: turns about the parent's x, then about z, then y.
 
@@ -329,8 +339,10 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                     A[i, j] += weight * ja * jb
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("necks")
+@njit(cache=True, error_model="numpy", nogil=True)
 def refine_bodies(
+    first_row, row_step,
     necks, Rs_all, necks_prior, Rs_prior, lengths, radii, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
@@ -371,7 +383,7 @@ def refine_bodies(
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
-    for m in prange(necks.shape[0]):
+    for m in range(first_row, necks.shape[0], row_step):
         neck = necks[m]
         Rs = Rs_all[m]
         origins = np.empty((B, 3))
@@ -546,8 +558,8 @@ def refine_bodies(
                     away[dof_axis[d]] = min(max(step[d], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
                 _rotation(away[0], away[1], away[2], R)
                 _multiply(relative[k], R, False, R2)
-                relative[k] = R2
-            Rs[UPPER_TORSO] = relative[UPPER_TORSO]
+                _copy(R2, relative[k])
+            _copy(relative[UPPER_TORSO], Rs[UPPER_TORSO])
             _multiply(Rs[UPPER_TORSO], relative[HEAD], False, Rs[HEAD])
             for k in range(2, B):
                 _multiply(Rs[tree[k]], relative[k], False, Rs[k])

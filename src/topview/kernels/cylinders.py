@@ -12,7 +12,7 @@ from numba import njit
 NO_HIT = np.float32(np.inf)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def hit_depth(ox, oy, oz, dx, dy, dz, length, inv_rx2, inv_rz2):
     """Depth along a ray `o + t d`, from outside, where it first meets the closed cylinder.
 
@@ -39,13 +39,13 @@ def hit_depth(ox, oy, oz, dx, dy, dz, length, inv_rx2, inv_rz2):
     return t_side if side else (t_end if end else NO_HIT)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def is_inside(x, y, z, length, inv_rx2, inv_rz2):
     """True for a point, in the cylinder's frame, within it."""
     return (y >= 0) & (y <= length) & (x * x * inv_rx2 + z * z * inv_rz2 <= np.float32(1.0))
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def image_box(R, o, length, rx, rz, fx, fy, cx, cy, width, height):
     """Columns u0..u1 and rows v0..v1, ends left out, that a cylinder can cover in an image.
 

@@ -6,13 +6,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.medians import median
 from topview.kernels.noise import Law, law_at
 
 # What is seen at a place, compared with the depth that it should have.
 HIDDEN, THERE, BEHIND, EMPTY = range(4)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def look_at(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
@@ -46,7 +47,7 @@ def look_at(
     return is_visible * (THERE + is_behind + is_far)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _count(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
@@ -151,7 +152,8 @@ def tops_of(
         for column in range(width):
             z, above_m = depth_m[row, column], depth_m[row - 1, column]
             if 0.0 < z < max_depth_m and (above_m == 0.0 or above_m > z + np.float32(step_m)):
-                tops[count] = points_camera[row, column]
+                for axis in range(3):
+                    tops[count, axis] = points_camera[row, column, axis]
                 count += 1
     return tops[:count].copy()
 
@@ -213,13 +215,17 @@ def strongest(
         for n in range(count):
             if not is_left[n]:
                 continue
-            off = centers_camera[n] - centers_camera[best]
-            distance_m = np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2])
+            x = centers_camera[n, 0] - centers_camera[best, 0]
+            y = centers_camera[n, 1] - centers_camera[best, 1]
+            z = centers_camera[n, 2] - centers_camera[best, 2]
+            distance_m = np.sqrt(x * x + y * y + z * z)
             if distance_m < like_m and confidence[n] > like_share * confidence[best]:
-                means[found] += centers_camera[n]
+                for axis in range(3):
+                    means[found, axis] += centers_camera[n, axis]
                 like += 1
             is_left[n] = distance_m > apart_m
-        means[found] /= like
+        for axis in range(3):
+            means[found, axis] /= like
         chosen[found] = best
         found += 1
     return means[:found].copy(), confidence[chosen[:found]]
@@ -268,11 +274,12 @@ def median_about(
             y -= up_m * up_camera[1]
             z -= up_m * up_camera[2]
             if np.sqrt(x * x + y * y + z * z) < across_m:
-                near[:, count] = points_camera[row, column]
+                for axis in range(3):
+                    near[axis, count] = points_camera[row, column, axis]
                 count += 1
     if count > 0:
         for axis in range(3):
-            out_median[axis] = np.median(near[axis, :count])
+            out_median[axis] = median(near[axis, :count])
     return count
 
 

@@ -7,7 +7,7 @@ limb's parts are round, so that two directions say all: four degrees of freedom.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from topview.kernels.body import (
     BACK_FACING,
@@ -20,9 +20,10 @@ from topview.kernels.body import (
     beyond_limits,
     solve_lower,
 )
+from topview.kernels.threads import over_threads
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _tangents(axis, out):
     """Two unit vectors across `axis` and each other, as rows of `out`."""
     k = 0
@@ -43,7 +44,7 @@ def _tangents(axis, out):
     out[1, 2] = axis[0] * out[0, 1] - axis[1] * out[0, 0]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, gap, weight, J):
     """Add the wish that a place on the limb moves by `gap` along (nx, ny, nz)."""
     n = 2
@@ -59,8 +60,10 @@ def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, ga
             A[a, b] += weight * J[a] * J[b]
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("axes")
+@njit(cache=True, error_model="numpy", nogil=True)
 def refine_limbs(
+    first_row, row_step,
     axes, joint, lengths, radii, points, depth, mine, nearest, fx, fy, cx, cy, floor,
     reach, scale, margin, free_weight, prior_weight, samples, iterations,
 ):  # fmt: skip
@@ -77,7 +80,7 @@ def refine_limbs(
         samples: places on each part's axis that are tested against free space.
     """
     H, W = depth.shape
-    for m in prange(axes.shape[0]):
+    for m in range(first_row, axes.shape[0], row_step):
         A = np.empty((4, 4))
         g = np.empty(4)
         J = np.empty(4)
@@ -182,7 +185,7 @@ def refine_limbs(
                     axes[m, k, i] /= np.sqrt(norm)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(error_model="numpy")
 def _excess(P, R, limits):
     """By how many radians R leaves the limits in the frame of its parent P, the more favourable
     of its two decompositions into turns about x, z and y (`topview.body.limits`)."""
@@ -206,8 +209,10 @@ def _excess(P, R, limits):
     return min(first, second)
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("axes")
+@njit(cache=True, error_model="numpy", nogil=True)
 def judge_limbs(
+    first_row, row_step,
     axes, x_hint, bend, R_parent, limits, predicted, joint, lengths, radii, floor, points,
     tolerance, Rs, verdicts,
 ):  # fmt: skip
@@ -228,7 +233,7 @@ def judge_limbs(
     """
     limit_upper = (radii[0] + tolerance) ** 2
     limit_lower = (radii[1] + tolerance) ** 2
-    for m in prange(axes.shape[0]):
+    for m in range(first_row, axes.shape[0], row_step):
         u, w = axes[m, 0], axes[m, 1]
         nx = bend * (u[1] * w[2] - u[2] * w[1])
         ny = bend * (u[2] * w[0] - u[0] * w[2])

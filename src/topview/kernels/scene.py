@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from topview.kernels.noise import Law, law_at, slope_at
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def floor_margin(depth_m: float, above_camera_m: float, margin_m: float, noise_2: Law) -> float:
     """How high a reading of the floor may seem to be: two standard deviations of the noise more
     than `margin_m`.

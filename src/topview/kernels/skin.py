@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.medians import median
+
 
 @njit(cache=True, nogil=True)
 def look_up_levels(
@@ -114,7 +116,7 @@ def connected_regions(
             out_boxes[count, 0], out_boxes[count, 1] = left, top
             out_boxes[count, 2], out_boxes[count, 3] = right, bottom
             out_means[count, 0], out_means[count, 1] = total / size, readings / size
-            out_means[count, 2] = np.median(readings_m[:readings]) if readings > 0 else 0.0
+            out_means[count, 2] = median(readings_m[:readings]) if readings > 0 else 0.0
             count += 1
             out_starts[count] = end
     return count
@@ -130,7 +132,7 @@ def median_reading(pixels: NDArray[np.float32], depth_m: NDArray[np.float32]) ->
         if reading_m > 0.0:
             readings_m[readings] = reading_m
             readings += 1
-    return float(np.median(readings_m[:readings])) if readings > 0 else 0.0
+    return median(readings_m[:readings]) if readings > 0 else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -200,7 +202,7 @@ def look_at_end(
         if 0 <= row < height and 0 <= column < width and depth_m[row, column] > 0.0:
             readings_m[readings] = depth_m[row, column]
             readings += 1
-    median_m = float(np.median(readings_m[:readings])) if readings > 0 else 0.0
+    median_m = median(readings_m[:readings]) if readings > 0 else 0.0
     return x / count, y / count, median_m
 
 

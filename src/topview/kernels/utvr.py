@@ -8,17 +8,21 @@ result does not depend on the number of threads. Definition: `topview.score.defi
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from topview.kernels.cylinders import NO_HIT, hit_depth, image_box, is_inside
+from topview.kernels.threads import over_threads
 
 GRID = 64  # cells of the top view along each side; one bit each in a row of 64
 N_COUNTS = 7
 N_3D, N_PR, N_CYL, P_IN, P_OCCL, P_OUT, N_COLL = range(N_COUNTS)
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("chunks")
+@njit(cache=True, error_model="numpy", nogil=True)
 def count_hypotheses(
+    first_row,
+    row_step,
     px,
     py,
     pz,
@@ -65,7 +69,7 @@ def count_hypotheses(
     inv_rz2 = np.float32(1.0) / (rz * rz)
     inv_cell = np.float32(1.0) / cell
     half = np.float32(GRID // 2)
-    for chunk in prange(chunks):
+    for chunk in range(first_row, chunks, row_step):
         cell_of = cells[chunk]
         hit = hits[chunk]
         grid = grids[chunk]
@@ -143,7 +147,7 @@ def count_hypotheses(
             out[m, N_COLL] = n_coll
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _collisions(hit, width, u0, ray_y, fx, cx, part):
     """How many hits of one image row lie inside one placed part; they are taken out of `hit`, so
     that a pixel inside several parts counts once."""

@@ -10,7 +10,9 @@ on the number of threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
+
+from topview.kernels.threads import over_threads
 
 # "A large positive constant" (Shotton et al.): beyond any reading.
 BACKGROUND_M = np.float32(10.0)
@@ -21,13 +23,13 @@ BINS = 2 * HALF_BINS
 RANGE_M = np.float32(1.0)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _look(depths, first, width, height, u, v):
     inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
     return depths[first + v * width + u] if inside else BACKGROUND_M
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _difference(depths, first, width, height, u, v, px_per_m, py_per_m, o):
     half = np.float32(0.5)
     a = _look(
@@ -41,7 +43,7 @@ def _difference(depths, first, width, height, u, v, px_per_m, py_per_m, o):
     return a - b
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _bin(difference):
     """0 .. BINS - 1; a difference exceeds `threshold_m(b)` if its bin is above b."""
     size = min(abs(difference) / RANGE_M, np.float32(0.999))
@@ -75,8 +77,10 @@ def differences(depths, crops, image, u, v, choice, offsets, fx, fy, out):
         )
 
 
-@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
+@over_threads("offsets")
+@njit(cache=True, nogil=True, error_model="numpy")
 def best_splits(
+    first_row, row_step,
     depths, crops, image, u, v, label, nodes, offsets, fx, fy, block, least, most, n_log_n,
     gain, choice,
 ):  # fmt: skip
@@ -95,7 +99,7 @@ def best_splits(
     """
     n_nodes = len(nodes) - 1
     n_classes = int(label.max()) + 1
-    for task in prange(n_nodes * gain.shape[1]):
+    for task in range(first_row, n_nodes * gain.shape[1], row_step):
         node, b = task % n_nodes, task // n_nodes
         start, stop = nodes[node], nodes[node + 1]
         gain[node, b] = -np.inf
@@ -142,8 +146,11 @@ def best_splits(
         choice[node, b] = best_choice
 
 
-@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
-def classify(depth, u, v, fx, fy, offsets, thresholds, children, roots, leaves, out):
+@over_threads("u")
+@njit(cache=True, nogil=True, error_model="numpy")
+def classify(
+    first_row, row_step, depth, u, v, fx, fy, offsets, thresholds, children, roots, leaves, out
+):
     """Fill `out` [S, K] float32 with what the trees say of pixels, each row summing to about one.
 
     Args:
@@ -158,7 +165,7 @@ def classify(depth, u, v, fx, fy, offsets, thresholds, children, roots, leaves, 
     height, width = depth.shape
     depths = depth.ravel()
     share = np.float32(1.0 / (255.0 * len(roots)))
-    for s in prange(len(u)):
+    for s in range(first_row, len(u), row_step):
         d = depths[v[s] * width + u[s]]
         px_per_m, py_per_m = fx / d, fy / d
         out[s] = 0.0

@@ -9,16 +9,17 @@ The objective that is made of it is `topview_lab.rivals.swarm.discrepancy_m`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from topview.kernels.cylinders import NO_HIT, hit_depth, image_box
+from topview.kernels.threads import over_threads
 
 UNITS_PER_M = np.float32(10_000)
 N_TERMS = 3
 DIFFERENCE, BOTH, EITHER = range(N_TERMS)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _draw(R, o, length, rx, rz, fx, fy, cx, cy, drawn):
     """Draw one cylinder into the depth map, where it is nearest."""
     H, W = drawn.shape
@@ -45,10 +46,12 @@ def _draw(R, o, length, rx, rz, fx, fy, cx, cy, drawn):
             row[i] = min(row[i], t)
 
 
-@njit(parallel=True, cache=True, error_model="numpy", nogil=True)
+@over_threads("chunks")
+@njit(cache=True, error_model="numpy", nogil=True)
 def compare_bodies(
-    Rs, origins, lengths, radii, depth, mine, fx, fy, cx, cy, clamp, match, chunks, out
-):
+    first_row, row_step,
+    Rs, origins, lengths, radii, depth, mine, fx, fy, cx, cy, clamp, match, chunks, out,
+):  # fmt: skip
     """Fill `out` [M, 3]: sum of the clamped differences, pixels in both maps, pixels in either.
 
     What is seen nearer than the drawn body and is not the user's hides it: such pixels have no
@@ -69,7 +72,7 @@ def compare_bodies(
     H, W = depth.shape
     maps = np.empty((chunks, H, W), np.float32)
     full = np.int32(clamp * UNITS_PER_M)
-    for chunk in prange(chunks):
+    for chunk in range(first_row, chunks, row_step):
         drawn = maps[chunk]
         for m in range(chunk, M, chunks):
             drawn[:] = NO_HIT
