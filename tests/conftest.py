@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tiny_recordings import CAMERA, wall
 from topview.cli.app import main
+from topview.kernels.compiling import compile_ahead
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -54,8 +55,14 @@ class Finished:
 RunCommand = Callable[..., Finished]
 
 
+@pytest.fixture(scope="session")
+def compiled() -> None:
+    """The tracker's kernels, so that no command says that it compiles them."""
+    compile_ahead()
+
+
 @pytest.fixture
-def topview(capsys: pytest.CaptureFixture[str]) -> RunCommand:
+def topview(capsys: pytest.CaptureFixture[str], compiled: None) -> RunCommand:
     """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
 
     def run(*arguments: object) -> Finished:

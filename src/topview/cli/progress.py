@@ -6,12 +6,37 @@ import sys
 from time import perf_counter
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TaskProgressColumn,
+    TextColumn,
+)
 from rich.table import Table
 
+from topview.kernels.caching import lasts
+from topview.kernels.compiling import compile_ahead, is_compiled
 from topview.records import Frame, Person, Recording
 from topview.track import Tracker, TrackingResult, track_recording
 from topview.view import Viewer
+
+
+def compile_kernels() -> None:
+    """Compile what the tracker calls, if that has not been done before, and say so on stderr."""
+    if is_compiled():
+        return
+    said = "compiling (once)" if lasts() else "compiling (at every start: no folder to keep it in)"
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        warn(said)
+    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        bar = progress.add_task(said, total=1.0)
+        compile_ahead(lambda share: progress.update(bar, completed=share))
 
 
 def progress_bar(*more: ProgressColumn) -> Progress:
@@ -23,6 +48,7 @@ def progress_bar(*more: ProgressColumn) -> Progress:
 
 def track_with_progress(recording: Recording, tracker: Tracker, viewer: Viewer) -> TrackingResult:
     """Track a recording, showing the bar on stderr and every frame to the viewer."""
+    compile_kernels()
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
     with progress_bar(state) as progress:
         bar = progress.add_task(

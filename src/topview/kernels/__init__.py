@@ -1,7 +1,5 @@
 """The fast loops, and the only importer of numba."""
 
-import os
+from topview.kernels.caching import find_folder
 
-# OpenMP reads this when numba starts its threads. Threads that spin while they wait slow the
-# kernels several-fold wherever the cores have other work too.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+find_folder()

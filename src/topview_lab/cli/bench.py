@@ -22,7 +22,7 @@ from rich.table import Table
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.camera.pyramid import DepthView, Pyramid
-from topview.cli.progress import progress_bar
+from topview.cli.progress import compile_kernels, progress_bar
 from topview.detect.detectors import DetectorName
 from topview.geometry.rotations import rotations_from_angles
 from topview.io.writers import prepare_output_folder, write_atomically
@@ -116,6 +116,7 @@ def bench(
         if json_file.is_dir():
             raise InputError(f"--json {json_file} is a folder; it must be a file")
         prepare_output_folder(json_file.parent)
+    compile_kernels()
     machine = Machine(_cpu_model(), os.cpu_count() or 1, use_threads(0))
     threads = sorted({1, machine.threads})
     tracking: list[TrackingTime] = []

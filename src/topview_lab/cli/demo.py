@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from topview.cli.progress import progress_bar, track_with_progress, warn
+from topview.cli.progress import compile_kernels, progress_bar, track_with_progress, warn
 from topview.cli.status import INTERRUPTED
 from topview.cli.track import write_results
 from topview.io import open_recording, prepare_output_folder
@@ -41,6 +41,7 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         room = Path(folder) / SCENE
         _simulate(room, seed, frames)
         recording = open_recording(room)
+        compile_kernels()
         _warm_up(recording, settings)
         sheet = ContactSheet("topview demo: two simulated people", recording.frame_count)
         result = track_with_progress(recording, Tracker(settings), sheet)
@@ -65,10 +66,7 @@ def _simulate(folder: Path, seed: int, frames: int) -> None:
 
 
 def _warm_up(recording: Recording, settings: TrackerSettings) -> None:
-    """Have the inner loops compiled before the clock runs."""
+    """Have the inner loops loaded before the clock runs."""
     tracker = Tracker(settings)
-    with progress_bar() as progress:
-        bar = progress.add_task("compiling (the first time only)", total=WARM_UP_FRAMES)
-        for frame in islice(recording, WARM_UP_FRAMES):
-            tracker.update(frame)
-            progress.advance(bar)
+    for frame in islice(recording, WARM_UP_FRAMES):
+        tracker.update(frame)

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 from rich.console import Console
 
-from topview.cli.progress import warn
+from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED
 from topview.detect.detectors import DetectorName
 from topview.io.writers import prepare_output_folder
@@ -210,6 +210,7 @@ def _evaluate(
             raise InputError(f"--json {options.json} is a folder; it must be a file")
         prepare_output_folder(options.json.parent)
     if options.predictions is None:
+        compile_kernels()
         run = run_evaluation(recordings, options.settings, options.workers)
     else:
         predictions = Predictions(options.predictions, _pairs(options.map))

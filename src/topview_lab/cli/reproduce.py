@@ -8,9 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from topview.cli.progress import warn
+from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED
-from topview_lab.reproduce.catalogue import ALL, EXPERIMENTS
+from topview_lab.reproduce.catalogue import ALL, EXPERIMENTS, chosen
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.make import MARKDOWN, PAGE, check_seed, make_report
 from topview_lab.reproduce.page import Report
@@ -41,6 +41,8 @@ def reproduce(
         workers: processes, 0 for one per core; the numbers do not depend on it.
     """
     check_seed(seed)
+    chosen(names)  # a wrong name is not told after compiling
+    compile_kernels()
     made = make_report(names, Context(out, quick, seed, mhad, bridge), workers)
     warn(*made.report.problems)
     _print_verdicts(made.report)

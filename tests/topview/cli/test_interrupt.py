@@ -33,7 +33,7 @@ def open_when_read(fifo: Path, reader: subprocess.Popen[str]) -> int:
             time.sleep(0.02)
 
 
-def test_an_interrupted_run_keeps_its_frames(make_recording, tmp_path):
+def test_an_interrupted_run_keeps_its_frames(make_recording, tmp_path, compiled):
     source, out = make_recording([wall()] * 6), tmp_path / "out"
     third = source / "depth" / "000003.png"
     third.unlink()
