@@ -33,7 +33,7 @@ def find_folder() -> None:
 
 def folder() -> Path:
     """Where the kernels of this package are kept."""
-    return Path(njit(cache=True)(_probe).stats.cache_path)
+    return Path(str(njit(cache=True)(_probe).stats.cache_path))
 
 
 def lasts() -> bool:

@@ -28,7 +28,7 @@ from typing import Any
 
 import numba
 from llvmlite import binding
-from numba import types
+from numba import config, types
 from numba.core.dispatcher import Dispatcher
 
 from topview.kernels.caching import folder
@@ -55,7 +55,7 @@ def listed() -> Listed:
 
 def is_compiled() -> bool:
     """Whether there is nothing to do; takes some milliseconds."""
-    disabled: bool = numba.config.DISABLE_JIT  # pyright: ignore - numba sets it at run time
+    disabled: bool = config.DISABLE_JIT  # pyright: ignore - numba sets it at run time
     return disabled or _stamp().exists()
 
 
@@ -83,7 +83,7 @@ def dispatcher_of(module: str, name: str) -> Dispatcher:
 def _compile(on_progress: Callable[[float], None]) -> None:
     todo = listed()
     seconds = {
-        module: sum(kernel["seconds"] for kernel in kernels.values())
+        module: float(sum(kernel["seconds"] for kernel in kernels.values()))
         for module, kernels in todo.items()
     }
     total, done = sum(seconds.values()), 0.0
@@ -133,7 +133,7 @@ def _deal(seconds: dict[str, float], processes: int) -> list[list[str]]:
 
 
 def _processes() -> int:
-    cores: int = numba.config.NUMBA_NUM_THREADS  # pyright: ignore - numba sets it at run time
+    cores: int = config.NUMBA_NUM_THREADS  # pyright: ignore - numba sets it at run time
     return min(cores, MOST_PROCESSES)
 
 
@@ -147,8 +147,8 @@ def _stamp() -> Path:
         sys.version,
         binding.get_host_cpu_name(),
         binding.get_host_cpu_features().flatten(),
-        numba.config.CPU_NAME,  # pyright: ignore[reportAttributeAccessIssue]
-        numba.config.CPU_FEATURES,  # pyright: ignore[reportAttributeAccessIssue]
+        config.CPU_NAME,  # pyright: ignore[reportAttributeAccessIssue]
+        config.CPU_FEATURES,  # pyright: ignore[reportAttributeAccessIssue]
     ):
         machine.update(f"{part}\0".encode())
     return folder() / f"compiled.{PYTHON}.{sources.hexdigest()[:16]}.{machine.hexdigest()[:16]}"
