@@ -47,6 +47,14 @@ def test_importing_topview_is_cheap():
     assert not loaded & {"numba", "cv2", "scipy", "topview_lab"}
 
 
+def test_help_is_cheap():
+    loaded = loaded_by(
+        "from topview.cli.app import main\ntry: main(['--help'])\nexcept SystemExit: pass"
+    )
+    assert "cyclopts" in loaded
+    assert not loaded & {"numba", "cv2", "scipy", "topview_lab"}
+
+
 def test_tracking_needs_nothing_of_the_laboratory():
     loaded = loaded_by("import topview\ntopview.Tracker()")
     assert "numba" in loaded

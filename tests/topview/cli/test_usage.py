@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 import topview as package
@@ -17,17 +14,6 @@ def test_version_and_help(topview):
     for command in ("track", "evaluate"):
         assert command in shown.out
     assert topview("track", "--help").out.count("--method") == 1
-
-
-def test_help_loads_nothing_heavy():
-    code = (
-        "import sys\n"
-        "from topview.cli.app import main\n"
-        "try: main(['--help'])\n"
-        "except SystemExit: print(sorted({'numba', 'scipy', 'cv2'} & set(sys.modules)))\n"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.endswith("[]\n")
 
 
 @pytest.mark.parametrize(
