@@ -7,10 +7,12 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from numba.core import types
+from numba.core.dispatcher import Dispatcher
 
 from topview.kernels.compiling import dispatcher_of, listed, type_of
 
@@ -32,6 +34,15 @@ def test_no_kernel_is_compiled_for_both_read_only_and_other_arrays():
         signatures = listed()[module][name]["signatures"]
         alike = {json.dumps(one).replace("True, aligned", "False, aligned") for one in signatures}
         assert len(alike) == len(signatures), (module, name)
+
+
+def test_no_two_modules_write_the_cache_of_one_kernel():
+    """Processes that compile take whole modules; numba's cache of a kernel is for one writer."""
+    for path in sorted((SOURCES / "topview" / "kernels").glob("*.py")):
+        module = import_module(f"topview.kernels.{path.stem}")
+        for name, value in vars(module).items():
+            if isinstance(value, Dispatcher) and value.py_func.__module__ != module.__name__:
+                assert value.stats.cache_path is None, (path.stem, name)
 
 
 NOT_LISTED = """
