@@ -27,6 +27,18 @@ class InputError(ValueError):
     """
 
 
+def check_range(settings: object, low: float, high: float, *names: str) -> None:
+    """Check that fields of a settings class lie within `low` to `high`, both included.
+
+    Raises:
+        InputError: one of them does not.
+    """
+    for name in names:
+        value = getattr(settings, name)
+        if not low <= value <= high:
+            raise InputError(f"{name} is {value}; it must be {low:g} to {high:g}")
+
+
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """The array itself, made read-only."""
     array.setflags(write=False)

@@ -73,6 +73,11 @@ def transform(R_a_b: Array, origin_a: Array) -> Array:
     return T
 
 
+def horizontal(vector: Array, up: Array) -> Array:
+    """[3] the component of a vector across the unit vector `up`: along the floor."""
+    return vector - up * (vector @ up)
+
+
 def unit(vectors: Array) -> Array:
     """[..., 3] scaled to length one; zeros stay zeros."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)

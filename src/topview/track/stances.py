@@ -27,7 +27,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
-from topview.geometry.rotations import rotations_from_angles, unit
+from topview.geometry.rotations import horizontal, rotations_from_angles, unit
 from topview.track.pose import Pose
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def heading(R_camera_torso: Array, up_camera: Array) -> float:
     """The yaw of `facing` that comes nearest to a torso's rotation."""
     front, up = R_camera_torso[:, 2], R_camera_torso[:, 1]
     # A torso that leans far over faces where its lower end's back is.
-    level = front - up_camera * (front @ up_camera) + up * (front @ up_camera)
+    level = horizontal(front, up_camera) + up * (front @ up_camera)
     upright = facing(0.0, up_camera).T @ level
     return float(np.arctan2(upright[0], upright[2]))
 

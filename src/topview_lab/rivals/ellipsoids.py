@@ -54,7 +54,6 @@ class EllipsoidSettings:
         extremities, turns: points that may be palms, and elbows on each one's circle.
         cap_m: the largest distance that counts where arms are compared.
         turn_cost_m, range_cost_m: per radian away from the last arm, and beyond Table 5.1.
-        found_m: an arm that is this near to its points, on average, has been found.
     """
 
     smoothing_m: float = 0.03
@@ -71,7 +70,6 @@ class EllipsoidSettings:
     cap_m: float = 0.1
     turn_cost_m: float = 0.003
     range_cost_m: float = 0.05
-    found_m: float = 0.03
 
     needs: ClassVar[Needs] = Needs()
 
@@ -170,7 +168,7 @@ class EllipsoidTracker:
             if not evidence.head_is_seen:
                 return self._torso
         neck = evidence.head_camera + Size.of(self.model).to_neck_m * R[:, 1]
-        return Torso(neck, R, np.inf)
+        return Torso(neck, R)
 
     def _shoulders(self, expected: Torso, evidence: Evidence) -> Array:
         """[2, 3] centres of the left and the right shoulder's sphere, in metres."""
@@ -234,14 +232,14 @@ class EllipsoidTracker:
         state = least_squares(residuals, np.zeros(6), max_nfev=15).x
         R = R0 @ rotations_from_vectors(state[3:])
         centre = centre0 + R0 @ state[:3]
-        return Torso(centre - half_m * R[:, 1], R, 0.0)
+        return Torso(centre - half_m * R[:, 1], R)
 
     def _fitted_arms(self, torso: Torso, shoulders: Array, evidence: Evidence) -> list[Arm]:
         """The left and the right arm: each has the points that lie nearer to it than to the other
         one, as both were."""
         s, R = self.settings, torso.R_camera_torso
         pixels = UserPixels(torso, self.model, evidence)
-        points = pixels.points[pixels.worth > 0.5]
+        points = pixels.points[pixels.weights > 0.5]
         hanging = unit(np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.2]]))
         arms = []
         last = [arm.axes_torso for arm in self._arms] or [hanging] * 2
@@ -257,7 +255,7 @@ class EllipsoidTracker:
             own = self._some(points[reach & (away[k] <= away[1 - k])])
             axes, cost_m = self._axes(arm, own, R, side=2.0 * k - 1.0)
             offset = (arm.shoulder - torso.neck_camera) @ R
-            arms.append(Arm(offset, axes @ R, cost_m / s.cap_m, cost_m < s.found_m))
+            arms.append(Arm(offset, axes @ R, cost_m / s.cap_m))
         return arms
 
     def _axes(self, arm: _HungArm, points: Array, R: Array, side: float) -> tuple[Array, float]:

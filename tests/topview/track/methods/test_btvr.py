@@ -29,17 +29,16 @@ from topview.track.evidence import Evidence
 from topview.track.methods.btvr import BtvrSettings, BtvrTracker
 from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.methods.btvr.arms import ArmFilter, ArmSettings
-from topview.track.methods.btvr.ellipses import EllipseSettings, fit_ellipses
-from topview.track.methods.btvr.facing import Facing
-from topview.track.methods.btvr.torso import TorsoSettings, views_around
+from topview.track.methods.btvr.ellipses import fit_ellipses
+from topview.track.methods.btvr.torso import NECK_BEHIND, NECK_BELOW, views_around
 from topview.track.methods.btvr.tracker import PROPORTIONS
-from topview.track.methods.btvr.turning import (
-    SHOULDERS,
-    TRUNK,
-    TURNS_RAD,
-    TurnFilter,
-    TurnSettings,
+from topview.track.methods.btvr.yaw import (
+    SHOULDER_SECTION,
+    TRUNK_SECTION,
+    YAWS_RAD,
+    YawFilter,
 )
+from topview.track.methods.btvr.yaw_cues import YawCues
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 LEGS = [j for j, joint in enumerate(JOINTS) if joint.part >= LEFT_UPPER_LEG]
@@ -72,8 +71,9 @@ def test_the_ellipse_of_the_right_turn_fits_best(turn, seed):
     semi_axes, centre = np.array([0.18, 0.10]), (0.01, -0.015)
     points = half_ellipse(np.random.default_rng(seed), turn, centre, semi_axes)
     turns = np.array([turn - 0.2, turn, turn + 0.2])
-    loose = EllipseSettings(centre_sigma_m=1.0, iterations=10)
-    costs, centres = fit_ellipses(points, semi_axes, turns, np.zeros((3, 2)), loose)
+    costs, centres = fit_ellipses(
+        points, semi_axes, turns, np.zeros((3, 2)), centre_sigma_m=1.0, iterations=10
+    )
     assert np.argmin(costs) == 1
     assert costs[1] < 0.01
     np.testing.assert_allclose(centres[1], centre, atol=0.002)
@@ -82,8 +82,7 @@ def test_the_ellipse_of_the_right_turn_fits_best(turn, seed):
 def test_an_ellipse_that_is_held_firmly_stays():
     semi_axes = np.array([0.18, 0.10])
     points = half_ellipse(np.random.default_rng(0), 0.3, (0.05, 0.05), semi_axes)
-    firm = EllipseSettings(centre_sigma_m=1e-5)
-    _, centres = fit_ellipses(points, semi_axes, np.zeros(1), np.zeros((1, 2)), firm)
+    _, centres = fit_ellipses(points, semi_axes, np.zeros(1), np.zeros((1, 2)), centre_sigma_m=1e-5)
     np.testing.assert_allclose(centres, 0.0, atol=1e-3)
 
 
@@ -101,7 +100,7 @@ def test_views_cover_a_cap_evenly(reach_rad, count):
 def torso_shell(rng, turn_rad, behind_m):
     """[N, 3] what the camera, on the side of +z, sees of shoulders and trunk below a neck joint."""
     pieces = []
-    for piece in (SHOULDERS, TRUNK):
+    for piece in (SHOULDER_SECTION, TRUNK_SECTION):
         semi_axes = MODEL.stature_m * np.array(piece.semi_axes)
         middle = -behind_m * np.array([np.sin(turn_rad), np.cos(turn_rad)])
         angle = rng.uniform(0.0, 2 * np.pi, 800)
@@ -116,55 +115,55 @@ def torso_shell(rng, turn_rad, behind_m):
 
 @pytest.mark.parametrize("turn", [-1.0, 0.0, 0.7])
 def test_the_belief_finds_a_turn_and_keeps_it_unseen(turn):
-    turning, behind_m = TurnFilter(TurnSettings()), 0.045 * MODEL.stature_m
+    yaw_filter, behind_m = YawFilter(), 0.045 * MODEL.stature_m
     points = torso_shell(np.random.default_rng(1), turn, behind_m)
-    found = [turning.update(points, MODEL.stature_m, 0.045) for _ in range(30)][-1]
+    found = [yaw_filter.update(points, MODEL.stature_m, 0.045) for _ in range(30)][-1]
     assert found == pytest.approx(turn, abs=0.06)
     nothing = np.empty((0, 3))
-    kept = [turning.update(nothing, MODEL.stature_m, 0.045) for _ in range(10)][-1]
+    kept = [yaw_filter.update(nothing, MODEL.stature_m, 0.045) for _ in range(10)][-1]
     assert kept == pytest.approx(found, abs=0.1)
 
 
 def test_the_head_tells_the_front_from_the_back():
     behind_m = 0.045 * MODEL.stature_m
-    away = TurnFilter(TurnSettings())
+    away = YawFilter()
     points = torso_shell(np.random.default_rng(1), np.pi, behind_m)
     found = [away.update(points, MODEL.stature_m, 0.045) for _ in range(60)][-1]
     assert abs(found) == pytest.approx(np.pi, abs=0.1)
 
 
 def test_other_evidence_turns_somebody_round():
-    turning = TurnFilter(TurnSettings())
-    assert turning.turn_rad == pytest.approx(0.0, abs=1e-6)
-    turning.heed(-20.0 * np.cos(TURNS_RAD))
-    assert abs(turning.turn_rad) == pytest.approx(np.pi, abs=0.1)
+    yaw_filter = YawFilter()
+    assert yaw_filter.yaw_rad == pytest.approx(0.0, abs=1e-6)
+    yaw_filter.fuse(-20.0 * np.cos(YAWS_RAD))
+    assert abs(yaw_filter.yaw_rad) == pytest.approx(np.pi, abs=0.1)
 
 
 def test_a_face_tells_the_front():
     seen = evidence_of(standing_pose())
-    assert not Facing().log_likelihood(seen).any()
-    towards = Facing().log_likelihood(replace(seen, face_share=1.0))
-    away = Facing().log_likelihood(replace(seen, face_share=0.0))
+    assert not YawCues().log_likelihood(seen).any()
+    towards = YawCues().log_likelihood(replace(seen, face_share=1.0))
+    away = YawCues().log_likelihood(replace(seen, face_share=0.0))
     np.testing.assert_allclose(towards, -away)
-    assert abs(TURNS_RAD[np.argmax(towards)]) < 0.3
+    assert abs(YAWS_RAD[np.argmax(towards)]) < 0.3
 
 
 @pytest.mark.parametrize(
     ("speed_m", "turn"), [((0.05, 0.0, 0.0), -np.pi / 2), ((0, 0, 0.05), np.pi)]
 )
 def test_people_walk_to_their_front(speed_m, turn):
-    walking, seen = Facing(), evidence_of(standing_pose())
+    walking, seen = YawCues(), evidence_of(standing_pose())
     told = [
         walking.log_likelihood(replace(seen, head_camera=seen.head_camera + k * np.array(speed_m)))
         for k in range(15)
     ]
     assert not told[0].any()
-    assert np.cos(TURNS_RAD[np.argmax(told[-1])] - turn) > 0.99
+    assert np.cos(YAWS_RAD[np.argmax(told[-1])] - turn) > 0.99
 
 
 @given(directions, directions)
 def test_a_leaning_head_is_no_walk(start, end):
-    nodding, seen = Facing(), evidence_of(standing_pose())
+    nodding, seen = YawCues(), evidence_of(standing_pose())
     for place in (start, end):
         moved = seen.head_camera + 0.15 * unit(np.array(place))
         assert not nodding.log_likelihood(replace(seen, head_camera=moved)).any()
@@ -261,9 +260,9 @@ def test_areas_remember_what_is_hidden():
 
 def seen_upper_body(yaw_rad: float = 0.0) -> tuple[Evidence, Array]:
     """Somebody whose head is before the trunk, as people's are, and the [11, 4, 4] parts."""
-    pose, torso = standing_pose(yaw_rad), TorsoSettings()
+    pose = standing_pose(yaw_rad)
     R = pose.Rs[UPPER_TORSO]
-    offset = torso.neck_behind * R[:, 2] - torso.neck_below * R[:, 1]
+    offset = NECK_BEHIND * R[:, 2] - NECK_BELOW * R[:, 1]
     head_camera = pose.neck_camera + UPPER.stature_m * offset
     evidence = replace(evidence_of(pose, UPPER), head_camera=head_camera)
     return evidence, pose.transforms(UPPER)

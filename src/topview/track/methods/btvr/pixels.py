@@ -1,6 +1,8 @@
-"""Which of a user's pixels the torso, the head and the legs leave for the arms."""
+"""Which of a user's pixels torso, head and legs do not explain: those of the arms."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +24,10 @@ from topview.track.methods.btvr.torso import Torso
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Ours.
-CLOTHING_M = 0.01  # what lies this near over torso or head is theirs
-CLEARLY_OFF_M = 0.07  # what lies farther from them is an arm's
-ARM_CLOTHING_M = 0.03  # the same for arms, whose sleeves are wide
+# All ours; distances from a part's surface.
+BODY_CLOTHING_M: Final = 0.01  # what is this near to torso, head or legs is theirs
+CLEARLY_OFF_M: Final = 0.07  # what is farther from all of them is an arm's
+ARM_CLOTHING_M: Final = 0.03  # what is this near to an arm is that arm's: sleeves are wide
 
 
 class UserPixels:
@@ -33,7 +35,7 @@ class UserPixels:
 
     Attributes:
         points: [N, 3] metres.
-        worth: [N] how much each needs an arm to explain it: 0 on torso and head, 1 well away.
+        weights: [N] how much each needs an arm to explain it: 0 on torso and head, 1 well away.
     """
 
     def __init__(self, torso: Torso, model: BodyModel, evidence: Evidence) -> None:
@@ -45,40 +47,48 @@ class UserPixels:
             [(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1
         )
         off_m = _distance_from_body(self.points, torso, model, evidence)
-        self.worth = np.clip((off_m - CLOTHING_M) / (CLEARLY_OFF_M - CLOTHING_M), 0.0, 1.0)
+        self.weights = np.clip(
+            (off_m - BODY_CLOTHING_M) / (CLEARLY_OFF_M - BODY_CLOTHING_M), 0.0, 1.0
+        )
         self._shape = view.depth_m.shape
         self._arms: dict[int, Mask] = {}
 
-    def take(self, upper: int, joints_camera: Array, radii_m: Array) -> None:
-        """What lies on an arm, [3, 3] shoulder, elbow and palm, is not the other arm's."""
-        taken = np.zeros(len(self.points), np.bool_)
+    def assign(self, upper: int, joints_camera: Array, radii_m: Array) -> None:
+        """Give the points near an arm to it, so that they are not open to the other one.
+
+        Args:
+            upper: index of the upper arm.
+            joints_camera: [3, 3] shoulder, elbow and palm, metres.
+            radii_m: [2] of upper arm and forearm.
+        """
+        is_arms = np.zeros(len(self.points), np.bool_)
         for k in range(2):
-            distance = _to_segment(self.points, joints_camera[k], joints_camera[k + 1])
-            taken |= distance < radii_m[k] + ARM_CLOTHING_M
-        self._arms[upper] = taken
+            distance_m = _to_segment(self.points, joints_camera[k], joints_camera[k + 1])
+            is_arms |= distance_m < radii_m[k] + ARM_CLOTHING_M
+        self._arms[upper] = is_arms
 
     def open_to(self, upper: int, shoulder_camera: Array, reach_m: float) -> Mask:
         """[N] True for the points within an arm's reach that nothing else explains."""
         is_near = ((self.points - shoulder_camera) ** 2).sum(1) < reach_m**2
-        is_open = is_near & (self.worth > 0.0)
-        for other, taken in self._arms.items():
+        is_open = is_near & (self.weights > 0.0)
+        for other, is_arms in self._arms.items():
             if other != upper:
-                is_open &= ~taken
+                is_open &= ~is_arms
         return is_open
 
     def images(self, is_open: Mask) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """[H, W] whose each pixel is and what it is worth, for `compare_arms`, by the [N] points
-        that are open."""
-        whose = np.full(self._shape, OTHERS, np.uint8)
-        whose[self._where] = np.where(is_open, OPEN, BODYS)
-        worth = np.zeros(self._shape, np.float32)
-        worth[self._where] = np.where(is_open, self.worth, 0.0)
-        return whose, worth
+        """[H, W] owner and weight of each pixel, for `compare_arms`, given which of the [N] points
+        are open."""
+        owners = np.full(self._shape, OTHERS, np.uint8)
+        owners[self._where] = np.where(is_open, OPEN, BODYS)
+        weights = np.zeros(self._shape, np.float32)
+        weights[self._where] = np.where(is_open, self.weights, 0.0)
+        return owners, weights
 
 
 def _in_front(torso: Torso, model: BodyModel, evidence: Evidence) -> Mask:
-    """[H, W] True where something that is no user's floats before the torso, within the arms'
-    reach: a fist, most likely, that the image cuts off from its arm."""
+    """[H, W] unowned pixels before the torso, within the arms' reach: most likely a fist whose arm
+    has no reading."""
     view = evidence.view
     if evidence.unowned_mask is None:
         return np.zeros(view.depth_m.shape, np.bool_)

@@ -7,63 +7,66 @@ weighted by the score, is the axis. Seen along it, ellipses tell the yaw.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors, unit
+from topview.records import check_range
 from topview.score.utvr import UtvrTerms, score_hypotheses
 from topview.track.evidence import Evidence, columns
-from topview.track.methods.btvr.turning import TurnFilter, TurnSettings
+from topview.track.methods.btvr.yaw import YawFilter
 from topview.track.stances import facing
 
 Array = NDArray[np.float64]
 
-NO_PARTS = np.empty((0, 15), np.float32)
-GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))
+NO_PARTS: Final = np.empty((0, 15), np.float32)
+GOLDEN_RAD: Final = np.pi * (3.0 - np.sqrt(5.0))
+
+# All ours. Lengths are shares of the stature.
+# The cylinder whose points are counted: without the shoulders, so that hanging arms stay outside,
+# and before the neck joint, so that the chest lies inside.
+CYLINDER_RADII: Final = (0.072, 0.060)
+CYLINDER_LENGTH: Final = 0.33
+CYLINDER_AHEAD: Final = 0.06
+VIEW_REACH_RAD: Final = 0.8  # from the last axis to the farthest view
+# Of a squared angle from upright in radians, in log f_bTVR: people stand more often than they bend.
+# The second is added per share of the user's area that is hidden.
+UPRIGHT_WEIGHT: Final = 1.0
+OCCLUDED_UPRIGHT_WEIGHT: Final = 20.0
+VIEW_SHARPNESS: Final = 8.0  # views are weighted by their f_bTVR to this negative power
+LEAST_POINT_SHARE: Final = 0.08  # of the points that a torso shows, which a view must have
+AXIS_SMOOTHING: Final = 0.5  # share of the last axis in the next one; it grows with occlusion
+# The neck joint from the head's centre, along the axis and to the back: means of the bodies of
+# `topview_lab.sim`, standing or leaning.
+NECK_BELOW: Final = 0.09
+NECK_BEHIND: Final = 0.045
 
 
 @dataclass(frozen=True, slots=True)
 class TorsoSettings:
-    """Ours where not said otherwise; lengths as shares of the stature, radians.
+    """How the torso's axis is searched.
 
     Attributes:
-        views: how many are scored.
-        reach_rad: they lie this near to the last axis; those of somebody new on the half sphere.
-        radii: of the cylinder whose points are counted: without the shoulders, so that hanging arms
-            stay outside.
-        length: of that cylinder.
-        ahead: by how much it stands before the neck joint, so that the chest lies inside.
-        clothing_m: added to the radii for the same reason.
-        tolerance_m: the T of Sec. 5.2.1.
-        upright_weight: of a squared angle from upright, in log f_bTVR: people stand more often than
-            they bend.
-        hidden_weight: the same per share of the user's area that is hidden.
-        sharpness: views are weighted by their f_bTVR to this negative power.
-        least_share: a view needs so many of the points that a torso shows.
-        smoothing: share of the last axis in the next one; it grows to all of it the more is hidden.
-        neck_below, neck_behind: the neck joint from the head's centre, along the axis and to the
-            back: means of the simulator's bodies, standing or leaning.
-        turn: how yaw is told.
+        views: that are scored in each frame, 1 to 10000; the time grows with them.
+        tolerance_m: the T of Sec. 5.2.1, 0 to 1 metre.
+        clothing_m: added to the radii, so that points on the clothes lie inside; 0 to 0.2 metres.
+
+    Raises:
+        InputError: a value out of range.
     """
 
     views: int = 180
-    reach_rad: float = 0.8
-    radii: tuple[float, float] = (0.072, 0.060)
-    length: float = 0.33
-    ahead: float = 0.06
-    clothing_m: float = 0.015
     tolerance_m: float = 0.05
-    upright_weight: float = 1.0
-    hidden_weight: float = 20.0
-    sharpness: float = 8.0
-    least_share: float = 0.08
-    smoothing: float = 0.5
-    neck_below: float = 0.09
-    neck_behind: float = 0.045
-    turn: TurnSettings = field(default_factory=TurnSettings)
+    clothing_m: float = 0.015
+
+    def __post_init__(self) -> None:
+        check_range(self, 1, 10_000, "views")
+        check_range(self, 0.0, 1.0, "tolerance_m")
+        check_range(self, 0.0, 0.2, "clothing_m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,12 +76,10 @@ class Torso:
     Attributes:
         neck_camera: [3] metres, the cylinder's upper end.
         R_camera_torso: [3, 3] y along the axis, x to the right shoulder, z to the front.
-        score: f_bTVR of the best view, infinite without evidence.
     """
 
     neck_camera: Array
     R_camera_torso: Array
-    score: float
 
 
 class TorsoFilter:
@@ -88,59 +89,58 @@ class TorsoFilter:
         self.settings = settings
         self.threads = threads
         self.torso: Torso | None = None
-        self.turning = TurnFilter(settings.turn)
+        self.yaw = YawFilter()
 
     def update(self, model: BodyModel, evidence: Evidence) -> Torso:
         """The torso in the next frame."""
-        s, stature_m = self.settings, model.stature_m
-        turn = _about_y(self.turning.turn_rad)
+        stature_m = model.stature_m
+        R_yaw = _about_y(self.yaw.yaw_rad)
         upright = facing(0.0, evidence.up_camera)
         if self.torso is None:
             down = -evidence.up_camera
-            middle, _ = self._axis(down, np.pi / 2, turn, stature_m, evidence)
-            axis, score = self._axis(middle, s.reach_rad, turn, stature_m, evidence)
+            middle = self._axis(down, np.pi / 2, R_yaw, stature_m, evidence)
+            axis = self._axis(middle, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
         else:
             last = self.torso.R_camera_torso[:, 1]
-            axis, score = self._axis(last, s.reach_rad, turn, stature_m, evidence)
-            hold = s.smoothing + (1.0 - s.smoothing) * evidence.hidden_share
-            axis = unit(hold * last + (1.0 - hold) * axis)
+            axis = self._axis(last, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
+            smoothing = AXIS_SMOOTHING + (1.0 - AXIS_SMOOTHING) * evidence.hidden_share
+            axis = unit(smoothing * last + (1.0 - smoothing) * axis)
         R = _turned_to(axis, upright)
-        neck = self._necks((R @ turn)[None], stature_m, evidence)[0]
-        below_head = neck + s.neck_behind * stature_m * (R @ turn)[:, 2]
+        neck = self._necks((R @ R_yaw)[None], stature_m, evidence)[0]
+        below_head = neck + NECK_BEHIND * stature_m * (R @ R_yaw)[:, 2]
         points = (evidence.all_points_camera - below_head) @ R
-        R = R @ _about_y(self.turning.update(points, stature_m, s.neck_behind))
-        self.torso = Torso(self._necks(R[None], stature_m, evidence)[0], R, score)
+        R = R @ _about_y(self.yaw.update(points, stature_m, NECK_BEHIND))
+        self.torso = Torso(self._necks(R[None], stature_m, evidence)[0], R)
         return self.torso
 
     def _axis(
-        self, middle: Array, reach_rad: float, turn: Array, stature_m: float, evidence: Evidence
-    ) -> tuple[Array, float]:
-        """[3] the mean of the views around `middle`, each weighted by its score, and the least
-        f_bTVR; `middle` without any evidence."""
-        s = self.settings
-        axes = views_around(middle, s.views, reach_rad)
-        Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ turn
+        self, middle: Array, reach_rad: float, R_yaw: Array, stature_m: float, evidence: Evidence
+    ) -> Array:
+        """[3] the mean of the views around `middle`, weighted by their scores; `middle` itself
+        without evidence."""
+        axes = views_around(middle, self.settings.views, reach_rad)
+        Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
         scores = self._scores(Rs, stature_m, evidence)
         if not np.isfinite(scores).any():
-            return middle, np.inf
-        upright_weight = s.upright_weight + s.hidden_weight * evidence.hidden_share
+            return middle
+        upright_weight = UPRIGHT_WEIGHT + OCCLUDED_UPRIGHT_WEIGHT * evidence.hidden_share
         off = np.arccos(np.clip(axes @ -evidence.up_camera, -1.0, 1.0))
         logs = np.log(scores) + upright_weight * off**2
-        weights = np.exp(-s.sharpness * (logs - logs.min()))
-        return unit(weights @ axes), float(scores.min())
+        weights = np.exp(-VIEW_SHARPNESS * (logs - logs.min()))
+        return unit(weights @ axes)
 
     def _scores(self, Rs: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M] f_bTVR (Eq. 5.1), infinite without evidence.
 
-        N_cyl of Eq. 5.2 counts what the camera could see of a hypothesis, so without the pixels
-        that something hides.
+        N_cyl of Eq. 5.2 counts what the camera could see of a hypothesis: all its pixels but the
+        occluded ones.
         """
         s = self.settings
         terms = score_hypotheses(
             Rs,
-            self._necks(Rs, stature_m, evidence) + s.ahead * stature_m * Rs[:, :, 2],
-            s.length * stature_m,
-            stature_m * np.array(s.radii) + s.clothing_m,
+            self._necks(Rs, stature_m, evidence) + CYLINDER_AHEAD * stature_m * Rs[:, :, 2],
+            CYLINDER_LENGTH * stature_m,
+            stature_m * np.array(CYLINDER_RADII) + s.clothing_m,
             columns(evidence.all_points_camera),
             evidence.view,
             NO_PARTS,
@@ -150,19 +150,20 @@ class TorsoFilter:
         visible_share = 1.0 - terms.n_occluded / np.maximum(terms.n_pixels, 1)
         with np.errstate(invalid="ignore"):
             scores = terms.btvr(evidence.hidden_share) * visible_share
-        return np.where(self._has_evidence(terms), scores, np.inf)
-
-    def _has_evidence(self, terms: UtvrTerms) -> NDArray[np.bool_]:
-        least = self.settings.least_share * np.maximum(terms.n_pixels, 1)
-        return terms.has_evidence & (terms.n_points > least)
+        return np.where(_has_evidence(terms), scores, np.inf)
 
     def _necks(self, Rs: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M, 3] neck joints below the head of torsos turned like `Rs`."""
-        s = self.settings
         if not evidence.head_is_seen and self.torso is not None:
             return np.broadcast_to(self.torso.neck_camera, (len(Rs), 3))
-        offsets = s.neck_below * Rs[:, :, 1] - s.neck_behind * Rs[:, :, 2]
+        offsets = NECK_BELOW * Rs[:, :, 1] - NECK_BEHIND * Rs[:, :, 2]
         return evidence.head_camera + stature_m * offsets
+
+
+def _has_evidence(terms: UtvrTerms) -> NDArray[np.bool_]:
+    """[M] whether a view has enough of the points that a torso shows."""
+    least = LEAST_POINT_SHARE * np.maximum(terms.n_pixels, 1)
+    return terms.has_evidence & (terms.n_points > least)
 
 
 def views_around(middle: Array, count: int, reach_rad: float) -> Array:

@@ -26,9 +26,9 @@ from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arms import Arm, ArmFilter, ArmSettings
-from topview.track.methods.btvr.facing import Facing
 from topview.track.methods.btvr.pixels import UserPixels
 from topview.track.methods.btvr.torso import Torso, TorsoFilter, TorsoSettings
+from topview.track.methods.btvr.yaw_cues import YawCues
 from topview.track.pose import HINGE_BENDS
 
 Array = NDArray[np.float64]
@@ -39,7 +39,12 @@ PROPORTIONS = replace(ANATOMICAL, upper_arm=THESIS.upper_arm, forearm=THESIS.for
 
 @dataclass(frozen=True, slots=True)
 class BtvrSettings:
-    """How torso and arms are tracked."""
+    """The thesis's tracker of the upper body.
+
+    Attributes:
+        torso: how its axis is searched.
+        arms: how each arm is searched.
+    """
 
     torso: TorsoSettings = field(default_factory=TorsoSettings)
     arms: ArmSettings = field(default_factory=ArmSettings)
@@ -73,7 +78,7 @@ class BtvrTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, PROPORTIONS)
         self._torso = TorsoFilter(settings.torso, subject.threads)
-        self._facing = Facing()
+        self._yaw_cues = YawCues()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
@@ -84,11 +89,11 @@ class BtvrTracker:
         if evidence.stature_m is not None:
             self.model = BodyModel.of(evidence.stature_m, PROPORTIONS)
         with self.subject.clock.stage("torso"):
-            self._torso.turning.heed(self._facing.log_likelihood(evidence))
+            self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence))
             last = self._torso.torso
             torso = self._torso.update(self.model, evidence)
         if last is not None and _is_reversed(torso, last):
-            self._arms[0].swap(self._arms[1])
+            self._arms[0].exchange_sides(self._arms[1])
         with self.subject.clock.stage("arms"):
             arms = self._update_arms(torso, evidence)
         return assemble(self.model, torso, arms, evidence)
@@ -98,20 +103,21 @@ class BtvrTracker:
         pixels = UserPixels(torso, self.model, evidence)
         for arm_filter in self._arms:
             if arm_filter.arm is not None:
-                self._take(pixels, arm_filter, arm_filter.arm, torso)
+                self._assign(pixels, arm_filter, arm_filter.arm, torso)
         order = sorted(self._arms, key=lambda a: a.arm.discrepancy if a.arm else np.inf)
         for arm_filter in order:
             rng = self.subject.rng(arm_filter.upper, evidence)
             arm = arm_filter.update(torso, self.model, pixels, evidence, rng)
-            self._take(pixels, arm_filter, arm, torso)
+            self._assign(pixels, arm_filter, arm, torso)
         return [arm_filter.arm for arm_filter in self._arms if arm_filter.arm is not None]
 
-    def _take(self, pixels: UserPixels, arm_filter: ArmFilter, arm: Arm, torso: Torso) -> None:
+    def _assign(self, pixels: UserPixels, arm_filter: ArmFilter, arm: Arm, torso: Torso) -> None:
+        """Give the pixels near an arm to it."""
         parts = [arm_filter.upper, arm_filter.upper + 1]
         steps = arm.axes_torso * self.model.lengths_m[parts, None]
         joints = arm.shoulder_torso + np.concatenate([np.zeros((1, 3)), steps.cumsum(0)])
         joints_camera = torso.neck_camera + joints @ torso.R_camera_torso.T
-        pixels.take(arm_filter.upper, joints_camera, self.model.radii_m[parts, 0])
+        pixels.assign(arm_filter.upper, joints_camera, self.model.radii_m[parts, 0])
 
 
 def _is_reversed(torso: Torso, last: Torso) -> bool:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS, UPPER_TORSO
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import horizontal, unit
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 
@@ -92,8 +92,7 @@ class Facing:
         s = self.settings
         if self._left_camera is None:
             self._left_camera = pose.neck_camera
-        way = pose.neck_camera - self._left_camera
-        way = way - up_camera * (way @ up_camera)
+        way = horizontal(pose.neck_camera - self._left_camera, up_camera)
         if np.linalg.norm(way) < s.step_m:
             return
         self._left_camera = pose.neck_camera

@@ -1,0 +1,126 @@
+"""The torso's yaw: a belief over all yaws, from the ellipses that its points fit (Sec. 5.1.4).
+
+An elliptic torso looks alike from front and back, but for the head, which is before its middle;
+and seen from the side, little tells its yaw. So the filter keeps a probability of every yaw (ours),
+and carries it from frame to frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.track.methods.btvr.ellipses import fit_ellipses
+
+Array = NDArray[np.float64]
+
+N_YAWS: Final = 60
+YAWS_RAD: Array = np.linspace(-np.pi, np.pi, N_YAWS, endpoint=False, dtype=np.float64)
+
+# All ours.
+FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
+STEP_RAD: Final = 0.06  # by how much somebody may turn between two frames
+EVIDENCE_SHARE: Final = 0.2  # of a frame's log likelihood that counts: frames in a row err alike
+OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
+# By how much a yaw may be likelier than its opposite in one frame, in a logarithm: only where the
+# head is tells them apart.
+FRONT_LIMIT: Final = 0.1
+MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
+LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
+MOST_SECTION_POINTS: Final = 200  # more did not make it better
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A piece of the torso that is seen along its axis, as shares of the stature.
+
+    Attributes:
+        top, bottom: from the neck joint down.
+        semi_axes: of its ellipse, across and from back to front.
+        reach: points this near to the axis belong to it.
+    """
+
+    top: float
+    bottom: float
+    semi_axes: tuple[float, float]
+    reach: float
+
+
+SHOULDER_SECTION: Final = Section(0.0, 0.07, (0.13, 0.06), 0.16)  # ours
+TRUNK_SECTION: Final = Section(0.08, 0.31, (0.095, 0.065), 0.12)  # ours
+
+
+class YawFilter:
+    """One person's yaw over time, 0 for facing the camera."""
+
+    def __init__(self) -> None:
+        self._belief = _normalised(np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2))
+
+    @property
+    def yaw_rad(self) -> float:
+        """The mean of the yaws around the likeliest one."""
+        near = np.convolve(np.tile(self._belief, 3), np.ones(5), "same")[N_YAWS : 2 * N_YAWS]
+        middle = YAWS_RAD[int(np.argmax(near))]
+        off = _wrapped(YAWS_RAD - middle)
+        weights = np.where(np.abs(off) < MEAN_WITHIN_RAD, self._belief, 0.0)
+        return float(_wrapped(middle + (weights @ off) / weights.sum()))
+
+    def update(self, points: Array, stature_m: float, behind: float) -> float:
+        """The yaw in the next frame.
+
+        Args:
+            points: [N, 3] metres in the frame of a torso of yaw 0, with its origin below the head,
+                at the height of the neck joint.
+            stature_m: of the person.
+            behind: share of it by which the torso's axis is behind the head, which tells front and
+                back apart.
+        """
+        self._belief = self._predicted()
+        costs = np.zeros(N_YAWS)
+        for section in (SHOULDER_SECTION, TRUNK_SECTION):
+            costs += _costs(points, stature_m, behind, section)
+        log_likelihood = _limited(-0.5 * EVIDENCE_SHARE * (costs - costs.min()))
+        self._belief = _normalised(self._belief * (np.exp(log_likelihood) + OUTLIER_LIKELIHOOD))
+        return self.yaw_rad
+
+    def fuse(self, log_likelihood: Array) -> None:
+        """Multiply the belief by the likelihood of other evidence, [N_YAWS] for `YAWS_RAD`."""
+        self._belief = _normalised(self._belief * np.exp(log_likelihood))
+
+    def _predicted(self) -> Array:
+        """The belief before the frame is seen: anybody may have turned by `STEP_RAD`."""
+        off = _wrapped(YAWS_RAD - YAWS_RAD[0])
+        kernel = np.exp(-0.5 * (off / STEP_RAD) ** 2)
+        moved = np.fft.ifft(np.fft.fft(self._belief) * np.fft.fft(kernel / kernel.sum()))
+        return _normalised(np.maximum(np.real(moved), 1e-9))
+
+
+def _costs(points: Array, stature_m: float, behind: float, section: Section) -> Array:
+    """[N_YAWS] squared deviations of a section's points, in standard deviations."""
+    x, y, z = points.T / stature_m
+    inside = (y > section.top) & (y < section.bottom) & (np.hypot(x, z) < section.reach)
+    chosen = points[inside][:, [0, 2]]
+    if len(chosen) < LEAST_SECTION_POINTS:
+        return np.zeros(N_YAWS)
+    semi_axes_m = stature_m * np.array(section.semi_axes)
+    centres = -behind * stature_m * np.stack([np.sin(YAWS_RAD), np.cos(YAWS_RAD)], axis=1)
+    step = max(1, len(chosen) // MOST_SECTION_POINTS)
+    return fit_ellipses(chosen[::step], semi_axes_m, YAWS_RAD, centres)[0]
+
+
+def _limited(log_likelihood: Array) -> Array:
+    """[N_YAWS] the same, with opposite yaws no more than `FRONT_LIMIT` apart."""
+    opposite = np.roll(log_likelihood, N_YAWS // 2)
+    return np.maximum(log_likelihood, opposite - FRONT_LIMIT)
+
+
+def _normalised(belief: Array) -> Array:
+    return belief / belief.sum()
+
+
+def _wrapped(angles_rad: Array) -> Array:
+    """The same angles in -180..180 degrees."""
+    return (angles_rad + np.pi) % (2 * np.pi) - np.pi
