@@ -23,7 +23,7 @@ from topview.camera.pyramid import DepthView
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
-from topview.track.methods.topview.tracker import TopviewSettings
+from topview.track.methods.topview.tracker import LEAST_BODY_POINTS, TopviewSettings
 from topview.track.pose import Pose
 from topview_lab.kernels import swarm as kernel
 from topview_lab.rivals.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PLACE, TURN, PoseSpace
@@ -223,7 +223,7 @@ class SwarmTracker:
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
-        is_seen = len(evidence.points_camera) >= self.settings.body.least_points
+        is_seen = len(evidence.points_camera) >= LEAST_BODY_POINTS
         if self._pose is None:
             pose = self._first.update(evidence)
             self.model = self._first.model

@@ -3,18 +3,18 @@
 `UtvrTracker.update` is the whole recipe; `topview.track.methods.topview` is what this project makes
 of it. Where the thesis leaves a point open:
 
-- The turn of a circular cylinder about its own axis does not show. An upper arm or upper leg is
-  scored for its direction alone; how it is turned follows from where the forearm or lower leg bends
-  to, whose hypotheses are valid only where both keep within Table 3.2.
-- A part without evidence keeps its prediction, which is the direction that it had.
-- Collisions are counted with parts of the same person; another person's parts do not matter here,
-  beyond that they may hide a hypothesis.
+- The depth image does not show the turn of a circular cylinder about its own axis. An upper arm or
+  upper leg is scored by its direction alone. Its turn follows from the direction in which the
+  forearm or lower leg bends; that part's hypotheses are valid where both parts keep within Table
+  3.2.
+- A part without evidence keeps its direction of the frame before.
+- Collisions are counted with parts of the same person. Parts of other people only occlude.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,65 +27,73 @@ from topview.body.proportions import THESIS
 from topview.filter.particles import importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.records import InputError
+from topview.records import InputError, check_range
 from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
 from topview.track.body_tracker import Needs, Subject
-from topview.track.evidence import Evidence
+from topview.track.evidence import Evidence, columns
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 
 Array = NDArray[np.float64]
 
-# Ours: the sine of the bend at which a hinge's axis is seen as well as it was known before.
-STRAIGHT = 0.1
+# All ours.
+# How far hypotheses are turned about a part's x, y and z in the first round, in radians; those of
+# the torso go for the head as well.
+TORSO_SIGMA_RAD: Final = (0.06, 0.08, 0.06)
+LIMB_SIGMA_RAD: Final = (0.35, 0.0, 0.35)
+SPREADING: Final = 1.3  # a part without evidence is searched this much wider with every frame
+WIDEST: Final = 2.0  # up to this, which is also how wide a person's first frame is searched
+# Of the radii of placed parts, when collisions are counted: skin that touches does not collide.
+# Adjoining parts share a joint and are left out.
+COLLISION_SHARE: Final = 0.8
+WORST_SCORE: Final = 6.0  # f_uTVR from which on a hypothesis counts as without evidence
+KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
 
-_TORSO = (HEAD, UPPER_TORSO, LOWER_TORSO)
+_HEAD_AND_TORSO = (HEAD, UPPER_TORSO, LOWER_TORSO)
 _UPPER_LIMBS = frozenset(part.parent for part in PARTS if part.is_hinge)
 _TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(8) * np.pi / 4]))
 
 
 @dataclass(frozen=True, slots=True)
 class UtvrSettings:
-    """What the thesis leaves open (ours); metres, radians.
+    """The thesis's full-body tracker; the defaults are ours, as the thesis leaves them open.
 
     Attributes:
-        hypotheses: of each part in each round.
-        rounds: of sampling and evaluation in each frame, every one half as wide as the last.
-        torso_sigma_rad, limb_sigma_rad: how far hypotheses are turned about a part's x, y, z axes;
-            "torso" goes for the head as well.
-        spreading: how much wider a part without evidence is searched with every frame.
-        widest: up to this, which is also how wide a person's first frame is searched.
-        tolerance_m: the T of Sec. 5.2.1.
-        clothing_m: added to the radii, so that points on the surface, with their noise, lie inside.
-        collision_share: of the radii of parts already placed, when collisions are counted: skin
-            that touches does not collide. Adjoining parts share a joint and are left out.
-        no_evidence: f_uTVR from which on a hypothesis has too little on its side to go by.
-        factors: of Eq. 5.7 by which hypotheses are chosen; leaving one out shows what it is worth
-            (Table 6.3).
-        n_best: hypotheses of every part that go on to the next frame, in place of those of
-            `topview.body.parts`; for showing what they are worth (Fig. 6.3).
+        hypotheses: of each part in each round, 1 to 100000; the time grows with them.
+        rounds: of sampling and evaluation in each frame, each half as wide as the one before; 1
+            to 10.
+        tolerance_m: the T of Sec. 5.2.1, 0 to 1 metre.
+        clothing_m: added to the radii, so that points on the surface, with their noise, lie inside;
+            0 to 0.2 metres.
+        factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
+        n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
+            those of Sec. 6.1.3, which `topview.body.parts` holds.
+
+    Raises:
+        InputError: a value out of range, or no factors.
     """
 
     hypotheses: int = 120
     rounds: int = 2
-    torso_sigma_rad: tuple[float, float, float] = (0.06, 0.08, 0.06)
-    limb_sigma_rad: tuple[float, float, float] = (0.35, 0.0, 0.35)
-    spreading: float = 1.3
-    widest: float = 2.0
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
-    collision_share: float = 0.8
-    no_evidence: float = 6.0
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
 
     needs: ClassVar[Needs] = Needs()
 
     def __post_init__(self) -> None:
-        if self.n_best is not None and not 1 <= self.n_best <= self.hypotheses:
-            raise InputError(f"n_best is {self.n_best}; it must be 1 to {self.hypotheses}")
-        if not self.factors:
-            raise InputError(f"factors is empty; it must name some of {', '.join(FACTORS)}")
+        check_range(self, 1, 100_000, "hypotheses")
+        check_range(self, 1, 10, "rounds")
+        check_range(self, 0.0, 1.0, "tolerance_m")
+        check_range(self, 0.0, 0.2, "clothing_m")
+        if self.n_best is not None:
+            check_range(self, 1, self.hypotheses, "n_best")
+        if not self.factors or not set(self.factors) <= set(FACTORS):
+            raise InputError(
+                f"factors is {', '.join(self.factors) or 'empty'}; "
+                f"it must name some of {', '.join(FACTORS)}"
+            )
 
     @property
     def name(self) -> str:
@@ -137,11 +145,11 @@ class UtvrTracker:
     def _roughly_standing(self, evidence: Evidence) -> list[_Particles]:
         """Upright below the head, facing the camera: where every filter starts."""
         pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
-        return [_Particles(R[None], np.ones(1), self.settings.widest) for R in pose.Rs]
+        return [_Particles(R[None], np.ones(1), WIDEST) for R in pose.Rs]
 
     def _filtered(self, part: int, body: _Body, cloud: Array, evidence: Evidence) -> _Particles:
-        """One part's filter: sample, evaluate, keep the N best; without evidence, keep what was,
-        as far as the part above still allows it, and search wider in the next frame."""
+        """One part's filter: sample, evaluate, keep the N best. Without evidence, keep those of the
+        last frame that the part above allows, and search wider in the next frame."""
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
@@ -150,7 +158,7 @@ class UtvrTracker:
             known, scores = self._evaluated(part, Rs, cloud, body, evidence)
             if not len(known):
                 allowed = Rs[: len(before.Rs)]
-                spread = min(s.spreading * before.spread, s.widest)
+                spread = min(SPREADING * before.spread, WIDEST)
                 return _Particles(allowed, np.ones(len(allowed)), spread)
             best = n_best(scores, s.n_best or PARTS[part].n_best)
             particles = _Particles(known[best], scores[best], 1.0)
@@ -161,17 +169,18 @@ class UtvrTracker:
     ) -> Array:
         """[M, 3, 3] hypotheses: the kept ones, and ones turned away from them (SIR).
 
-        Kept ones have offspring in proportion to their weights. Twice as many as wanted are drawn,
-        and those beyond the limits are eliminated; the least of all, if it comes to that, is not.
+        The kept ones are parents in proportion to their weights. Twice as many hypotheses as wanted
+        are drawn, and those beyond the limits are eliminated; if all are, those stay that exceed
+        the limits least.
         """
-        s = self.settings
-        sigma_rad = s.torso_sigma_rad if part in _TORSO else s.limb_sigma_rad
-        count = 2 * s.hypotheses - len(kept.Rs)
+        sigma_rad = TORSO_SIGMA_RAD if part in _HEAD_AND_TORSO else LIMB_SIGMA_RAD
+        hypotheses = self.settings.hypotheses
+        count = 2 * hypotheses - len(kept.Rs)
         parents = systematic_resample(importance_weights(kept.scores), count, rng)
         turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)
         Rs = np.concatenate([kept.Rs, kept.Rs[rng.permutation(parents)] @ turns])
         excess_rad = body.excess_rad(part, Rs)
-        return Rs[excess_rad <= excess_rad.min()][: s.hypotheses]
+        return Rs[excess_rad <= excess_rad.min()][:hypotheses]
 
     def _evaluated(
         self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
@@ -180,23 +189,22 @@ class UtvrTracker:
         s = self.settings
         origins = body.joints_of(part, Rs)
         near = cloud[self._is_near(part, origins, cloud)]
-        x, y, z = np.ascontiguousarray(near.T, np.float32)
         terms = score_hypotheses(
             Rs,
             origins,
             self.model.lengths_m[part],
             self.model.radii_m[part] + s.clothing_m,
-            (x, y, z),
+            columns(near),
             evidence.view,
-            body.obstacles(part, s.collision_share),
+            body.obstacles(part),
             s.tolerance_m,
             self.subject.threads,
         )
-        is_known = terms.has_evidence & (terms.score < s.no_evidence)
+        is_known = terms.has_evidence & (terms.score < WORST_SCORE)
         return Rs[is_known], terms.product(s.factors)[is_known]
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
-        """[N] points that some hypothesis may hold; all others need not be looked at."""
+        """[N] points that may lie inside some hypothesis."""
         reach_m = self.model.lengths_m[part] + self.model.radii_m[part].max()
         reach_m += self.settings.clothing_m + np.ptp(origins, axis=0).max()
         return ((cloud - origins[0]) ** 2).sum(1) < reach_m**2
@@ -213,7 +221,7 @@ class _Body:
 
     def joints_of(self, part: int, Rs: Array) -> Array:
         """[M, 3] proximal joints in metres, camera frame, of a part turned like `Rs` [M, 3, 3]:
-        the crown above the measured head, every other one where the part above has it."""
+        the crown above the measured head, any other joint on the part above."""
         if part == HEAD:
             return self.head_camera - HEAD_CENTRE * self.model.lengths_m[HEAD] * Rs[:, :, 1]
         parent = PARTS[part].parent
@@ -221,7 +229,8 @@ class _Body:
         return np.broadcast_to(joint, (len(Rs), 3))
 
     def place(self, part: int, R: Array) -> None:
-        """Fix a part; a forearm or lower leg turns the part above to where it can bend."""
+        """Fix a part; a forearm or lower leg turns the part above about its own axis, so that it
+        bends about the hinge."""
         self.origins[part] = self.joints_of(part, R[None])[0]
         self.Rs[part] = R
         if PARTS[part].is_hinge:
@@ -240,24 +249,24 @@ class _Body:
             beyond = flexion - np.abs(PARTS[part].limits_rad[0]).max()
             return excess_rad(parent, R_camera_torso.T @ pairs[:, 0]) + np.maximum(beyond, 0.0)
         Rs_parent_part = self.Rs[parent].T @ Rs
-        if part in _UPPER_LIMBS:  # valid if it is valid turned about its own axis in some way
+        if part in _UPPER_LIMBS:  # valid if some turn about its own axis is
             return excess_rad(part, Rs_parent_part[:, None] @ _TURNS).min(1)
         return excess_rad(part, Rs_parent_part)
 
     def _bent(self, lower: int, Rs: Array) -> Array:
         """[M, 2, 3, 3] rotations of an upper limb and the part below it, for each hypothesis of
-        where the latter points: the hinge stands across both; a straight limb does not tell."""
+        where the latter points: the hinge is perpendicular to both; a straight limb keeps it."""
         R_upper = self.Rs[PARTS[lower].parent]
         ys_lower = Rs[:, :, 1]
         ys_upper = np.broadcast_to(R_upper[:, 1], ys_lower.shape)
         bend = np.sign(sum(PARTS[lower].limits_rad[0]))
-        hinges = bend * np.cross(ys_upper, ys_lower) + STRAIGHT * R_upper[:, 0]
+        hinges = bend * np.cross(ys_upper, ys_lower) + KNOWN_BEND * R_upper[:, 0]
         xs_upper = _across(hinges, ys_upper)
         return np.stack(
             [_frames(xs_upper, ys_upper), _frames(_across(xs_upper, ys_lower), ys_lower)], axis=1
         )
 
-    def obstacles(self, part: int, share: float) -> NDArray[np.float32]:
+    def obstacles(self, part: int) -> NDArray[np.float32]:
         """[K, 15] placed parts that do not adjoin this one, shrunk, for f_coll (Eq. 5.9)."""
         parent = PARTS[part].parent
         others = [
@@ -267,7 +276,7 @@ class _Body:
             self.Rs[others],
             self.origins[others],
             self.model.lengths_m[others],
-            share * self.model.radii_m[others],
+            COLLISION_SHARE * self.model.radii_m[others],
         )
 
     def has_inside(self, part: int, points: Array, clothing_m: float) -> NDArray[np.bool_]:
@@ -279,7 +288,7 @@ class _Body:
 
 
 def _across(xs: Array, ys: Array) -> Array:
-    """[M, 3] what of `xs` stands across the unit vectors `ys`, scaled to length one."""
+    """[M, 3] the components of `xs` perpendicular to the unit vectors `ys`, as unit vectors."""
     return unit(xs - ys * (xs * ys).sum(1, keepdims=True))
 
 

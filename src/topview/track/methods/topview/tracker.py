@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
+from topview.records import InputError
 from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
@@ -24,44 +25,53 @@ from topview.track.stances import STANDING, heading, stand, stand_all
 
 Array = NDArray[np.float64]
 
-HEIGHT_STEP_M = 0.01  # a body is rebuilt when its height estimate moves by this; ours
+# All ours. A pose's cost is the share of the person's points that it leaves unexplained, and what
+# is added to that; all costs, margins and weights are in that unit.
+HEIGHT_STEP_M: Final = 0.01  # a body is rebuilt when its height estimate moves by this
+LEAST_BODY_POINTS: Final = 30  # with fewer the person counts as not seen, and keeps the pose
+STATURE_FRAMES: Final = 15  # with the person in sight, in which statures are tried
+STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
+LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
+LIFT_M: Final = 0.15
+FREE_SPACE_COST: Final = 1.0  # of the share of the body in free space
+DEPARTURE_COST: Final = 0.3  # of the mean squared turn away from the prior, per square radian
+VELOCITY_SHARE: Final = 0.6  # of the last motion, in the predicted one
+# A person is searched anew at first, and when the pose is lost: its cost is above `LOST_COST`, to
+# which the second is added in proportion to the occluded share. A recovery must be better by
+# `LOST_MARGIN`.
+START_YAWS_RAD: Final = (0.0, -0.7, 0.7, -1.4, 1.4)  # from facing the camera
+START_ITERATIONS: Final = 10  # of refinement, of each candidate
+SEARCHED: Final = 3  # best candidates whose limbs are searched
+LOST_COST: Final = 0.3
+LOST_COST_OCCLUDED: Final = 0.5
+LOST_MARGIN: Final = 0.02
+LOST_YAWS_RAD: Final = (0.0, -0.7, 0.7)  # from that of the torso
+LOST_ITERATIONS: Final = 8
+TURNED: Final = 12  # candidates whose torso is turned at random
+TURN_SIGMA_RAD: Final = (0.5, 0.5, 0.25)  # about its x, y and z
+# It is asked whether the front is the back, up to this share of head and torso out of sight, and
+# this cost.
+FACING_OCCLUSION: Final = 0.3
+FACING_COST: Final = 0.28
+# Occlusion beyond the tolerated share scales the prior, per share, and from the last on stops the
+# predicted motion: what was estimated of it from the rest that was seen runs away.
+TOLERATED_OCCLUSION: Final = 0.15
+OCCLUDED_PRIOR_SCALE: Final = 30.0
+STILL_OCCLUSION: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class TopviewSettings:
-    """Ours, all of it.
-
-    A pose's cost is the share of the person's points that it leaves unexplained, and what is added
-    to that; all costs, margins and weights are in that unit.
+    """The default method.
 
     Attributes:
         limbs, refinement, facing: of these steps.
         proportions: of the body.
-        statures_m: tried while nobody could measure one; the first is assumed until then.
-        stature_frames: for so many frames with the person in sight.
-        stoop_weight: cost of a stature, per logarithm of how far it is from the head's height
-            above the floor: people stand more often than they stoop.
-        lift_weight, lift_m: cost of both feet off the floor, per metre, and from which height on.
-        start_yaws_rad: directions that a person may face at first, 0 towards the camera.
-        start_iterations: of refinement for each way to start.
-        searched: the most promising of these, or of the ways to recover, whose limbs are searched.
-        lost_cost, lost_cost_hidden: a pose of higher cost is lost; the second is added in
-            proportion to the share of the body that is hidden.
-        lost_turns_rad: directions tried to recover, from the one that the torso had.
-        lost_iterations: of refinement for each way to recover.
-        lost_margin: by which a way to recover must be better.
-        turned: ways to recover that turn the predicted torso at random.
-        turn_sigma_rad: how widely, about the torso's x, y and z axes.
-        turned_hidden, turned_cost: share of head and torso out of sight, and cost of the pose, up
-            to which it is asked whether the front is the back.
-        hidden_at_ease: share of the body that may be hidden without any of this.
-        hidden_hold: how much firmer the pose is held to the one before, per share hidden beyond.
-        hidden_still: share hidden beyond, from which on no motion is carried on: what was estimated
-            of it from the rest that was seen runs away.
-        velocity_share: of the last motion that the prediction carries on.
-        free_space_weight, departure_weight: cost of the share of the body in free space, and of
-            the mean squared turn away from the prior, per square radian.
-        least_points: with fewer the person counts as not seen, and keeps the pose.
+        statures_m: tried while nobody could measure one, 0.3 to 3 metres; the first is assumed
+            until then.
+
+    Raises:
+        InputError: no stature, or one out of range.
     """
 
     limbs: LimbSettings = field(default_factory=LimbSettings)
@@ -69,29 +79,12 @@ class TopviewSettings:
     facing: FacingSettings = field(default_factory=FacingSettings)
     proportions: Proportions = ANATOMICAL
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
-    stature_frames: int = 15
-    stoop_weight: float = 0.2
-    lift_weight: float = 0.3
-    lift_m: float = 0.15
-    start_yaws_rad: tuple[float, ...] = (0.0, -0.7, 0.7, -1.4, 1.4)
-    start_iterations: int = 10
-    searched: int = 3
-    lost_cost: float = 0.3
-    lost_cost_hidden: float = 0.5
-    lost_turns_rad: tuple[float, ...] = (0.0, -0.7, 0.7)
-    lost_iterations: int = 8
-    lost_margin: float = 0.02
-    turned: int = 12
-    turn_sigma_rad: tuple[float, float, float] = (0.5, 0.5, 0.25)
-    turned_hidden: float = 0.3
-    turned_cost: float = 0.28
-    hidden_at_ease: float = 0.15
-    hidden_hold: float = 30.0
-    hidden_still: float = 0.1
-    velocity_share: float = 0.6
-    free_space_weight: float = 1.0
-    departure_weight: float = 0.3
-    least_points: int = 30
+
+    def __post_init__(self) -> None:
+        if not self.statures_m or not all(0.3 <= m <= 3.0 for m in self.statures_m):
+            raise InputError(
+                f"statures_m is {self.statures_m}; it must hold one or more of 0.3 to 3 metres"
+            )
 
     needs: ClassVar[Needs] = Needs(hidden_share=True)
 
@@ -115,7 +108,7 @@ class FrameContext:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
     """A pose and the limb hypotheses that go on with it, the body it was found for, its cost,
-    and the share of it that is hidden, beyond what is at ease."""
+    and the share of it that is occluded, beyond what is tolerated."""
 
     pose: Pose
     kept: Kept
@@ -143,11 +136,11 @@ class TopviewTracker:
         """The pose in the next frame."""
         stature_m = evidence.stature_m
         self._scale_to(stature_m)
-        if len(evidence.points_camera) < self.settings.least_points:
+        if len(evidence.points_camera) < LEAST_BODY_POINTS:
             pose = self._hidden(evidence)
         else:
             look = FrameContext(self.model, evidence, self.subject.clock)
-            is_open = stature_m is None and self._frames < self.settings.stature_frames
+            is_open = stature_m is None and self._frames < STATURE_FRAMES
             statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
             self._frames += 1
             if self.pose is None:
@@ -174,38 +167,35 @@ class TopviewTracker:
     def _follow(self, last: Pose, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
         wider."""
-        s = self.settings
-        hidden = max(self._hidden_share, self._beyond_ease(look.evidence.hidden_share))
-        moving = self._extrapolated(last) if hidden < s.hidden_still else last
+        hidden = max(self._hidden_share, _beyond_tolerance(look.evidence.hidden_share))
+        moving = self._extrapolated(last) if hidden < STILL_OCCLUSION else last
         with look.clock.stage("body"):
-            hold = 1.0 + s.hidden_hold * hidden
-            refined = self._refined([last, moving], last, look, hold=hold)
+            prior_scale = 1.0 + OCCLUDED_PRIOR_SCALE * hidden
+            refined = self._refined([last, moving], last, look, prior_scale=prior_scale)
             pose = refined.poses[int(np.argmin(self._costs(refined)))]
-        found = self._with_limbs(pose, moving, self._kept, look, hold)
-        if found.cost < s.lost_cost + s.lost_cost_hidden * found.hidden:
+        found = self._with_limbs(pose, moving, self._kept, look, prior_scale)
+        if found.cost < LOST_COST + LOST_COST_OCCLUDED * found.hidden:
             return found
         with look.clock.stage("body"):
             up = look.evidence.up_camera
             yaw = heading(last.Rs[UPPER_TORSO], up)
-            yaws = [yaw + turn for turn in s.lost_turns_rad]
+            yaws = [yaw + turn for turn in LOST_YAWS_RAD]
             trials = [(look.model, self._turned(moving, look))]
             trials += self._stances(yaws, look, statures_m)
-        others = self._best_with_limbs(trials, s.lost_iterations, look)
+        others = self._best_with_limbs(trials, LOST_ITERATIONS, look)
         gain = found.cost + self._lift_cost(found, look.evidence)
         gain -= others.cost + self._lift_cost(others, look.evidence)
-        return others if gain > s.lost_margin else found
+        return others if gain > LOST_MARGIN else found
 
     def _start(self, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Try every stance in several directions."""
-        s = self.settings
-        trials = self._stances(s.start_yaws_rad, look, statures_m)
-        return self._best_with_limbs(trials, s.start_iterations, look)
+        trials = self._stances(START_YAWS_RAD, look, statures_m)
+        return self._best_with_limbs(trials, START_ITERATIONS, look)
 
     def _facing_front(self, found: _Found, look: FrameContext) -> _Found:
         """What was found, or that turned round where its back is the front."""
         self._facing.step(found.pose, look.evidence.up_camera)
-        s = self.settings
-        is_clear = found.cost < s.turned_cost and self._trunk_hidden(found, look) < s.turned_hidden
+        is_clear = found.cost < FACING_COST and self._trunk_hidden(found, look) < FACING_OCCLUSION
         if not is_clear or not self._facing.is_due(look.evidence.frame_index):
             return found
         look = replace(look, model=found.model)
@@ -217,7 +207,7 @@ class TopviewTracker:
             return found
         kept = {upper: found.kept[OTHER_SIDE[upper]] @ HALF_ROUND for upper in found.kept}
         turned = self._with_limbs(twin, twin, kept, look)
-        if turned.cost > found.cost + s.lost_margin:
+        if turned.cost > found.cost + LOST_MARGIN:
             self._facing.forget()
             return found
         self._facing.turn_round()
@@ -254,7 +244,7 @@ class TopviewTracker:
                 tried += [(float(c), index, p) for c, p in zip(costs, refined.poses, strict=True)]
             tried.sort(key=lambda trial: trial[0])
         founds = []
-        for _, index, pose in tried[: self.settings.searched]:
+        for _, index, pose in tried[:SEARCHED]:
             found = self._with_limbs(pose, pose, {}, looks[index])
             founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
         return min(
@@ -274,7 +264,7 @@ class TopviewTracker:
             return 0.0
         top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * model.lengths_m[HEAD]
         stoop = np.log(model.stature_m / max(top_m, 0.3))
-        return float(self.settings.stoop_weight * abs(stoop))
+        return float(STOOP_WEIGHT * abs(stoop))
 
     def _lift_cost(self, found: _Found, evidence: Evidence) -> float:
         """What speaks against a pose whose feet are both off the floor."""
@@ -284,27 +274,24 @@ class TopviewTracker:
         soles = found.pose.origins(found.model)[legs]
         soles = soles + found.pose.Rs[legs, :, 1] * found.model.lengths_m[legs, None]
         lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
-        return self.settings.lift_weight * max(0.0, lowest_m - self.settings.lift_m)
+        return LIFT_WEIGHT_PER_M * max(0.0, lowest_m - LIFT_M)
 
     def _with_limbs(
-        self, pose: Pose, predicted: Pose, kept: Kept, look: FrameContext, hold: float = 1.0
+        self, pose: Pose, predicted: Pose, kept: Kept, look: FrameContext, prior_scale: float = 1.0
     ) -> _Found:
         """The pose with its limbs searched and all of it refined."""
         with look.clock.stage("limbs"):
             rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
             pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
         with look.clock.stage("refinement"):
-            prior = _with_torso_of(predicted, pose) if hold > 1.0 else None
-            refined = self._refined([pose], prior, look, hold=hold)
+            prior = _with_torso_of(predicted, pose) if prior_scale > 1.0 else None
+            refined = self._refined([pose], prior, look, prior_scale=prior_scale)
         cost = float(self._costs(refined)[0])
         found = _Found(refined.poses[0], kept, look.model, cost, 0.0)
         # Legs out of view say nothing of a trunk that is seen.
         hidden = min(float(refined.hidden[0]), 2.0 * self._trunk_hidden(found, look))
-        hidden = self._beyond_ease(max(hidden, look.evidence.hidden_share))
+        hidden = _beyond_tolerance(max(hidden, look.evidence.hidden_share))
         return replace(found, hidden=hidden)
-
-    def _beyond_ease(self, hidden_share: float) -> float:
-        return max(0.0, hidden_share - self.settings.hidden_at_ease)
 
     def _refined(
         self,
@@ -312,24 +299,23 @@ class TopviewTracker:
         prior: Pose | None,
         look: FrameContext,
         iterations: int | None = None,
-        hold: float = 1.0,
+        prior_scale: float = 1.0,
     ) -> Refined:
         settings = self.settings.refinement
-        return refine(poses, prior, look.model, look.evidence, settings, iterations, hold)
+        return refine(poses, prior, look.model, look.evidence, settings, iterations, prior_scale)
 
     def _costs(self, refined: Refined) -> Array:
-        s = self.settings
         return (
             refined.unexplained
-            + s.free_space_weight * refined.in_free_space
-            + s.departure_weight * refined.departure
+            + FREE_SPACE_COST * refined.in_free_space
+            + DEPARTURE_COST * refined.departure
         )
 
     def _extrapolated(self, last: Pose) -> Pose:
         """Constant velocity, damped."""
         if self._before is None:
             return last
-        share = self.settings.velocity_share
+        share = VELOCITY_SHARE
         before, now = self._before.relative(), last.relative()
         turn = vectors_from_rotations(np.swapaxes(before, 1, 2) @ now)
         return Pose.from_relative(
@@ -341,7 +327,7 @@ class TopviewTracker:
         """Candidates whose torso is turned about the neck, or about the pelvis, by turns; the
         limbs keep their directions in the room."""
         rng = self.subject.rng(UPPER_TORSO, look.evidence)
-        vectors = rng.standard_normal((self.settings.turned, 3)) * self.settings.turn_sigma_rad
+        vectors = rng.standard_normal((TURNED, 3)) * TURN_SIGMA_RAD
         to_pelvis = pose.Rs[UPPER_TORSO][:, 1] * look.model.lengths_m[UPPER_TORSO]
         to_pelvis += pose.Rs[LOWER_TORSO][:, 1] * look.model.lengths_m[LOWER_TORSO]
         poses = []
@@ -353,6 +339,10 @@ class TopviewTracker:
             shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
             poses.append(Pose(pose.neck_camera + shift, Rs))
         return poses
+
+
+def _beyond_tolerance(hidden_share: float) -> float:
+    return max(0.0, hidden_share - TOLERATED_OCCLUSION)
 
 
 def _with_torso_of(torso: Pose, limbs: Pose) -> Pose:
