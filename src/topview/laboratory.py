@@ -1,4 +1,4 @@
-"""What the laboratory adds: the only place of `topview` that names it.
+"""The commands and methods of the laboratory: the only place of `topview` that names it.
 
 Nothing is imported here. A command or a method is imported when it is asked for, so that what only
 measures, simulates or compares costs a user of `topview track` nothing.
@@ -45,9 +45,9 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     ),
 }
 
-# Name of each method that is there to compare with: what makes it, called without arguments, and a
-# sentence about it.
-METHODS: Final[dict[str, tuple[str, str]]] = {
+# Name of each method to compare with: what makes it, called without arguments, and a sentence about
+# it.
+RIVAL_METHODS: Final[dict[str, tuple[str, str]]] = {
     "bpso": (
         "topview_lab.rivals.swarm:SwarmSettings",
         "a particle swarm over the whole body (Oikonomidis et al. 2011)",

@@ -68,7 +68,8 @@ def evidence_in(
     """What a depth image tells of the user with these pixels."""
     pixels = np.flatnonzero(is_users).astype(np.int32)
     user = User(1, head_camera, True, model.stature_m, True, pixels)
-    return gather(user, Pyramid(Frame(0, 0.0, depth_m, camera)), is_users, None)
+    labels = is_users.astype(np.int32)
+    return gather(user, Pyramid(Frame(0, 0.0, depth_m, camera)), labels, None)
 
 
 def at_frame(evidence: Evidence, index: int) -> Evidence:

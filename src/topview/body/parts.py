@@ -62,11 +62,11 @@ def _part(
     RIGHT_LOWER_LEG,
 ) = range(11)
 
-FREE: Final = (-180, 180)
+UNLIMITED: Final = (-180, 180)
 
 PARTS: Final[tuple[Part, ...]] = (
-    _part("head", -1, _limits(FREE, FREE, FREE), 10),
-    _part("upper_torso", HEAD, _limits((-30, 60), FREE, (-45, 45)), 5),
+    _part("head", -1, _limits(UNLIMITED, UNLIMITED, UNLIMITED), 10),
+    _part("upper_torso", HEAD, _limits((-30, 60), UNLIMITED, (-45, 45)), 5),
     _part("lower_torso", UPPER_TORSO, _limits((-30, 45), (-30, 30), (-30, 30)), 5),
     _part("left_upper_arm", UPPER_TORSO, _limits((-60, 180), (-90, 90), (-10, 180)), 10),
     _part("left_forearm", LEFT_UPPER_ARM, _limits((-10, 160)), 10, is_hinge=True),

@@ -1,4 +1,4 @@
-"""One frame at every resolution that somebody looks at it in, each made once."""
+"""One frame at every resolution that the tracker uses, each computed once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from topview.records import Camera, Frame, read_only
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthView:
-    """A depth image as the kernels want it.
+    """A depth image and its intrinsics, as the kernels take them.
 
     Attributes:
         depth_m: [H, W] float32, 0 without a reading.
@@ -30,14 +30,38 @@ class DepthView:
     cx: float
     cy: float
 
+    def points(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
+        """[N, 3] points_camera in metres of [N] pixels."""
+        z = self.depth_m[rows, columns].astype(np.float64)
+        x, y = (columns - self.cx) * z / self.fx, (rows - self.cy) * z / self.fy
+        return np.stack([x, y, z], axis=1)
+
+    def nearest_pixels(
+        self, points_camera: NDArray[np.float64], nearest_m: float
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+        """[N] rows and columns of the pixels at which [N, 3] points in metres are seen, and which
+        of them are in the image; 0 for the others.
+
+        Args:
+            points_camera: what is nearer to the camera than `nearest_m` is taken to be there.
+            nearest_m: above 0.
+        """
+        x, y, z = np.asarray(points_camera, np.float64).T
+        z = np.maximum(z, nearest_m)
+        columns = np.rint(self.fx * x / z + self.cx).astype(np.intp)
+        rows = np.rint(self.fy * y / z + self.cy).astype(np.intp)
+        height, width = self.depth_m.shape
+        is_inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
+        return np.where(is_inside, rows, 0), np.where(is_inside, columns, 0), is_inside
+
     def cell_m(self, distance_m: float) -> float:
         """Side of a top-view cell: the distance between neighbouring points there (Sec. 3.1)."""
         return distance_m / min(self.fx, self.fy)
 
 
 class Pyramid:
-    """A frame and what is made of it by thinning; pixel (i, j) at a `stride` is full pixel
-    (i, j) * stride, so that no depth is ever a mean of two surfaces.
+    """A frame and its thinned images; pixel (i, j) at a `stride` is full pixel (i, j) * stride, so
+    that no depth is ever a mean of two surfaces.
 
     Attributes:
         frame: the full resolution, undistorted.
@@ -55,7 +79,7 @@ class Pyramid:
     def camera(self, stride: int) -> Camera:
         """Of the thinned image."""
         full = self.frame.camera
-        height, width = thinned(self.frame.depth_m, stride).shape
+        height, width = self.depth_m(stride).shape
         return replace(
             full,
             fx=full.fx / stride,
@@ -79,7 +103,7 @@ class Pyramid:
         )
 
     def view(self, stride: int) -> DepthView:
-        """The depth for kernels."""
+        """The depth with its intrinsics."""
         full = self.frame.camera
         return self._once(
             "view",

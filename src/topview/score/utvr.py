@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import DepthView
 from topview.kernels import utvr as kernel
 
-# With fewer points than this inside, a hypothesis has no evidence and no score (method, part 7);
-# ours: the smallest number whose top view can tell an axis.
-MIN_POINTS = 6
-# A thick part's cells are so large at least, that the kernel's top view has room for all of it.
-CELLS_ACROSS = kernel.GRID - 2
+# A hypothesis with fewer points inside has no evidence and no score. Ours: the smallest number
+# whose top view can tell an axis.
+MIN_POINTS_INSIDE: Final = 6
+# Most cells across a part, so that the kernel's top view has room for all of it.
+CELLS_ACROSS: Final = kernel.GRID - 2
 
 Factor = Literal["reproj", "align", "discr"]
 FACTORS: Final[tuple[Factor, ...]] = ("reproj", "align", "discr")
@@ -52,8 +52,8 @@ class UtvrTerms:
 
     @property
     def has_evidence(self) -> NDArray[np.bool_]:
-        """[M] True where points say anything at all."""
-        return (self.n_points >= MIN_POINTS) & (self.n_inliers > 0)
+        """[M] True where a hypothesis has enough points inside, and pixels near its surface."""
+        return (self.n_points >= MIN_POINTS_INSIDE) & (self.n_inliers > 0)
 
     @property
     def discr(self) -> NDArray[np.float64]:
@@ -109,6 +109,8 @@ def score_hypotheses(
     """
     M = len(Rs_camera_part)
     origins = np.ascontiguousarray(np.broadcast_to(origins_camera, (M, 3)), np.float32)
+    distance_m = float(origins[:, 2].mean()) if M else 1.0
+    cell_m = max(view.cell_m(distance_m), 2 * max(radii_m) / CELLS_ACROSS)
     counts = np.empty((M, kernel.N_COUNTS), np.int32)
     f4 = np.float32
     kernel.count_hypotheses(
@@ -123,12 +125,7 @@ def score_hypotheses(
         f4(length_m),
         f4(radii_m[0]),
         f4(radii_m[1]),
-        f4(
-            max(
-                view.cell_m(float(origins[:, 2].mean())) if M else 1.0,
-                2 * max(radii_m) / CELLS_ACROSS,
-            )
-        ),
+        f4(cell_m),
         f4(tolerance_m),
         placed,
         max(1, min(threads, M)),

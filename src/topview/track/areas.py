@@ -1,9 +1,10 @@
-"""The image areas of all users, tracked: how much of each the nearer ones hide (Sec. 5.1.3)."""
+"""Tracked image areas of all users: how much of each the nearer users hide (Sec. 5.1.3)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,39 +15,39 @@ from topview.records import Camera
 
 Array = NDArray[np.float64]
 
-# Ours.
-STRIDE_PX = 4  # of the pixels that are counted
-FREE_SHARE = 0.05  # an area that is hidden by no more than this is taken as it is seen
-LEARNING = 0.3  # share of what is seen now in what is remembered
-LEAST_PIXELS = 20
-CONTOUR = 4.0  # an ellipse with these moments ends at two standard deviations (Eq. 4.7)
+# All ours but where an equation is named.
+STRIDE_PX: Final = 4  # of the pixels that are counted
+FREE_SHARE: Final = 0.05  # an area is updated while no more than this share of it is hidden
+LEARNING: Final = 0.3  # share of the area seen now in the updated one
+LEAST_AREA_PIXELS: Final = 20  # counted pixels; of fewer no area is made
+CONTOUR: Final = 4.0  # squared deviations at the border of a filled ellipse (Eq. 4.7)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Area:
-    """An ellipse by its moments, in metres across the line of sight, from the head's centre."""
+    """An ellipse by its moments, in metres across the line of sight, relative to the head."""
 
     mean: Array  # [2]
     covariance: Array  # [2, 2]
 
 
 class UserAreas:
-    """Remembers the area that every user has when nobody stands in front."""
+    """Tracks the image area of every user, and updates it while nobody hides it."""
 
     def __init__(self) -> None:
         self._areas: dict[int, _Area] = {}
 
     def hidden_shares(
-        self, users: Sequence[User], owner: NDArray[np.int32], camera: Camera
+        self, users: Sequence[User], labels: NDArray[np.int32], camera: Camera
     ) -> dict[int, float]:
-        """P_occl of each user, 0 to 1, by id.
+        """P_occl of each user (Eq. 5.3), 0 to 1, by id.
 
         Args:
             users: nearest first.
-            owner: [H, W] id of the user that each pixel belongs to, 0 for none.
+            labels: [H, W] id of the user that each pixel belongs to, 0 for nobody.
             camera: of the image.
         """
-        owners = owner[::STRIDE_PX, ::STRIDE_PX]
+        thinned_labels = labels[::STRIDE_PX, ::STRIDE_PX]
         u, v = (np.arange(0, side, STRIDE_PX) for side in (camera.width, camera.height))
         areas: dict[int, _Area] = {}
         shares: dict[int, float] = {}
@@ -55,13 +56,13 @@ class UserAreas:
             scale_m = float(user.head_camera[2]) / camera.fx
             head_u, head_v = project(user.head_camera, camera)
             right_m, down_m = (u - head_u) * scale_m, (v - head_v) * scale_m
-            rows, columns = np.nonzero(owners == user.id)
+            rows, columns = np.nonzero(thinned_labels == user.id)
             own = np.stack([right_m[columns], down_m[rows]], axis=-1)
-            seen = _area_of(own) if len(own) >= LEAST_PIXELS else None
+            seen = _area_of(own) if len(own) >= LEAST_AREA_PIXELS else None
             area = self._areas.get(user.id, seen)
             shares[user.id] = 0.0
             if area and nearer:
-                shares[user.id] = _covered(area, right_m, down_m, np.isin(owners, nearer))
+                shares[user.id] = _covered(area, right_m, down_m, np.isin(thinned_labels, nearer))
             if area and seen and shares[user.id] <= FREE_SHARE:
                 area = _Area(
                     area.mean + LEARNING * (seen.mean - area.mean),
@@ -79,8 +80,13 @@ def _area_of(offsets: Array) -> _Area:
 
 
 def _covered(area: _Area, right_m: Array, down_m: Array, is_nearer: NDArray[np.bool_]) -> float:
-    """Share of the ellipse that lies on nearer users; `right_m` [w] and `down_m` [h] are the
-    places of the image's columns and rows."""
+    """Share of the ellipse that nearer users cover.
+
+    Args:
+        area: the ellipse.
+        right_m, down_m: [w] and [h] metres of the columns and rows, relative to the head.
+        is_nearer: [h, w] pixels of nearer users.
+    """
     (xx, xy), (_, yy) = np.linalg.inv(area.covariance)
     x, y = right_m - area.mean[0], (down_m - area.mean[1])[:, None]
     inside = (xx * x**2 + 2.0 * xy * x * y + yy * y**2) <= CONTOUR

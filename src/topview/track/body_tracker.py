@@ -1,4 +1,4 @@
-"""What a way to track bodies is: settings that make a tracker for each person."""
+"""What a method is: settings that make a body tracker for each person."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class BodyPose(Protocol):
 
 
 class BodyTracker(Protocol):
-    """One person's body over time."""
+    """Tracks one person's body from frame to frame."""
 
     @property
     def model(self) -> BodyModel:
-        """The body, of the size that is known so far."""
+        """The body model, of the stature that is known so far."""
         ...
 
     def update(self, evidence: Evidence) -> BodyPose:
@@ -37,12 +37,12 @@ class BodyTracker(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """Whom a body tracker follows, and what it may use for that.
+    """Whose body a tracker tracks, and what it may use for that.
 
     Attributes:
-        person: id.
+        person: the id.
         seed: of every random number.
-        threads: that the kernels may use; no result depends on it.
+        threads: for the kernels, 1 or more; no result depends on it.
         clock: counts the time of each stage.
     """
 
@@ -52,13 +52,13 @@ class Subject:
     clock: StageClock
 
     def rng(self, part: int, evidence: Evidence) -> np.random.Generator:
-        """The random numbers of a part in a frame."""
+        """The random generator for a part in one frame."""
         return generator(self.seed, self.person, part, evidence.frame_index)
 
 
 @dataclass(frozen=True, slots=True)
 class Needs:
-    """What a method needs to be told of a person beside the points; computed for it alone.
+    """Optional parts of `Evidence` that a method needs; they are computed only then.
 
     Attributes:
         hidden_share: `Evidence.hidden_share`.
@@ -70,9 +70,11 @@ class Needs:
 
 
 class BodyMethod(Protocol):
-    """A way to track bodies: a frozen dataclass of its settings, plain JSON types or dataclasses.
+    """A method of tracking bodies: a frozen dataclass of its settings.
 
-    A new method is a file with such a class, and a line in `topview.track.methods`.
+    The settings are plain JSON types, or dataclasses of them.
+
+    A new method is one file with such a class, and one line in `topview.track.methods`.
 
     Attributes:
         needs: what its trackers need.
@@ -83,9 +85,9 @@ class BodyMethod(Protocol):
 
     @property
     def name(self) -> str:
-        """What `--method` calls it."""
+        """The method's name, as `--method` takes it."""
         ...
 
     def tracker(self, subject: Subject) -> BodyTracker:
-        """A tracker of somebody new."""
+        """A tracker for a new person."""
         ...

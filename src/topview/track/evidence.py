@@ -1,51 +1,56 @@
-"""What one frame says about one user, prepared once for every step of the tracker."""
+"""What one frame shows of one user, prepared once for every step of a body tracker."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView, Pyramid
-from topview.people.floor import FloorPlane
+from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
 from topview.track.pose import FittedBody
 
-WORKING_SPACING_M = 0.008  # the image is thinned while neighbours stay nearer than this; ours
-CAMERA_UP = np.array([0.0, -1.0, 0.0])
-HIDES_M = 0.05  # what is nearer by this hides; ours
-MAX_REFINEMENT_POINTS = 1000  # ours: more did not make the pose better
-
+# All ours.
+WORKING_SPACING_M: Final = 0.008  # between neighbouring points, which the thinned image comes near
+NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the image is thinned
+NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
+OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
+MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
 
 Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """A user in one frame; images are at the working resolution.
+    """One user in one frame; images are at the working resolution.
 
     Attributes:
         frame_index, timestamp_s: of the frame.
-        stride: full pixels per pixel of these images.
+        stride: full pixels from one pixel of these images to the next.
         view: the scene's depth.
         user_mask: [H, W] bool, pixels of the user.
         nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel; -1 for none.
         coarse_view: the scene's depth at half the resolution.
         all_points_camera: [A, 3] the user's points, metres.
         is_coarse: [A] which of them are in `coarse_view`.
-        points_camera: [N, 3] an even choice of them, for refinement.
+        points_camera: [N, 3] every n-th of them, for refinement.
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         stature_m: as measured; None while nobody could measure it.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
-        hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 where nobody asked.
-        unowned_mask: [H, W] bool, pixels that belong to no user; None where not asked for.
-        nearer_bodies: of people who stand before, fitted already, nearest first.
-        hands: where detectors that see colour take the hands to be, whosesoever they are.
-        face_share: how much of late the face has been seen to look at the camera, None if unknown.
+        hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 for methods that
+            do not need it.
+        unowned_mask: [H, W] bool, pixels that belong to no user; None for methods that do not need
+            it.
+        nearer_bodies: the fitted bodies of nearer people, nearest first.
+        hands: candidates from colour, of any person.
+        face_share: share of the recent time in which the face was seen to look at the camera, 0 to
+            1; None if unknown.
     """
 
     frame_index: int
@@ -76,76 +81,88 @@ class Evidence:
 
     def is_on_user(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether a [3] point lies, in the image, on the user."""
-        x, y, z = point_camera.tolist()
-        if z <= 0.1:
+        if point_camera[2] <= NEAREST_PLACE_M:
             return False
-        u, v = (
-            round(self.view.fx * x / z + self.view.cx),
-            round(self.view.fy * y / z + self.view.cy),
+        (row,), (column,), (is_inside,) = self.view.nearest_pixels(
+            point_camera[None], NEAREST_PLACE_M
         )
-        height, width = self.user_mask.shape
-        return 0 <= u < width and 0 <= v < height and bool(self.user_mask[v, u])
+        return bool(is_inside and self.user_mask[row, column])
 
     def out_of_sight(
         self, places_camera: NDArray[np.float64], radius_m: float
     ) -> NDArray[np.bool_]:
-        """[N] whether places [N, 3], so far below the skin, lie behind something that is not the
-        user, or outside of the image."""
-        x, y, z = places_camera.T
-        z = np.maximum(z, 0.1)
-        u = np.rint(self.view.fx * x / z + self.view.cx).astype(int)
-        v = np.rint(self.view.fy * y / z + self.view.cy).astype(int)
-        height, width = self.user_mask.shape
-        inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-        u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-        seen = self.view.depth_m[v, u]
-        is_behind = (seen > 0) & (seen < z - radius_m - HIDES_M) & ~self.user_mask[v, u]
-        return ~inside | is_behind
+        """[N] whether places [N, 3] are outside of the image, or behind something that is not the
+        user.
+
+        Args:
+            places_camera: metres, inside the body.
+            radius_m: from the places to the body's surface.
+        """
+        rows, columns, is_inside = self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)
+        surface_m = np.maximum(places_camera[:, 2], NEAREST_PLACE_M) - radius_m
+        seen = self.view.depth_m[rows, columns]
+        is_behind = (seen > 0) & (seen < surface_m - OCCLUDER_MARGIN_M)
+        return ~is_inside | (is_behind & ~self.user_mask[rows, columns])
 
 
-def working_stride(camera: Camera, nearest_m: float) -> int:
-    """By how much to thin the image so that neighbouring points lie `WORKING_SPACING_M` apart."""
-    return max(1, round(WORKING_SPACING_M * min(camera.fx, camera.fy) / max(nearest_m, 0.3)))
+def working_stride(camera: Camera, distance_m: float) -> int:
+    """The stride at which neighbouring points at this distance lie about `WORKING_SPACING_M`
+    apart."""
+    return max(
+        1, round(WORKING_SPACING_M * min(camera.fx, camera.fy) / max(distance_m, NEAREST_USER_M))
+    )
 
 
 def gather(
-    user: User, image: Pyramid, is_users: NDArray[np.bool_], floor: FloorPlane | None
+    user: User,
+    image: Pyramid,
+    labels: NDArray[np.int32],
+    floor: FloorPlane | None,
+    *,
+    with_unowned_mask: bool = False,
+    hidden_share: float = 0.0,
+    hands: tuple[HandCandidate, ...] = (),
+    nearer_bodies: tuple[FittedBody, ...] = (),
 ) -> Evidence:
     """The evidence for one user, from the image thinned to what the user's distance needs.
 
     Args:
-        user: who.
+        user: whose.
         image: the whole frame.
-        is_users: [H, W] pixels that are the user's.
+        labels: [H, W] id of the user that each pixel belongs to, 0 for nobody.
         floor: None where none is known.
+        with_unowned_mask: whether that mask is wanted.
+        hidden_share, hands, nearer_bodies: as in `Evidence`.
     """
     frame = image.frame
     stride = working_stride(frame.camera, float(user.head_camera[2]))
     view = image.view(stride)
-    user_mask = is_users[::stride, ::stride] & (view.depth_m > 0.0)
-    pixels = np.flatnonzero(user_mask)
-    z = view.depth_m.ravel()[pixels].astype(np.float64)
-    v = pixels // user_mask.shape[1]
-    u = pixels - v * user_mask.shape[1]
-    points = np.stack([(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1)
+    thinned_labels = labels[::stride, ::stride]
+    user_mask = (thinned_labels == user.id) & (view.depth_m > 0.0)
+    rows, columns = np.nonzero(user_mask)
+    points = view.points(rows, columns)
     step = max(1, -(-len(points) // MAX_REFINEMENT_POINTS))
-    distance = float(np.median(z)) if len(z) else 1.0
+    distance_m = float(np.median(points[:, 2])) if len(points) else 1.0
     return Evidence(
-        frame.index,
-        frame.timestamp_s,
-        stride,
-        view,
-        user_mask,
-        nearest_pixels(user_mask),
-        image.view(2 * stride),
-        points,
-        (v % 2 == 0) & (u % 2 == 0),
-        np.ascontiguousarray(points[::step]),
-        step * distance**2 / (view.fx * view.fy),
-        user.head_camera,
-        user.head_is_seen,
-        user.height_m if user.height_is_measured else None,
-        np.zeros(4) if floor is None else np.append(floor.normal_camera, floor.distance_m),
+        frame_index=frame.index,
+        timestamp_s=frame.timestamp_s,
+        stride=stride,
+        view=view,
+        user_mask=user_mask,
+        nearest=nearest_pixels(user_mask),
+        coarse_view=image.view(2 * stride),
+        all_points_camera=points,
+        is_coarse=(rows % 2 == 0) & (columns % 2 == 0),
+        points_camera=np.ascontiguousarray(points[::step]),
+        point_area_m2=step * distance_m**2 / (view.fx * view.fy),
+        head_camera=user.head_camera,
+        head_is_seen=user.head_is_seen,
+        stature_m=user.height_m if user.height_is_measured else None,
+        floor=np.zeros(4) if floor is None else np.append(floor.normal_camera, floor.distance_m),
+        hidden_share=hidden_share,
+        unowned_mask=thinned_labels == 0 if with_unowned_mask else None,
+        nearer_bodies=nearer_bodies,
+        hands=hands,
         face_share=user.face_share,
     )
 

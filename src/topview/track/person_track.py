@@ -1,4 +1,4 @@
-"""One person's body over time, and what is remembered of the joints."""
+"""One person's body over time, and when each joint was last visible."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ from topview.body.kinematics import joints_from_parts
 from topview.body.parts import JOINTS
 from topview.people.users import User
 from topview.records import JointState, Person
-from topview.timing import StageClock
 from topview.track.body_tracker import BodyMethod, Subject
 from topview.track.pose import FittedBody
 from topview.track.scene import FittedScene
-from topview.track.visibility import confidences, look
+from topview.track.visibility import confidences, joint_visibility
 
 
 class PersonTrack:
-    """Follows one person's body by a method, and knows when each joint was last seen."""
+    """Tracks one person's body by a method, and knows when each joint was last visible."""
 
     def __init__(self, subject: Subject, method: BodyMethod) -> None:
         self._person = subject.person
-        self._clock: StageClock = subject.clock
+        self._clock = subject.clock
         self._needs = method.needs
         self._tracker = method.tracker(subject)
         self._last_seen_s = np.full(len(JOINTS), -np.inf)
 
     def fit(self, scene: FittedScene, user: User) -> FittedBody:
-        """The body in a scene whose nearer bodies are fitted already."""
+        """Fit the body in a scene in which the nearer bodies are fitted."""
         with self._clock.stage("evidence"):
             evidence = scene.evidence_for(user, with_unowned_mask=self._needs.unowned_mask)
         pose = self._tracker.update(evidence)
@@ -34,11 +33,10 @@ class PersonTrack:
         return FittedBody(self._person, model, pose.transforms(model))
 
     def seen_in(self, scene: FittedScene, body: FittedBody) -> Person:
-        """The person as the whole scene shows him: what is seen of each joint, and what hides
-        it."""
+        """The person, with the state of each joint in a scene in which all bodies are fitted."""
         frame = scene.image.frame
         joints_camera = joints_from_parts(body.model, body.Ts_camera_part)
-        visibility = look(
+        visibility = joint_visibility(
             joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
         )
         is_seen = visibility.joint_state == JointState.VISIBLE

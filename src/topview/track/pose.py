@@ -1,8 +1,9 @@
-"""Poses of bodies: as trackers carry them from frame to frame, and as they are found."""
+"""Poses: as body trackers carry them from frame to frame, and as parts of a scene."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +15,20 @@ from topview.geometry.rotations import transform
 
 Array = NDArray[np.float64]
 
-# The table of parts hangs from the head, as the thesis walks it. Refinement and motion hang the
-# same tree from the upper torso, which is seen best: only head and upper torso swap their roles.
+# The table of parts has the head as its root, as in the thesis. Refinement and motion take the
+# upper torso, which is seen best: only the edge between head and upper torso is reversed.
 TREE_PARENT = tuple(
     -1 if index == UPPER_TORSO else UPPER_TORSO if index == HEAD else part.parent
     for index, part in enumerate(PARTS)
 )
-TREE: Tree = tuple(
+FROM_UPPER_TORSO: Final[Tree] = tuple(
     (index, parent) for index, parent in enumerate(TREE_PARENT) if index != UPPER_TORSO
 )
 # +1 for elbows, which bend to the front, -1 for knees.
 HINGE_BENDS = {
     part.parent: 1.0 if part.limits_rad[0][1] > 1.0 else -1.0 for part in PARTS if part.is_hinge
 }
-# The part on the other side of the body, or the part itself.
+# The same part on the other side of the body; head and torso are their own.
 OTHER_SIDE = tuple(
     PART_NAMES.index(
         name.replace("left", "right") if "left" in name else name.replace("right", "left")
@@ -35,12 +36,13 @@ OTHER_SIDE = tuple(
     for name in PART_NAMES
 )
 HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
+# Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Where the neck joint is and how every part is turned; or M poses at once.
+    """The place of the neck joint and the rotation of every part; or M poses at once.
 
     Attributes:
         neck_camera: [3] metres, or [M, 3].
@@ -52,25 +54,25 @@ class Pose:
 
     def relative(self) -> Array:
         """[11, 3, 3] rotations in the tree that hangs from the upper torso."""
-        return rotations_in_parent(self.Rs, TREE)
+        return rotations_in_parent(self.Rs, FROM_UPPER_TORSO)
 
     @staticmethod
     def from_relative(neck_camera: Array, Rs_relative: Array) -> Pose:
         """Inverse of `relative`."""
-        return Pose(neck_camera, rotations_in_camera(Rs_relative, TREE))
+        return Pose(neck_camera, rotations_in_camera(Rs_relative, FROM_UPPER_TORSO))
 
     def origins(self, model: BodyModel) -> Array:
         """[11, 3], or [11, M, 3], proximal joints in metres, camera frame."""
         origins = np.empty(self.Rs.shape[:-1])
         origins[UPPER_TORSO] = self.neck_camera
         origins[HEAD] = self.neck_camera - self.Rs[HEAD][..., 1] * model.lengths_m[HEAD]
-        for part, parent in TREE[1:]:
+        for part, parent in FROM_UPPER_TORSO[1:]:
             origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins
 
     def turned_round(self) -> Pose:
-        """Front for back: the same volume, every part turned half round about its own axis, left
-        and right limbs exchanged."""
+        """The pose that fills the same volume and faces the other way: every part turned half round
+        about its own axis, left and right limbs exchanged."""
         return Pose(self.neck_camera, self.Rs[list(OTHER_SIDE)] @ HALF_ROUND)
 
     def transforms(self, model: BodyModel) -> Array:

@@ -1,4 +1,4 @@
-"""One frame as the bodies are fitted in it, nearest first."""
+"""One frame while the bodies in it are fitted, nearest first."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from topview.track.pose import FittedBody
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedScene:
-    """A frame, whose its pixels are, and the bodies fitted so far.
+    """A frame, its label image, and the bodies fitted so far.
 
     Attributes:
         image: the frame.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
         floor: None where none is known.
-        hands: where detectors that see colour take the hands to be, whosesoever they are.
-        hidden_shares: how much of each person's image area nearer people hide, by id; empty where
-            the method does not ask for it.
-        bodies: nearest first.
+        hands: candidates from colour, of any person.
+        hidden_shares: share of each person's image area that nearer people hide, by id; empty for
+            methods that do not need it.
+        bodies: fitted so far, nearest first.
     """
 
     image: Pyramid
@@ -37,13 +37,14 @@ class FittedScene:
     bodies: tuple[FittedBody, ...] = ()
 
     def evidence_for(self, user: User, *, with_unowned_mask: bool = False) -> Evidence:
-        """What the frame says about somebody, and the bodies that stand before."""
-        evidence = gather(user, self.image, self.labels == user.id, self.floor)
-        stride = evidence.stride
-        return replace(
-            evidence,
+        """What the frame shows of a user, and the nearer bodies."""
+        return gather(
+            user,
+            self.image,
+            self.labels,
+            self.floor,
+            with_unowned_mask=with_unowned_mask,
             hidden_share=self.hidden_shares.get(user.id, 0.0),
-            unowned_mask=self.labels[::stride, ::stride] == 0 if with_unowned_mask else None,
             hands=self.hands,
             nearer_bodies=self.bodies,
         )

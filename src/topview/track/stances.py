@@ -1,4 +1,4 @@
-"""Ways to stand, bend and sit, from which a pose that is new or lost is searched (ours).
+"""Stances: standing, bending and sitting poses from which a new or lost pose is searched (ours).
 
 The thesis starts from roughly standing; arbitrary initial poses are its future work (Sec. 7.1).
 The limb search then finds arms and legs.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """Degrees: how far the trunk leans forward; hips, knees, shoulders and elbows are bent."""
+    """Angles in degrees, 0 for standing.
+
+    Attributes:
+        lean: of the trunk, forward.
+        hip, knee, shoulder, elbow: flexion of both sides.
+    """
 
     lean: float = 0.0
     hip: float = 0.0
@@ -44,8 +50,9 @@ class Stance:
     elbow: float = 0.0
 
 
-STANDING = Stance()
-STANCES = (
+HEAD_LEAN_SHARE: Final = 0.7  # of the trunk's lean, ours
+STANDING: Final = Stance()
+STANCES: Final = (
     STANDING,
     Stance(lean=40, hip=40, knee=5, shoulder=40),
     Stance(lean=80, hip=80, knee=10, shoulder=80),
@@ -56,7 +63,7 @@ STANCES = (
 
 
 def facing(yaw_rad: float, up_camera: Array) -> Array:
-    """[3, 3] rotation of someone upright, turned by `yaw_rad` from facing the camera."""
+    """[3, 3] rotation of somebody upright, turned by `yaw_rad` from facing the camera."""
     y = -unit(up_camera)
     z = unit(np.array([0.0, 0.0, -1.0]) + y * y[2])
     upright = np.stack([np.cross(y, z), y, z], axis=1)
@@ -66,7 +73,7 @@ def facing(yaw_rad: float, up_camera: Array) -> Array:
 def heading(R_camera_torso: Array, up_camera: Array) -> float:
     """The yaw of `facing` that comes nearest to a torso's rotation."""
     front, up = R_camera_torso[:, 2], R_camera_torso[:, 1]
-    # A torso that leans far over faces where its lower end's back is.
+    # Of a torso that is bent over by more than 90 degrees, the front points backwards.
     level = horizontal(front, up_camera) + up * (front @ up_camera)
     upright = facing(0.0, up_camera).T @ level
     return float(np.arctan2(upright[0], upright[2]))
@@ -82,7 +89,7 @@ def stand(
         return R_facing @ rotations_from_angles(np.array([np.radians(degrees), 0.0, 0.0]))
 
     Rs = np.repeat(R_facing[None], len(PARTS), axis=0)
-    Rs[HEAD] = pitched(-0.7 * stance.lean)
+    Rs[HEAD] = pitched(-HEAD_LEAN_SHARE * stance.lean)
     Rs[[UPPER_TORSO, LOWER_TORSO]] = pitched(-stance.lean)
     Rs[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG]] = pitched(stance.hip - stance.lean)
     Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)

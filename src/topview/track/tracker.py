@@ -1,4 +1,4 @@
-"""The tracker: find people, order them by depth, segment, then each body, nearest first."""
+"""The tracker: find the people, order them by depth, segment, fit each body, nearest first."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Tracker:
         people = tracker.update(frame)
 
     Attributes:
-        settings: what it was made with.
-        body: the method that bodies are tracked by, with its settings.
+        settings: what the tracker was made with.
+        body: the method that tracks bodies, with its settings.
         clock: seconds spent in each stage of each frame.
-        finder: of the people.
-        lights: how many frames had colours that could be used, or why not.
+        finder: finds the people.
+        lights: how many frames had usable colours, or why they were not usable.
     """
 
     def __init__(
@@ -49,14 +49,14 @@ class Tracker:
         body: BodyMethod | None = None,
         detector: HeadDetector | None = None,
     ) -> None:
-        """Parts that are given take the place of those that `settings` name.
+        """Make a tracker; parts that are given replace those that `settings` name.
 
         Args:
             settings: the defaults if None.
-            finder: finds the people.
+            finder: finds the people, in place of the project's own finder.
             body: a method with settings of its own, for instance
                 `topview.track.methods.utvr.UtvrSettings(hypotheses=240)`.
-            detector: finds heads, for the project's own finder.
+            detector: finds heads for the project's own finder.
         """
         self.settings = settings or TrackerSettings()
         self.body = body or method_by_name(self.settings.method)
@@ -70,13 +70,21 @@ class Tracker:
         self._people: list[Person] = []
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
-        """The people in the next frame, nearest first; `hands` are what something else than the
-        finder has detected of them. What a lens has bent is undistorted first."""
+        """Find the people in the next frame and fit their bodies.
+
+        Args:
+            frame: the next one of the recording or camera; lens distortion is undone first.
+            hands: candidates beside those of the finder.
+
+        Returns:
+            the people, nearest first.
+        """
         threads = use_threads(self.settings.threads)
         image = Pyramid(frame)
         with self.clock.stage("people"):
             users = by_depth(self.finder.update(image, self._people))
             labels = label_image(users, image.frame.depth_m.shape)
+        self._count_light()
         scene = self._scene(image, labels, users, hands)
         self._tracks = {user.id: self._track_of(user, threads) for user in users}
         for user in users:
@@ -87,9 +95,13 @@ class Tracker:
         return self._people
 
     def settings_as_json(self) -> dict[str, Any]:
-        """All that the output depends on, in plain JSON types."""
+        """The settings that the output depends on, the body method's included, in JSON types."""
         settings = {**self.settings.as_json(), "method": self.body.name}
         return {**settings, "body": asdict(self.body)}
+
+    def _count_light(self) -> None:
+        if self.finder.sight is not None:
+            self.lights[self.finder.sight.light] += 1
 
     def _scene(
         self,
@@ -98,16 +110,14 @@ class Tracker:
         users: Sequence[User],
         hands: Sequence[HandCandidate],
     ) -> FittedScene:
-        """The frame with its people, before any body is fitted."""
-        if self.finder.sight is not None:
-            self.lights[self.finder.sight.light] += 1
+        """The scene before any body is fitted."""
         shares: dict[int, float] = {}
         if self.body.needs.hidden_share:
             shares = self._areas.hidden_shares(users, labels, image.frame.camera)
         return FittedScene(image, labels, self.finder.floor, (*hands, *self.finder.hands), shares)
 
     def _track_of(self, user: User, threads: int) -> PersonTrack:
-        """The track of somebody, a new one for who is new."""
+        """The track of a user, made where there is none yet."""
         track = self._tracks.get(user.id)
         if track is not None:
             return track

@@ -1,8 +1,9 @@
-"""What is seen of a pose, and what hides the rest: states and confidences of joints."""
+"""Which joints are visible, and what hides the others: states and confidences."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,64 +15,68 @@ from topview.records import Camera, JointState
 
 Array = NDArray[np.float64]
 
-# Ours: something hides a joint if it is nearer than the part's surface by more than this.
-IN_FRONT_M = 0.08
-# Ours: what is seen within this of the part's surface confirms the joint.
-CONFIRMS_M = 0.12
-# Ours: a hidden joint is trusted this much at first, and by a factor e less after a second.
-HIDDEN_CONFIDENCE = 0.4
-HIDDEN_DECAY_S = 1.0
-OUT_OF_VIEW_CONFIDENCE = 0.1
+# All ours. Distances are from the surface of the joint's part, along the line of sight.
+IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
+CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
+HIDDEN_CONFIDENCE: Final = 0.4  # of a joint that has just been hidden
+HIDDEN_DECAY_S: Final = 1.0  # after which that confidence is lower by a factor of e
+OUT_OF_VIEW_CONFIDENCE: Final = 0.1  # at the most
 
 _PART_OF = np.array([joint.part for joint in JOINTS])
-# A joint's neighbourhood: its middle and eight places around, in radii of its part.
-_DISC = 0.7 * np.array([(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
+# Places around a joint, in radii of its part: the joint itself and eight on a circle.
+_SAMPLES = 0.7 * np.array([(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Visibility:
-    """[16] each: a `JointState`, and the share of the neighbourhood that confirms the joint."""
+    """What the image shows of a body's joints.
+
+    Attributes:
+        joint_state: [16] `JointState`.
+        confirmed: [16] share of the places around each joint that confirm it, 0 to 1.
+    """
 
     joint_state: NDArray[np.uint8]
     confirmed: NDArray[np.float64]
 
 
-def look(
+def joint_visibility(
     joints_camera: Array,
     model: BodyModel,
     person: int,
     depth_m: NDArray[np.float32],
-    owner: NDArray[np.int32],
+    labels: NDArray[np.int32],
     camera: Camera,
 ) -> Visibility:
-    """Compare each joint's neighbourhood with what the image shows there; a joint that is NaN is
-    absent.
+    """Compare places around each joint with the depth image there.
 
     Args:
-        joints_camera: [16, 3] metres.
+        joints_camera: [16, 3] metres; a joint that is NaN is absent.
+        model: the body's size.
         person: id of the person.
-        depth_m: [H, W] the whole scene.
-        owner: [H, W] id of the user that each pixel belongs to, 0 for none.
+        depth_m: [H, W] of the whole scene.
+        labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
+        camera: of the image.
     """
     radii = model.radii_m.min(1)[_PART_OF]
-    places = np.repeat(joints_camera[:, None], len(_DISC), axis=1)
-    places[..., :2] += _DISC * radii[:, None, None]
+    places = np.repeat(joints_camera[:, None], len(_SAMPLES), axis=1)
+    places[..., :2] += _SAMPLES * radii[:, None, None]
     pixels = np.nan_to_num(project(places, camera), nan=-1e6)
     u, v = np.rint(pixels[..., 0]).astype(int), np.rint(pixels[..., 1]).astype(int)
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
     u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    seen, whose = depth_m[v, u], owner[v, u]
+    seen, owner = depth_m[v, u], labels[v, u]
     surface = places[..., 2] - radii[:, None]
     has_reading = inside & (seen > 0)
     in_front = has_reading & (seen < surface - IN_FRONT_M)
-    confirms = has_reading & (np.abs(seen - surface) < CONFIRMS_M) & (whose == person)
+    confirms = has_reading & (np.abs(seen - surface) < CONFIRMS_M) & (owner == person)
 
     share = np.stack(
         [
             (inside & ~in_front).mean(1),
-            (in_front & (whose == person)).mean(1),
-            (in_front & (whose != person) & (whose > 0)).mean(1),
-            (in_front & (whose == 0)).mean(1),
+            (in_front & (owner == person)).mean(1),
+            (in_front & (owner != person) & (owner > 0)).mean(1),
+            (in_front & (owner == 0)).mean(1),
             (~inside).mean(1),
         ],
         axis=1,

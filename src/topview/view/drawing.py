@@ -24,7 +24,7 @@ Align = Literal["left", "centre", "right"]
 # The look of the drawings: all ours.
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 TEXT_OVERSAMPLING = 4  # OpenCV's stroke fonts look ragged at reading size, clean when reduced
-SHIFT = 4  # fractional bits of the places that OpenCV draws at
+SUBPIXEL_BITS = 4  # fractional bits of the places that OpenCV draws at
 
 SEEN = (JointState.VISIBLE, JointState.OUT_OF_VIEW)
 
@@ -41,7 +41,7 @@ def draw_line(
 ) -> None:
     """A straight line; not drawn where an end is NaN."""
     if np.isfinite(start).all() and np.isfinite(end).all():
-        cv2.line(image, _fixed(start), _fixed(end), color, width_px, cv2.LINE_AA, SHIFT)
+        cv2.line(image, _fixed(start), _fixed(end), color, width_px, cv2.LINE_AA, SUBPIXEL_BITS)
 
 
 def draw_text(
@@ -81,18 +81,20 @@ def draw_joint(
     if not np.isfinite(at).all():
         return
     if state == JointState.VISIBLE:
-        cv2.circle(image, _fixed(at), _length(radius_px + 1), OUTLINE, -1, cv2.LINE_AA, SHIFT)
-        cv2.circle(image, _fixed(at), _length(radius_px), color, -1, cv2.LINE_AA, SHIFT)
+        cv2.circle(
+            image, _fixed(at), _length(radius_px + 1), OUTLINE, -1, cv2.LINE_AA, SUBPIXEL_BITS
+        )
+        cv2.circle(image, _fixed(at), _length(radius_px), color, -1, cv2.LINE_AA, SUBPIXEL_BITS)
     elif state == JointState.SELF_OCCLUDED:
-        cv2.circle(image, _fixed(at), _length(radius_px), OUTLINE, -1, cv2.LINE_AA, SHIFT)
-        cv2.circle(image, _fixed(at), _length(radius_px), color, 1, cv2.LINE_AA, SHIFT)
+        cv2.circle(image, _fixed(at), _length(radius_px), OUTLINE, -1, cv2.LINE_AA, SUBPIXEL_BITS)
+        cv2.circle(image, _fixed(at), _length(radius_px), color, 1, cv2.LINE_AA, SUBPIXEL_BITS)
     elif state in (JointState.OCCLUDED_BY_PERSON, JointState.OCCLUDED_BY_OBJECT):
         turn = 0.0 if state == JointState.OCCLUDED_BY_PERSON else np.pi / 4
         angles = turn + np.arange(4) * np.pi / 2
         corners = at + 1.25 * radius_px * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        fixed = np.round(corners * 2**SHIFT).astype(np.int32)
-        cv2.fillPoly(image, [fixed], OUTLINE, cv2.LINE_AA, SHIFT)
-        cv2.polylines(image, [fixed], True, color, 1, cv2.LINE_AA, SHIFT)
+        fixed = np.round(corners * 2**SUBPIXEL_BITS).astype(np.int32)
+        cv2.fillPoly(image, [fixed], OUTLINE, cv2.LINE_AA, SUBPIXEL_BITS)
+        cv2.polylines(image, [fixed], True, color, 1, cv2.LINE_AA, SUBPIXEL_BITS)
     elif state == JointState.OUT_OF_VIEW:
         for dx, dy in ((1, 1), (1, -1)):
             arm = 0.8 * radius_px * np.array([dx, dy])
@@ -209,9 +211,9 @@ def _blend(image: Image, ink: Image, corner: tuple[int, int], color: Color) -> N
 
 def _fixed(place: NDArray[Any]) -> tuple[int, int]:
     """In OpenCV's fixed point, kept to where its 32-bit integers hold."""
-    x, y = np.clip(np.round(np.asarray(place, float) * 2**SHIFT), -(2**24), 2**24)
+    x, y = np.clip(np.round(np.asarray(place, float) * 2**SUBPIXEL_BITS), -(2**24), 2**24)
     return int(x), int(y)
 
 
 def _length(radius_px: float) -> int:
-    return round(radius_px * 2**SHIFT)
+    return round(radius_px * 2**SUBPIXEL_BITS)

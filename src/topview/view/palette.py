@@ -13,8 +13,8 @@ Color = tuple[int, int, int]
 
 GROUND: Final[Color] = (18, 20, 24)
 PANEL: Final[Color] = (27, 30, 36)
-GRID: Final[Color] = (58, 64, 74)
-GRID_STRONG: Final[Color] = (92, 100, 114)
+GRID_LINE: Final[Color] = (58, 64, 74)
+GRID_LINE_STRONG: Final[Color] = (92, 100, 114)
 MUTED: Final[Color] = (150, 158, 170)
 TEXT: Final[Color] = (232, 235, 240)
 OUTLINE: Final[Color] = (8, 9, 11)

@@ -26,8 +26,8 @@ from topview.view.drawing import (
 )
 from topview.view.even_choice import EvenChoice
 from topview.view.palette import (
-    GRID,
-    GRID_STRONG,
+    GRID_LINE,
+    GRID_LINE_STRONG,
     GROUND,
     MUTED,
     OUTLINE,
@@ -42,14 +42,14 @@ from topview.view.sight import draw_blob, draw_heads, draw_label, draw_mask, pro
 # The look of the sheet: all ours.
 EVEN_MOMENTS: Final = 5
 CHANGED_MOMENTS: Final = 5  # at most: when somebody comes or goes
-PANEL_PX: Final = (400, 300)
+FOUND_PANEL_PX: Final = (400, 300)
 TITLE_PX: Final = 26
 GAP_PX: Final = 6
-CAPTION_PX: Final = 30
-HEADER_PX: Final = 56
+FOUND_CAPTION_PX: Final = 30
+FOUND_HEADER_PX: Final = 56
 TINT: Final = 0.45
 LETTER_PX: Final = 7.0  # of a label, on average
-NEAREST_M: Final = 0.5  # to which the overview shows the floor before the camera
+OVERVIEW_FROM_M: Final = 0.5  # from the camera to the nearest floor that the overview shows
 
 
 class PeopleSheet:
@@ -103,7 +103,7 @@ class PeopleSheet:
         """
         if not self.tiles:
             raise InputError(f"{self.title}: no frame was read, so there is nothing to picture")
-        header = np.full((HEADER_PX, self.tiles[0].shape[1], 3), GROUND, np.uint8)
+        header = np.full((FOUND_HEADER_PX, self.tiles[0].shape[1], 3), GROUND, np.uint8)
         used = draw_text(header, self.title, (14, 36), 15, TEXT)
         draw_text(header, "how people were found", (14 + used + 16, 36), 10, MUTED)
         return np.vstack([header, *self.tiles])
@@ -128,7 +128,7 @@ def paint_found(found: Found) -> Image:
     ]
     titled = [_titled(title, panel) for title, panel in panels]
     rows = [_beside(titled[start : start + 3]) for start in (0, 3)]
-    caption = np.full((CAPTION_PX, rows[0].shape[1], 3), GROUND, np.uint8)
+    caption = np.full((FOUND_CAPTION_PX, rows[0].shape[1], 3), GROUND, np.uint8)
     used = draw_text(caption, f"frame {frame.index}", (14, 20), 10, TEXT)
     draw_text(caption, f"{frame.timestamp_s:.2f} s", (14 + used + 14, 20), 10, MUTED)
     return np.vstack([caption, *rows])
@@ -172,23 +172,23 @@ def _told_of(user: User) -> str:
 def _overview(found: Found) -> Image:
     """The scene from above, the camera at the bottom, a grid of metres."""
     scene = found.scene
-    width, height = PANEL_PX
+    width, height = FOUND_PANEL_PX
     picture = np.full((height, width, 3), PANEL, np.uint8)
     is_seen = scene.cloud.has_reading
     ahead_m = scene.overview_m[is_seen][:, 1]
     farthest_m = max(float(np.quantile(ahead_m, 0.98)), 2.0) if len(ahead_m) else 2.0
-    scale = min((height - 16) / (farthest_m - NEAREST_M + 0.3), width / (0.9 * farthest_m))
+    scale = min((height - 16) / (farthest_m - OVERVIEW_FROM_M + 0.3), width / (0.9 * farthest_m))
 
     def place(right_forward_m: NDArray[np.floating]) -> NDArray[np.float64]:
         right, forward = np.moveaxis(np.asarray(right_forward_m, np.float64), -1, 0)
         return np.stack(
-            [width / 2 + scale * right, height - 8 - scale * (forward - NEAREST_M)], axis=-1
+            [width / 2 + scale * right, height - 8 - scale * (forward - OVERVIEW_FROM_M)], axis=-1
         )
 
     for metre in range(-8, 12):
-        strength = GRID_STRONG if metre == 0 else GRID
+        strength = GRID_LINE_STRONG if metre == 0 else GRID_LINE
         ahead, across = [[metre, 0.0], [metre, 12.0]], [[-8.0, metre], [8.0, metre]]
-        for ends, color in ((ahead, strength), (across, GRID)):
+        for ends, color in ((ahead, strength), (across, GRID_LINE)):
             start, end = place(np.array(ends))
             draw_line(picture, start, end, color)
         if metre > 0:
@@ -234,8 +234,8 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
     sight = found.sight
     if sight is None or sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
         why = "the colours are not looked at" if sight is None else str(sight.light)
-        empty = np.full((PANEL_PX[1], PANEL_PX[0], 3), PANEL, np.uint8)
-        draw_label(empty, why, (PANEL_PX[0] / 2, PANEL_PX[1] / 2), MUTED)
+        empty = np.full((FOUND_PANEL_PX[1], FOUND_PANEL_PX[0], 3), PANEL, np.uint8)
+        draw_label(empty, why, (FOUND_PANEL_PX[0] / 2, FOUND_PANEL_PX[1] / 2), MUTED)
         return [("colour", empty)]
     blobs = _fitted(frame_picture(frame))
     for blob in sight.blobs:
@@ -253,8 +253,8 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
 
 def _fitted(picture: Image) -> Image:
     """As wide as a panel."""
-    height = round(PANEL_PX[0] * picture.shape[0] / picture.shape[1])
-    return resized(picture, (PANEL_PX[0], height))
+    height = round(FOUND_PANEL_PX[0] * picture.shape[0] / picture.shape[1])
+    return resized(picture, (FOUND_PANEL_PX[0], height))
 
 
 def _titled(title: str, picture: Image) -> Image:
@@ -265,10 +265,10 @@ def _titled(title: str, picture: Image) -> Image:
 
 def _beside(panels: Sequence[Image]) -> Image:
     height = max(panel.shape[0] for panel in panels)
-    row = np.full((height + GAP_PX, 3 * (PANEL_PX[0] + GAP_PX) + GAP_PX, 3), GROUND, np.uint8)
+    row = np.full((height + GAP_PX, 3 * (FOUND_PANEL_PX[0] + GAP_PX) + GAP_PX, 3), GROUND, np.uint8)
     for column, panel in enumerate(panels):
-        left = GAP_PX + column * (PANEL_PX[0] + GAP_PX)
-        row[: panel.shape[0], left : left + PANEL_PX[0]] = panel
+        left = GAP_PX + column * (FOUND_PANEL_PX[0] + GAP_PX)
+        row[: panel.shape[0], left : left + FOUND_PANEL_PX[0]] = panel
     return row
 
 

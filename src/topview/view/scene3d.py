@@ -20,7 +20,7 @@ from topview.body.proportions import ANATOMICAL
 from topview.camera import pixel_rays, project, unproject_depth
 from topview.records import Camera, Frame, JointState, Person
 from topview.view.drawing import Image, draw_line, draw_text, resized
-from topview.view.palette import GRID, GRID_STRONG, MUTED, PANEL, TEXT, mix, person_color
+from topview.view.palette import GRID_LINE, GRID_LINE_STRONG, MUTED, PANEL, TEXT, mix, person_color
 
 # The look of the view: all ours.
 OVERSAMPLING = 2  # drawn twice as large and reduced: smooth edges everywhere
@@ -32,7 +32,7 @@ DOT = ((0, 0), (1, 0), (0, 1), (1, 1))  # pixels of a point
 DOT_OPACITY = 0.6
 LIGHT_EYE = np.array([-0.4, -0.7, -0.6]) / np.linalg.norm([-0.4, -0.7, -0.6])  # towards the lamp
 FILL = 0.75  # of the picture, by the people
-NEAREST_M = 4.0  # to the people
+EYE_DISTANCE_M = 4.0  # from the eye to the nearest people
 MIN_VIEW = 0.3  # angle, nearly, that the people are taken to fill at least
 
 
@@ -88,7 +88,7 @@ class Stage:
         )
         right = np.cross([0.0, 1.0, 0.0], look)
         right /= np.linalg.norm(right)
-        distance_m = NEAREST_M + 2.0 * self.radius_m
+        distance_m = EYE_DISTANCE_M + 2.0 * self.radius_m
         T_eye_stage = np.eye(4)
         T_eye_stage[:3, :3] = np.stack([right, np.cross(look, right), look])
         T_eye_stage[:3, 3] = -T_eye_stage[:3, :3] @ (self.centre_stage - distance_m * look)
@@ -254,7 +254,7 @@ def _paint_floor(painting: Painting, stage: Stage, T_eye_camera: NDArray[np.floa
             ((x0 + step, z0 - reach), (x0 + step, z0 + reach), x0 + step == 0.0),
             ((x0 - reach, z0 + step), (x0 + reach, z0 + step), False),
         ):
-            color = GRID_STRONG if strong else GRID
+            color = GRID_LINE_STRONG if strong else GRID_LINE
             draw_line(painting.image, place(*start), place(*end), color, OVERSAMPLING)
         at = place(float(np.clip(0.0, x0 - reach, x0 + reach)) + 0.1, z0 + step - 0.1)
         margin = 24 * OVERSAMPLING

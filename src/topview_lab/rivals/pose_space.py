@@ -21,7 +21,7 @@ from topview.geometry.rotations import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
-from topview.track.pose import TREE, Pose
+from topview.track.pose import FROM_UPPER_TORSO, Pose
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class PoseSpace:
         Rs = rotations_from_angles(angles)
         Rs[HEAD] = np.swapaxes(Rs[UPPER_TORSO], 1, 2)
         Rs[UPPER_TORSO] = self.R_camera_torso @ rotations_from_vectors(vectors[:, TURN])
-        return Pose(vectors[:, PLACE], rotations_in_camera(Rs, TREE))
+        return Pose(vectors[:, PLACE], rotations_in_camera(Rs, FROM_UPPER_TORSO))
 
     def pose(self, vector: Array) -> Pose:
         """[27] to one pose."""

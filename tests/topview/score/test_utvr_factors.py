@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from topview.score.definition import Counts
-from topview.score.utvr import MIN_POINTS, UtvrTerms
+from topview.score.utvr import MIN_POINTS_INSIDE, UtvrTerms
 
 EXAMPLE = Counts(n_3d=400, n_pr=80, n_dcyl=300, p_in=200, p_occl=60, p_out=40, n_coll=30)
 
@@ -34,7 +34,7 @@ def test_factors_by_hand():
         pytest.param(Counts(0, 0, 300, 0, 300, 0, 0), id="no points inside"),
         pytest.param(Counts(0, 0, 0, 0, 0, 0, 0), id="out of view"),
         pytest.param(Counts(400, 80, 300, 0, 0, 300, 0), id="no inliers"),
-        pytest.param(Counts(MIN_POINTS - 1, 4, 300, 200, 0, 100, 0), id="too few points"),
+        pytest.param(Counts(MIN_POINTS_INSIDE - 1, 4, 300, 200, 0, 100, 0), id="too few points"),
     ],
 )
 def test_a_hypothesis_that_nothing_supports_has_no_evidence(lacking):

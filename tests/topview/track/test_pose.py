@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from rendered_bodies import MODEL
 from topview.body.kinematics import forward_kinematics, rotations_in_parent
 from topview.body.parts import HEAD, PARTS, UPPER_TORSO
-from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE, TREE_PARENT, Pose
+from topview.track.pose import FROM_UPPER_TORSO, HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
 
 def pose_of(seed: int) -> Pose:
@@ -50,7 +50,7 @@ def test_both_trees_place_the_parts_alike(pose):
 def test_the_tree_hangs_from_the_upper_torso_and_parents_come_first():
     assert TREE_PARENT[UPPER_TORSO] == -1
     placed = {UPPER_TORSO}
-    for part, parent in TREE:
+    for part, parent in FROM_UPPER_TORSO:
         assert parent == TREE_PARENT[part]
         assert parent in placed
         placed.add(part)

@@ -9,7 +9,7 @@ from rendered_bodies import CAMERA, MODEL, joints_of, render, standing_pose
 from topview.body.parts import JOINT_NAMES
 from topview.records import JointState
 from topview.track.pose import Pose
-from topview.track.visibility import HIDDEN_CONFIDENCE, Visibility, confidences, look
+from topview.track.visibility import HIDDEN_CONFIDENCE, Visibility, confidences, joint_visibility
 
 POSE = standing_pose()
 JOINTS = joints_of(POSE)
@@ -23,11 +23,11 @@ def covered(slab_m: float, owner: int) -> Visibility:
     """The lower half of the image hidden by something at `slab_m`."""
     depth, whose = DEPTH.copy(), OWNER.copy()
     depth[60:], whose[60:] = slab_m, owner
-    return look(JOINTS, MODEL, 1, depth, whose, CAMERA)
+    return joint_visibility(JOINTS, MODEL, 1, depth, whose, CAMERA)
 
 
 def test_one_who_stands_free_is_seen_and_confirmed():
-    seen = look(JOINTS, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(JOINTS, MODEL, 1, DEPTH, OWNER, CAMERA)
     assert (seen.joint_state == VISIBLE).all()
     assert seen.confirmed.mean() > 0.8
 
@@ -54,7 +54,7 @@ def test_what_stands_behind_hides_nothing_but_confirms_nothing():
 
 
 def test_without_any_reading_nothing_hides_and_nothing_confirms():
-    seen = look(JOINTS, MODEL, 1, np.zeros_like(DEPTH), np.zeros_like(OWNER), CAMERA)
+    seen = joint_visibility(JOINTS, MODEL, 1, np.zeros_like(DEPTH), np.zeros_like(OWNER), CAMERA)
     assert (seen.joint_state == VISIBLE).all()
     assert (seen.confirmed == 0.0).all()
 
@@ -69,7 +69,7 @@ def test_without_any_reading_nothing_hides_and_nothing_confirms():
 )
 def test_out_of_view(shift_m):
     joints = joints_of(Pose(POSE.neck_camera + np.array(shift_m), POSE.Rs))
-    seen = look(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
     assert (seen.joint_state == OUT_OF_VIEW).all()
 
 
@@ -77,7 +77,7 @@ def test_legs_below_the_image_are_out_of_view_alone():
     low = Pose(POSE.neck_camera + np.array([0.0, 0.9, 0.0]), POSE.Rs)
     depth = render(low)
     owner = (depth > 0).astype(np.int32)
-    state = look(joints_of(low), MODEL, 1, depth, owner, CAMERA).joint_state
+    state = joint_visibility(joints_of(low), MODEL, 1, depth, owner, CAMERA).joint_state
     assert state[JOINT_NAMES.index("left_ankle")] == OUT_OF_VIEW
     assert state[JOINT_NAMES.index("neck")] == VISIBLE
 
@@ -107,7 +107,7 @@ def test_a_hidden_joint_fades(state):
 def test_an_absent_joint_is_not_trusted_at_all():
     joints = JOINTS.copy()
     joints[KNEE] = np.nan
-    seen = look(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
     assert (seen.joint_state == JointState.ABSENT).nonzero()[0].tolist() == [KNEE]
     told = confidences(seen, np.zeros(len(joints)))
     assert told[KNEE] == 0.0

@@ -8,7 +8,7 @@ from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.records import Frame, InputError
 from topview.view import PeopleSheet
 from topview.view.palette import PANEL, person_color
-from topview.view.people_sheet import PANEL_PX, TITLE_PX, paint_found
+from topview.view.people_sheet import FOUND_PANEL_PX, TITLE_PX, paint_found
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 
@@ -22,7 +22,7 @@ def test_the_first_panel_shows_the_users_in_their_colours(filmed):
     users = finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
     picture = paint_found(finder.found).astype(int)
-    panel = picture[:, : PANEL_PX[0]]
+    panel = picture[:, : FOUND_PANEL_PX[0]]
     for user in users:
         aside = np.abs(panel - np.array(person_color(user.id))).sum(-1)
         assert (aside < 3).any()  # the label
@@ -38,7 +38,7 @@ def test_without_colours_the_sheet_says_so(filmed):
     with_colors.update(Pyramid(filmed[0]))
     assert with_colors.found is not None
     assert picture.shape[1] == paint_found(with_colors.found).shape[1]
-    below = picture[picture.shape[0] - PANEL_PX[1] + TITLE_PX : -20, 20:40]
+    below = picture[picture.shape[0] - FOUND_PANEL_PX[1] + TITLE_PX : -20, 20:40]
     assert (below == PANEL).all()
 
 

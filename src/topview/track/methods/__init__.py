@@ -1,4 +1,4 @@
-"""The ways to track bodies, by name; each is loaded when it is first asked for."""
+"""The methods of tracking bodies, by name; each is imported when it is first used."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ METHODS: Final[dict[str, tuple[str, str]]] = {
         "topview.track.methods.btvr:BtvrSettings",
         "the thesis's tracker of the upper body (Sec. 5.1); it leaves the legs absent",
     ),
-    **laboratory.METHODS,
+    **laboratory.RIVAL_METHODS,
 }
 OTHER_NAMES: Final = {"thesis": "utvr"}
 

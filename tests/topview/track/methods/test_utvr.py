@@ -13,9 +13,9 @@ from topview.body.model import BodyModel
 from topview.body.parts import HEAD, PART_NAMES, PARTS
 from topview.body.proportions import THESIS
 from topview.geometry.rotations import rotations_from_angles
+from topview.people.floor import CAMERA_UP
 from topview.records import Camera
 from topview.track import Tracker, TrackerSettings
-from topview.track.evidence import CAMERA_UP
 from topview.track.methods.utvr import UtvrSettings, UtvrTracker
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand

@@ -41,11 +41,7 @@ class UserPixels:
     def __init__(self, torso: Torso, model: BodyModel, evidence: Evidence) -> None:
         view = evidence.view
         self._where = np.nonzero(evidence.user_mask | _in_front(torso, model, evidence))
-        v, u = self._where
-        z = view.depth_m[v, u].astype(np.float64)
-        self.points = np.stack(
-            [(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1
-        )
+        self.points = view.points(*self._where)
         off_m = _distance_from_body(self.points, torso, model, evidence)
         self.weights = np.clip(
             (off_m - BODY_CLOTHING_M) / (CLEARLY_OFF_M - BODY_CLOTHING_M), 0.0, 1.0
@@ -94,18 +90,15 @@ def _in_front(torso: Torso, model: BodyModel, evidence: Evidence) -> Mask:
         return np.zeros(view.depth_m.shape, np.bool_)
     arm = [LEFT_UPPER_ARM, LEFT_UPPER_ARM + 1]
     reach_m = float(model.lengths_m[arm].sum() + model.joints_parent[RIGHT_UPPER_ARM, 0])
-    x, y, z = (
-        torso.neck_camera + model.joints_parent[LEFT_UPPER_ARM, 1] * torso.R_camera_torso[:, 1]
-    )
+    drop_m = model.joints_parent[LEFT_UPPER_ARM, 1]
+    between_shoulders = torso.neck_camera + drop_m * torso.R_camera_torso[:, 1]
+    z = between_shoulders[2]
     farthest_m = z - model.radii_m[UPPER_TORSO, 1] - CLEARLY_OFF_M
     depth = view.depth_m
     is_before = evidence.unowned_mask & (depth > max(z - reach_m, 0.1)) & (depth < farthest_m)
-    v, u = np.nonzero(is_before)
-    own_z = depth[v, u].astype(np.float64)
-    off = np.stack(
-        [(u - view.cx) * own_z / view.fx - x, (v - view.cy) * own_z / view.fy - y, own_z - z], 1
-    )
-    is_before[v, u] = (off**2).sum(1) < reach_m**2
+    pixels = np.nonzero(is_before)
+    off = view.points(*pixels) - between_shoulders
+    is_before[pixels] = (off**2).sum(1) < reach_m**2
     return is_before
 
 
