@@ -11,7 +11,7 @@ from pkgutil import resolve_name
 import pytest
 
 import topview
-from topview.laboratory import COMMANDS, METHODS
+from topview.laboratory import COMMANDS, RIVAL_METHODS
 
 PRODUCT = Path(topview.__file__).parent
 
@@ -25,9 +25,9 @@ def test_one_file_of_the_product_names_the_laboratory():
     assert naming == {"laboratory.py"}
 
 
-@pytest.mark.parametrize("name", [*COMMANDS, *METHODS])
+@pytest.mark.parametrize("name", [*COMMANDS, *RIVAL_METHODS])
 def test_whatever_the_laboratory_adds_is_there(name):
-    place, sentence = (COMMANDS | METHODS)[name]
+    place, sentence = (COMMANDS | RIVAL_METHODS)[name]
     assert callable(resolve_name(place))
     assert sentence
 

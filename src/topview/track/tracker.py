@@ -64,6 +64,8 @@ class Tracker:
         self.finder: Finder = finder or PeopleFinder(
             PeopleSettings(detector=self.settings.detector), detector
         )
+        given = {"finder": finder, "detector": detector}
+        self._given = {part: type(own).__name__ for part, own in given.items() if own is not None}
         self.lights: Counter[Light] = Counter()
         self._areas = UserAreas()
         self._tracks: dict[int, PersonTrack] = {}
@@ -95,9 +97,10 @@ class Tracker:
         return self._people
 
     def settings_as_json(self) -> dict[str, Any]:
-        """The settings that the output depends on, the body method's included, in JSON types."""
-        settings = {**self.settings.as_json(), "method": self.body.name}
-        return {**settings, "body": asdict(self.body)}
+        """What the output depends on, in JSON types: settings, the body method's included, and the
+        classes of a finder and a detector that were given."""
+        named = {"method": self.body.name, "body": asdict(self.body), **self._given}
+        return {**self.settings.as_json(), **named}
 
     def _count_light(self) -> None:
         if self.finder.sight is not None:

@@ -41,7 +41,7 @@ VIEW_SHARPNESS: Final = 8.0  # views are weighted by their f_bTVR to this negati
 LEAST_POINT_SHARE: Final = 0.08  # of the points that a torso shows, which a view must have
 AXIS_SMOOTHING: Final = 0.5  # share of the last axis in the next one; it grows with occlusion
 # The neck joint from the head's centre, along the axis and to the back: means of the bodies of
-# `topview_lab.sim`, standing or leaning.
+# the simulator, standing or leaning.
 NECK_BELOW: Final = 0.09
 NECK_BEHIND: Final = 0.045
 
