@@ -18,7 +18,7 @@ from topview.view.scene3d import Stage, paint_scene
 
 # The look of the sheet: all ours.
 EVEN_TILES = 8
-TELLING_TILES = 4  # at most: the frame of each quarter in which people hide most of each other
+OCCLUSION_TILES = 4  # at most: the frame of each quarter with the most joints behind a person
 MARGIN_PX = 16
 CAPTION_PX = 32
 HEADER_PX = 92
@@ -58,20 +58,20 @@ class ContactSheet:
         self.title = title
         self._frame_count = frame_count
         self._even: EvenChoice[Moment] = EvenChoice(EVEN_TILES, frame_count)
-        self._telling: dict[int, tuple[int, Moment]] = {}
+        self._occluded: dict[int, tuple[int, Moment]] = {}
         self._shown = 0
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
-        """Keep the frame if its turn has come or if people hide each other more than before."""
+        """Keep the frame if its turn has come, or if it has the most joints behind a person."""
         moment = Moment(frame, tuple(people), self._shown)
         if self._even.next_is_due():
             self._even.keep(moment)
-        quarter = TELLING_TILES * self._shown // self._frame_count if self._frame_count else 0
+        quarter = OCCLUSION_TILES * self._shown // self._frame_count if self._frame_count else 0
         hidden = sum(
             int((person.joint_state == JointState.OCCLUDED_BY_PERSON).sum()) for person in people
         )
-        if hidden > self._telling.get(quarter, (0, None))[0]:
-            self._telling[quarter] = hidden, moment
+        if hidden > self._occluded.get(quarter, (0, None))[0]:
+            self._occluded[quarter] = hidden, moment
         self._shown += 1
 
     @property
@@ -83,12 +83,12 @@ class ContactSheet:
         """What the sheet will show, in the order of the recording."""
         near = self._shown / (4 * EVEN_TILES)
         even = [moment.number for moment in self._even.kept]
-        telling = [
+        occluded = [
             moment
-            for _, moment in self._telling.values()
+            for _, moment in self._occluded.values()
             if all(abs(moment.number - number) > near for number in even)
         ]
-        return sorted([*self._even.kept, *telling], key=lambda moment: moment.number)
+        return sorted([*self._even.kept, *occluded], key=lambda moment: moment.number)
 
     def paint(self) -> Image:
         """The sheet as [H, W, 3] RGB.

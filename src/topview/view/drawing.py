@@ -73,10 +73,19 @@ def draw_text(
     return width_px
 
 
+def draw_label(
+    image: Image, text: str, at: tuple[float, float], color: Color, height_px: float = 8
+) -> None:
+    """Text centred on a place, with an outline."""
+    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        draw_text(image, text, (at[0] + dx, at[1] + dy), height_px, OUTLINE, "centre")
+    draw_text(image, text, at, height_px, color, "centre")
+
+
 def draw_joint(
     image: Image, at: NDArray[Any], state: JointState, color: Color, radius_px: float = 4.0
 ) -> None:
-    """The marker that says how a joint is seen: a disc where it is visible, a ring behind the own
+    """The marker of a joint's state: a disc where it is visible, a ring behind the own
     body, a diamond behind another person, a square behind an object, a cross out of view."""
     if not np.isfinite(at).all():
         return
@@ -132,7 +141,7 @@ def frame_picture(frame: Frame) -> Image:
 
 
 def _rank(depth_m: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """[H, W] 0 for the nearest pixel, 1 for the farthest, by their order and not their distance."""
+    """[H, W] rank of each depth: 0 for the nearest pixel, 1 for the farthest."""
     edges = np.quantile(depth_m[known], np.linspace(0.0, 1.0, 65))
     return np.interp(depth_m, edges, np.linspace(0.0, 1.0, 65))
 
@@ -151,15 +160,15 @@ def png_of(picture: Image) -> bytes:
     return encoded.tobytes()
 
 
-def places_of(
+def pixels_of(
     points_camera: NDArray[np.float64], camera: Camera, scale: float
 ) -> NDArray[np.float64]:
-    """[N, 2] where [N, 3] points are in a camera's picture that is `scale` times as large."""
+    """[N, 2] pixels of [N, 3] points in a camera's image that is drawn `scale` times as large."""
     return (project(points_camera, camera) + 0.5) * scale - 0.5
 
 
-def mask_as_large(mask: NDArray[np.bool_], size_px: tuple[int, int]) -> NDArray[np.bool_]:
-    """A [h, w] mask at (width, height)."""
+def resized_mask(mask: NDArray[np.bool_], size_px: tuple[int, int]) -> NDArray[np.bool_]:
+    """[height, width] of a [h, w] mask."""
     if mask.shape == size_px[::-1]:
         return mask
     large = cv2.resize(mask.view(np.uint8), size_px, interpolation=cv2.INTER_NEAREST)
@@ -177,7 +186,7 @@ def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[
     fitted = round(camera.width * scale), round(camera.height * scale)
     picture = resized(frame_picture(frame), fitted)
     for person in sorted(people, key=lambda person: -float(person.joints_camera[0, 2])):
-        joints_px = places_of(person.joints_camera, camera, scale)
+        joints_px = pixels_of(person.joints_camera, camera, scale)
         draw_skeleton(picture, person, joints_px)
         _label_head(picture, person, joints_px)
     panel = np.full((height, width, 3), GROUND, np.uint8)
@@ -191,13 +200,11 @@ def _label_head(image: Image, person: Person, joints_px: NDArray[np.floating]) -
     if np.isfinite(head).all() and np.isfinite(neck).all():
         above = head[1] - 1.2 * abs(neck[1] - head[1]) - 6
         at = (float(head[0]), float(max(above, 14)))
-        for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-            draw_text(image, str(person.id), (at[0] + dx, at[1] + dy), 10, OUTLINE, "centre")
-        draw_text(image, str(person.id), at, 10, person_color(person.id), "centre")
+        draw_label(image, str(person.id), at, person_color(person.id), 10)
 
 
 def _blend(image: Image, ink: Image, corner: tuple[int, int], color: Color) -> None:
-    """Lay `color` over the image where there is ink, which may reach over the image's edges."""
+    """Blend `color` into the image by the coverage `ink`, which may reach over the edges."""
     left, top = corner
     height, width = image.shape[:2]
     x0, x1 = max(left, 0), min(left + ink.shape[1], width)

@@ -9,20 +9,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.pyramid import Pyramid
 from topview.people.finder import Found
 from topview.people.present import TOO_NEAR
 from topview.people.scene import Scene
 from topview.people.users import User
 from topview.records import Frame, InputError, Person
+from topview.view.detections import draw_blob, draw_heads, draw_mask, probability_picture
 from topview.view.drawing import (
     Image,
+    draw_label,
     draw_line,
     draw_text,
     frame_picture,
-    mask_as_large,
-    places_of,
+    pixels_of,
     png_of,
     resized,
+    resized_mask,
 )
 from topview.view.even_choice import EvenChoice
 from topview.view.palette import (
@@ -37,7 +40,6 @@ from topview.view.palette import (
     mix,
     person_color,
 )
-from topview.view.sight import draw_blob, draw_heads, draw_label, draw_mask, probability_picture
 
 # The look of the sheet: all ours.
 EVEN_MOMENTS: Final = 5
@@ -53,7 +55,7 @@ OVERVIEW_FROM_M: Final = 0.5  # from the camera to the nearest floor that the ov
 
 
 class PeopleSheet:
-    """A viewer that keeps pictures of how people were found, and joins them at the end.
+    """A viewer that keeps pictures of how people were found, and joins them when it is painted.
 
     Args:
         title: the recording's name.
@@ -148,25 +150,25 @@ def _users(found: Found) -> Image:
     picture = _fitted(picture)
     draw_heads(picture, frame, [user.head_camera for user in found.users])
     for user in found.users:
-        _label(picture, frame, user.head_camera, _told_of(user), person_color(user.id))
+        _label(picture, frame, user.head_camera, _caption_of(user), person_color(user.id))
     for refusal in found.refusals:
         if refusal.reason == TOO_NEAR:
             continue  # a user's shoulder, mostly
         center = refusal.head.center_camera
         at = _place(picture, frame, center)
         cv2.circle(picture, (round(at[0]), round(at[1])), 7, MUTED, 1, cv2.LINE_AA)
-        told = f"{100 * refusal.head.confidence:.0f} % {refusal.reason}"
-        _label(picture, frame, center, told, MUTED)
+        reason = f"{100 * refusal.head.confidence:.0f} % {refusal.reason}"
+        _label(picture, frame, center, reason, MUTED)
     return picture
 
 
-def _told_of(user: User) -> str:
-    told = f"{user.id}: {user.height_m:.2f} m" if user.height_is_measured else f"{user.id}"
+def _caption_of(user: User) -> str:
+    caption = f"{user.id}: {user.height_m:.2f} m" if user.height_is_measured else f"{user.id}"
     if not user.head_is_seen:
-        told += ", head not seen"
+        caption += ", head not seen"
     if user.face_share is not None:
-        told += f", face {100 * user.face_share:.0f} %"
-    return told
+        caption += f", face {100 * user.face_share:.0f} %"
+    return caption
 
 
 def _overview(found: Found) -> Image:
@@ -209,12 +211,7 @@ def _overview(found: Found) -> Image:
 def _overview_of_user(scene: Scene, user: User) -> NDArray[np.float64]:
     frame = scene.cloud.frame
     rows, columns = np.divmod(user.pixels[::4], frame.camera.width)
-    z = frame.depth_m[rows, columns].astype(np.float64)
-    camera = frame.camera
-    points = np.stack(
-        [(columns - camera.cx) * z / camera.fx, (rows - camera.cy) * z / camera.fy, z], axis=-1
-    )
-    return scene.overview_of(points)
+    return scene.overview_of(Pyramid(frame).full.points(rows, columns))
 
 
 def _draw_points(picture: Image, places: NDArray[np.float64], color: Color) -> None:
@@ -230,7 +227,7 @@ def _masked(frame: Frame, mask: NDArray[np.bool_]) -> Image:
 
 
 def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
-    """What the colours tell, or why they do not."""
+    """What was detected by colour, or why nothing was."""
     sight = found.sight
     if sight is None or sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
         why = "the colours are not looked at" if sight is None else str(sight.light)
@@ -241,7 +238,7 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
     for blob in sight.blobs:
         draw_blob(blobs, blob, blobs.shape[1] / frame.camera.width)
     skin = probability_picture(sight.skin, (frame.camera.width, frame.camera.height))
-    is_outside = ~mask_as_large(sight.is_skin, (frame.camera.width, frame.camera.height))
+    is_outside = ~resized_mask(sight.is_skin, (frame.camera.width, frame.camera.height))
     skin[is_outside] = skin[is_outside] // 2
     changed = "; the light has changed" if sight.light_changed else ""
     return [
@@ -274,7 +271,7 @@ def _beside(panels: Sequence[Image]) -> Image:
 
 def _place(picture: Image, frame: Frame, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     scale = picture.shape[1] / frame.camera.width
-    return places_of(point_camera[None], frame.camera, scale)[0]
+    return pixels_of(point_camera[None], frame.camera, scale)[0]
 
 
 def _label(

@@ -83,15 +83,15 @@ class Stage:
     def eye(self, size_px: tuple[int, int]) -> tuple[Camera, NDArray[np.float64]]:
         """The eye's intrinsics for an image of (width, height), and T_eye_camera: it looks at the
         people's middle, and its image is the part of its view that they fill."""
-        look = np.array(
+        forward = np.array(
             [-sin(AZIMUTH) * cos(ELEVATION), sin(ELEVATION), cos(AZIMUTH) * cos(ELEVATION)]
         )
-        right = np.cross([0.0, 1.0, 0.0], look)
+        right = np.cross([0.0, 1.0, 0.0], forward)
         right /= np.linalg.norm(right)
         distance_m = EYE_DISTANCE_M + 2.0 * self.radius_m
         T_eye_stage = np.eye(4)
-        T_eye_stage[:3, :3] = np.stack([right, np.cross(look, right), look])
-        T_eye_stage[:3, 3] = -T_eye_stage[:3, :3] @ (self.centre_stage - distance_m * look)
+        T_eye_stage[:3, :3] = np.stack([right, np.cross(forward, right), forward])
+        T_eye_stage[:3, 3] = -T_eye_stage[:3, :3] @ (self.centre_stage - distance_m * forward)
 
         joints_eye = self.joints_stage @ T_eye_stage[:3, :3].T + T_eye_stage[:3, 3]
         seen = joints_eye[:, :2] / joints_eye[:, 2:]

@@ -1,4 +1,4 @@
-"""What a viewer is: it is shown each frame with its people while tracking runs."""
+"""The protocol of viewers, which are shown each frame with its people while tracking runs."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ class Viewer(Protocol):
     """Anything that can be shown tracked frames."""
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
-        """Take note of one tracked frame; called once for each, in order."""
+        """Show one tracked frame; called once for each, in order."""
         ...
 
 
 class Viewers:
-    """Shows each frame to several; looks away where there are none."""
+    """Shows each frame to several viewers, or to none."""
 
     def __init__(self, viewers: Iterable[Viewer] = ()) -> None:
         self._viewers = tuple(viewers)
@@ -33,7 +33,7 @@ class Sheet(Viewer, Protocol):
 
     @property
     def is_blank(self) -> bool:
-        """True until something worth keeping was shown."""
+        """True while no frame was kept."""
         ...
 
     def png(self) -> bytes:

@@ -19,8 +19,8 @@ from topview.io import write_atomically
 from topview.io.naming import naming
 from topview.io.readers.images import decode_color
 from topview.records import InputError
+from topview.view.detections import skin_picture
 from topview.view.drawing import png_of
-from topview.view.sight import skin_picture
 from topview_lab.training.renders import simulated_skin
 from topview_lab.training.skin import (
     NOT_SKIN,

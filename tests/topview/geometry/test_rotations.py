@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from topview.geometry.rotations import (
     angles_from_rotations,
+    horizontal,
     rotations_from_angles,
     rotations_from_vectors,
     skew,
@@ -98,3 +99,11 @@ def test_unit_keeps_the_direction(vector):
     assume(length == 0.0 or length > 1e-100)
     assert_allclose(unit(vector) * length, vector, atol=1e-12)
     assert_allclose(np.linalg.norm(unit(vector)), float(length > 0))
+
+
+@given(vectors(5.0), vectors(1.0).filter(lambda v: np.linalg.norm(v) > 0.1))
+def test_a_horizontal_vector_has_no_height_and_loses_nothing_else(vector, upwards):
+    up = unit(upwards)
+    along_floor = horizontal(vector, up)
+    assert abs(along_floor @ up) < 1e-12
+    assert_allclose(np.cross(vector - along_floor, up), 0.0, atol=1e-12)

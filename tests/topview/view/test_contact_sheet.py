@@ -6,7 +6,7 @@ import pytest
 
 from topview.records import InputError, JointState
 from topview.view import ContactSheet, Viewers
-from topview.view.contact_sheet import CAPTION_PX, EVEN_TILES, TELLING_TILES, Stage, paint_tile
+from topview.view.contact_sheet import CAPTION_PX, EVEN_TILES, OCCLUSION_TILES, Stage, paint_tile
 
 
 def shown(sheet: ContactSheet) -> list[int]:
@@ -34,7 +34,7 @@ def test_no_more_than_a_dozen_frames_are_kept(make_frame, make_person):
     for index in range(600):  # more than were promised
         state = JointState(index % len(JointState))
         sheet.show(make_frame(index, 8, 6), [make_person(state=state)])
-    assert len(sheet.moments) <= EVEN_TILES + TELLING_TILES
+    assert len(sheet.moments) <= EVEN_TILES + OCCLUSION_TILES
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3])

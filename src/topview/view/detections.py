@@ -1,4 +1,4 @@
-"""Pictures of what the detectors see: masks, probabilities, blobs with their beliefs, heads."""
+"""Detections drawn into images: masks, probabilities, blobs with their beliefs, heads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.detect.beliefs import Kind
 from topview.detect.faces_and_hands import SkinBlob
 from topview.records import Frame
-from topview.view.drawing import Image, draw_line, draw_text, mask_as_large, places_of
+from topview.view.drawing import Image, draw_label, draw_line, pixels_of, resized_mask
 from topview.view.palette import MUTED, OUTLINE, TEXT, Color
 
 KIND_COLORS: Final = MappingProxyType(
@@ -28,12 +28,12 @@ KIND_LETTERS: Final = MappingProxyType(
     {Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R", Kind.OTHER: "?"}
 )
 DIMMED: Final = 0.3
-"""How much light is left to what a mask leaves out (ours)."""
+"""Brightness of what is outside of a mask, as a share (ours)."""
 
 
 def draw_mask(image: Image, mask: NDArray[np.bool_]) -> None:
-    """Dim what is outside of a mask, which may be smaller than the image ([h, w])."""
-    is_out = ~mask_as_large(mask, (image.shape[1], image.shape[0]))
+    """Dim what is outside of a mask [h, w], which may have fewer pixels than the image."""
+    is_out = ~resized_mask(mask, (image.shape[1], image.shape[0]))
     image[is_out] = (image[is_out] * DIMMED).astype(np.uint8)
 
 
@@ -65,7 +65,7 @@ def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.flo
     for head in heads_camera:
         if not np.isfinite(head).all() or head[2] <= 0.0:
             continue
-        at = places_of(head[None], frame.camera, scale)[0]
+        at = pixels_of(head[None], frame.camera, scale)[0]
         for arm in np.array([[5.0, 0.0], [0.0, 5.0]]):
             draw_line(image, at - arm, at + arm, OUTLINE, 4)
             draw_line(image, at - arm, at + arm, TEXT, 2)
@@ -89,10 +89,3 @@ def _draw_ellipse(
 ) -> None:
     box = (center[0], center[1]), (2 * semi_axes[0], 2 * semi_axes[1]), np.degrees(angle_rad)
     cv2.ellipse(image, box, color, width_px, cv2.LINE_AA)
-
-
-def draw_label(image: Image, text: str, at: tuple[float, float], color: Color) -> None:
-    """Small text centred on a place, with an outline."""
-    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-        draw_text(image, text, (at[0] + dx, at[1] + dy), 8, OUTLINE, "centre")
-    draw_text(image, text, at, 8, color, "centre")
