@@ -17,6 +17,12 @@ def generator(seed: int, *counters: int) -> np.random.Generator:
     return np.random.Generator(np.random.Philox(key=seed, counter=[0, *counters][-4:]))
 
 
+def time_key(time_s: float) -> int:
+    """What stands for a moment among a generator's counters: its whole microseconds, so that frames
+    draw the same numbers whichever others there are, and however they are numbered."""
+    return round(time_s * 1e6) & (2**63 - 1)
+
+
 def importance_weights(scores: Array) -> Array:
     """[N] scores, lower is better, to [N] weights that sum to one: w ~ 1 / f."""
     weights = 1.0 / np.maximum(scores, np.finfo(np.float64).tiny)

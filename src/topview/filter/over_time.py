@@ -1,0 +1,40 @@
+"""What happens over time, however often frames come: means that forget, and work done in turns.
+
+Frames come 5 or 120 times a second, are dropped, or pause. So no rate is one per frame: it is per
+second, and what counts is how many seconds have gone by.
+"""
+
+from __future__ import annotations
+
+from math import exp
+
+
+def share_after(elapsed_s: float, memory_s: float) -> float:
+    """The share of the new in a mean that forgets, 0..1: 63 % once `memory_s` have gone by.
+
+    None where no time has gone by, or a clock has run backwards. Steps of any length that add up to
+    the same time forget as much.
+    """
+    return 1.0 - exp(-max(elapsed_s, 0.0) / memory_s)
+
+
+class Turns:
+    """Work that is not done in every frame, but so often on average."""
+
+    # Timestamps are rounded; a turn may come this share of one too early.
+    _EARLY = 0.1
+
+    def __init__(self, every_s: float) -> None:
+        """`every_s`: seconds from one turn to the next."""
+        self._every_s = every_s
+        self._last_s: float | None = None
+        self._owed = 1.0
+
+    def due(self, time_s: float) -> int:
+        """How many turns have come round since the last call; one at the first."""
+        if self._last_s is not None:
+            self._owed += max(time_s - self._last_s, 0.0) / self._every_s
+        self._last_s = time_s
+        turns = int(self._owed + self._EARLY)
+        self._owed -= turns
+        return turns
