@@ -30,10 +30,12 @@ FAR_M: Final = 20.0
 # colour that nothing has.
 NEVER_SEEN_LEVEL: Final = 0.0
 NEVER_SEEN_RGB: Final = (255, 0, 255)
-# Ours: so many frames at the start are all learnt; so many lessons tell more than later ones.
-FIRST_LESSONS: Final = 4
+# Ours: in so many seconds at the start lessons are no further apart than this; so many lessons tell
+# more than later ones.
+FIRST_S: Final = 0.12
+FIRST_LESSON_S: Final = 1 / 30
 EARLY_LESSONS: Final = 20
-# OpenCV's default: frames that a mixture remembers, where no rate of learning is given.
+# OpenCV's default, which counts where no rate of learning is given; here one always is.
 HISTORY: Final = 500
 
 
@@ -71,19 +73,23 @@ class Lessons:
     def __init__(self, settings: BackgroundSettings) -> None:
         self._settings = settings
         self._count = 0
-        self._last_s = 0.0
+        self._first_s = self._last_s = 0.0
 
     def is_due(self, view: ColorView, light_changed: bool) -> bool:
         """Whether the view is to be learnt."""
-        elapsed_s = view.frame.timestamp_s - self._last_s
+        now_s = view.frame.timestamp_s
+        lesson_s = FIRST_LESSON_S if now_s - self._first_s < FIRST_S else self._settings.lesson_s
         # Time stamps are rounded; and they may start anew.
-        is_time = not 0.0 <= elapsed_s < self._settings.lesson_s - 0.002
-        return self._count < FIRST_LESSONS or light_changed or is_time
+        is_time = not 0.0 <= now_s - self._last_s < lesson_s - 0.002
+        return not self._count or light_changed or is_time
 
     def start(self, view: ColorView) -> float:
         """Start the next one; gives the seconds since the last."""
-        elapsed_s = max(view.frame.timestamp_s - self._last_s, 0.0)
-        self._count, self._last_s = self._count + 1, view.frame.timestamp_s
+        now_s = view.frame.timestamp_s
+        if not self._count:
+            self._first_s = self._last_s = now_s
+        elapsed_s = max(now_s - self._last_s, 0.0)
+        self._count, self._last_s = self._count + 1, now_s
         return elapsed_s
 
     def rate(self, share: float) -> float:
@@ -220,7 +226,7 @@ class StillRoom:
             self._nearest_m = np.full(depth_m.shape, np.inf, np.float32)
             self._last_m = depth_m.copy()
             self._still_s = np.full(depth_m.shape, settings.still_s, np.float32)
-        elapsed_s = np.float32(view.frame.timestamp_s - self._learnt_s)
+        elapsed_s = np.float32(max(view.frame.timestamp_s - self._learnt_s, 0.0))
         self._learnt_s = view.frame.timestamp_s
         is_free = ~is_somebodys & (depth_m > 0.0)
         margin_m = self._margin_m(depth_m, view.camera.noise)

@@ -85,7 +85,7 @@ class SkinHeads:
 
     def look_round(
         self, frame: Frame, heads_camera: Sequence[Vector]
-    ) -> tuple[int, bool | None] | None:
+    ) -> list[tuple[int, bool | None]]:
         """As `CascadeFaces.look_round`."""
         with self._clock.stage("colours"):
             return self._cascade.look_round(frame, heads_camera)

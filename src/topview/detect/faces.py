@@ -26,6 +26,7 @@ from topview.detect.heads import (
     Hints,
 )
 from topview.detect.seeing import DARK_LEVEL
+from topview.filter.over_time import Turns
 from topview.records import Frame, InputError
 
 Vector = NDArray[np.float64]
@@ -51,6 +52,8 @@ WINDOW_NEIGHBOURS: Final = 2
 # of 255 levels, tells nothing.
 LEAST_SEEN_PX: Final = 14
 LEAST_SHARE_IN_VIEW: Final = 0.6
+# Ours: seconds from one head that is looked at to the next.
+LOOK_S: Final = 1 / 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +76,7 @@ class CascadeFaces:
             raise InputError(f"{path}: no such file; OpenCV 4 (not 5) must be installed, with it")
         self._cascade = cv2.CascadeClassifier(str(path))
         self._turn = 0
+        self._turns = Turns(LOOK_S)
 
     @property
     def needs_color(self) -> bool:
@@ -117,13 +121,13 @@ class CascadeFaces:
 
     def look_round(
         self, frame: Frame, heads_camera: Sequence[Vector]
-    ) -> tuple[int, bool | None] | None:
-        """Look at one of the heads, at another one in each frame: its index, and what `look_at`
-        tells of it; None where there are no heads."""
-        if not heads_camera:
-            return None
-        index, self._turn = self._turn % len(heads_camera), self._turn + 1
-        return index, self.look_at(frame, heads_camera[index])
+    ) -> list[tuple[int, bool | None]]:
+        """Look at the heads in turn, another one every `LOOK_S`: their indices, and what `look_at`
+        tells of each."""
+        turns = min(self._turns.due(frame.timestamp_s), len(heads_camera))
+        indices = [(self._turn + i) % len(heads_camera) for i in range(turns)]
+        self._turn += turns
+        return [(index, self.look_at(frame, heads_camera[index])) for index in indices]
 
     def _faces_at(self, frame: Frame, window: _Window) -> list[Face]:
         sizes = (LEAST_PX, LEAST_PX), (GREATEST_PX, GREATEST_PX)

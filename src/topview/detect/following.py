@@ -27,16 +27,19 @@ Patch = NDArray[np.float32]
 
 # All ours. The patch shows the head, its outline and the neck.
 PATCH_RADIUS_M: Final = 0.17
-SEARCH_RADIUS_M: Final = 0.2
 # Depths further than this before or behind the head only say that it is not there.
 RELIEF_M: Final = 0.25
 # Mean square difference of two patches of one head, a frame apart; and of unlike patches.
 LIKE_M2: Final = 0.006
 UNLIKE_M2: Final = 0.025
-# A head moves about this much between two frames other than predicted.
-MOTION_M: Final = 0.1
+# A head moves about this much other than predicted, in any frame and besides for each second since
+# the frame before; and is searched in so many times that.
+MOTION_M: Final = 0.06
+MOTION_M_PER_S: Final = 1.2
+SEARCHED: Final = 2.0
 CANDIDATES: Final = 32
-MAX_DEPTH_CHANGE_M: Final = 0.15
+# The same, to or from the camera.
+DEPTH_CHANGE_M: Final = 0.11
 # Ours: a head that is known may lean further than one that is new.
 TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
 # Or hang down, where nothing upright looks this much like one; that costs no more than so much.
@@ -84,16 +87,18 @@ def follow_head(
     view: HeadView,
     predicted_camera: Vector,
     up_camera: Vector,
+    elapsed_s: float,
     colors: HeadColors | None = None,
 ) -> HeadCandidate | None:
-    """The place near `predicted_camera` that looks most like `view` and like a head at all, and has
-    most of its colours.
+    """The place near `predicted_camera` that looks most like `view`, of `elapsed_s` seconds before,
+    and like a head at all, and has most of its colours.
 
     Finds heads that nothing sets free from what is behind or above them (bent forward, an arm
     over the head). None where nothing looks like it.
     """
     radius_px = _radius_px(cloud, predicted_camera, PATCH_RADIUS_M)
-    search_px = _radius_px(cloud, predicted_camera, SEARCH_RADIUS_M)
+    motion_m = MOTION_M + MOTION_M_PER_S * elapsed_s
+    search_px = _radius_px(cloud, predicted_camera, SEARCHED * motion_m)
     window = _relief(cloud, predicted_camera, radius_px + search_px)
     side = 2 * radius_px + 1
     patch = view.relief_m
@@ -103,7 +108,7 @@ def follow_head(
     pixel_m = cloud.pixel_m(predicted_camera)
     offset_m = (np.arange(2 * search_px + 1) - search_px) * pixel_m
     moved_m2 = offset_m[:, None] ** 2 + offset_m**2
-    cost = unlike / LIKE_M2 + moved_m2 / MOTION_M**2
+    cost = unlike / LIKE_M2 + moved_m2 / motion_m**2
     row, column = _nearest_pixel(cloud, predicted_camera)
     if colors is not None:
         share = colors.share_about(cloud, row, column, float(predicted_camera[2]), search_px)
@@ -116,7 +121,8 @@ def follow_head(
     height, width = cloud.depth_m.shape
     depth_m = cloud.depth_m[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
     depth_m = depth_m.astype(np.float64) + CENTER_BEHIND_SURFACE_M
-    is_off = np.abs(depth_m - predicted_camera[2]) > MAX_DEPTH_CHANGE_M
+    depth_change_m = DEPTH_CHANGE_M + MOTION_M_PER_S * elapsed_s
+    is_off = np.abs(depth_m - predicted_camera[2]) > depth_change_m
     depth_m[is_off] = predicted_camera[2]
     centers = np.empty((len(best), 3))
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
@@ -127,7 +133,7 @@ def follow_head(
         hanging = _confidence(cloud, centers, up_camera, HANGING_RAD)
         confidence = np.maximum(confidence, hanging)
     deeper_m = depth_m - float(predicted_camera[2])
-    total = cost.ravel()[best] + (deeper_m / MOTION_M) ** 2 - LIKENESS * confidence
+    total = cost.ravel()[best] + (deeper_m / motion_m) ** 2 - LIKENESS * confidence
     chosen = int(np.argmin(total))
     if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
         return None

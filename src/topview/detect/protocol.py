@@ -26,9 +26,9 @@ class ColorDetector(Protocol):
 
     def look_round(
         self, frame: Frame, heads_camera: Sequence[Vector]
-    ) -> tuple[int, bool | None] | None:
-        """Look for a frontal face at one of the heads, another one each time: its index, and
-        whether there is one (None if that cannot be told); None where there are no heads."""
+    ) -> list[tuple[int, bool | None]]:
+        """Look for frontal faces at the heads in turn, some at a time: their indices, and whether
+        there is one at each (None if that cannot be told)."""
         ...
 
     @property

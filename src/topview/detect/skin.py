@@ -120,7 +120,7 @@ class SkinSettings:
         growth_probability: T_min, from which it joins one that it touches.
         gamma: influence of the training against the last frames (Eq. 4.2; A. Argyros and
             M. Lourakis, ECCV 2004).
-        window_frames: w, how many last frames there are (same; theirs are 5).
+        window_s: w, how long ago the last frames are (same; theirs are 5, at 30 a second).
         least_pixels: smaller blobs are noise.
         least_area_m2: of a blob whose depth is known: half a child's fist, seen edge on.
         greatest_area_m2: the same: a bare arm with its hand, or a bare chest, but no wall.
@@ -130,7 +130,7 @@ class SkinSettings:
     seed_probability: float = 0.3
     growth_probability: float = 0.2
     gamma: float = 0.8
-    window_frames: int = 5
+    window_s: float = 0.15
     least_pixels: int = 12
     least_area_m2: float = 0.0008
     greatest_area_m2: float = 0.15
@@ -145,7 +145,7 @@ class SkinColor:
     ) -> None:
         self.settings = settings or SkinSettings()
         self._trained = (histograms or SkinHistograms.load()).probability
-        self._window: deque[tuple[Counts, Counts]] = deque()
+        self._window: deque[tuple[float, Counts, Counts]] = deque()
         self._skin, self._seen = np.zeros((BINS, BINS)), np.zeros((BINS, BINS))
         self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8)
 
@@ -161,11 +161,12 @@ class SkinColor:
         A colour that was not in view lately keeps its trained probability.
         """
         skin, seen = count_colors(view.yuv, is_skin), count_colors(view.yuv, where)
-        self._window.append((skin, seen))
+        now_s = view.frame.timestamp_s
+        self._window.append((now_s, skin, seen))
         self._skin += skin
         self._seen += seen
-        if len(self._window) > self.settings.window_frames:
-            skin, seen = self._window.popleft()
+        while not 0.0 <= now_s - self._window[0][0] <= self.settings.window_s:
+            _, skin, seen = self._window.popleft()
             self._skin -= skin
             self._seen -= seen
         mixed = self._trained

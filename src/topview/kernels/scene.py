@@ -177,10 +177,11 @@ def plane_moments(
 def learn_background(
     depth_m: NDArray[np.float32],
     is_somebodys: NDArray[np.bool_],
-    rate: float,
+    share: float,
+    elapsed_s: float,
     tolerance: Law,
     out_mean_m: NDArray[np.float32],
-    out_frames: NDArray[np.int32],
+    out_steady_s: NDArray[np.float32],
 ) -> None:
     """Where a frame shows nobody, blend a steady depth into the mean, and start again with one
     that is further away; nearer ones hide the room.
@@ -188,10 +189,11 @@ def learn_background(
     Args:
         depth_m: [h, w] metres, 0 where there is no reading.
         is_somebodys: [h, w].
-        rate: share of the new depth in the mean.
+        share: of the new depth in the mean.
+        elapsed_s: since the last frame.
         tolerance: steady is what differs by less.
         out_mean_m: [h, w] so far, updated.
-        out_frames: [h, w] for how many frames it has been steady, updated.
+        out_steady_s: [h, w] for how long it has been steady, updated.
     """
     height, width = depth_m.shape
     for row in range(height):
@@ -203,18 +205,18 @@ def learn_background(
             tolerance_m = law_at(z, tolerance)
             if ahead_m < -tolerance_m:
                 out_mean_m[row, column] = z
-                out_frames[row, column] = 1
+                out_steady_s[row, column] = np.float32(0.0)
             elif ahead_m < tolerance_m:
-                out_mean_m[row, column] -= np.float32(rate) * ahead_m
-                out_frames[row, column] += 1
+                out_mean_m[row, column] -= np.float32(share) * ahead_m
+                out_steady_s[row, column] += np.float32(elapsed_s)
 
 
 @njit(cache=True, nogil=True)
 def shows_background(
     depth_m: NDArray[np.float32],
     mean_m: NDArray[np.float32],
-    frames: NDArray[np.int32],
-    frames_until_known: int,
+    steady_s: NDArray[np.float32],
+    known_s: float,
     tolerance: Law,
     out_is_seen: NDArray[np.bool_],
 ) -> None:
@@ -224,6 +226,6 @@ def shows_background(
     for row in range(height):
         for column in range(width):
             z = depth_m[row, column]
-            out_is_seen[row, column] = (frames[row, column] >= frames_until_known) & (
+            out_is_seen[row, column] = (steady_s[row, column] >= np.float32(known_s)) & (
                 z > mean_m[row, column] - law_at(z, tolerance)
             )

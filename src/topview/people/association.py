@@ -11,7 +11,6 @@ from topview.detect.following import HeadView, follow_head
 from topview.detect.heads import HeadCandidate
 from topview.people.doubts import (
     ALIKE,
-    BRIEFLY_S,
     COVERED,
     is_no_head,
     is_unlike,
@@ -93,7 +92,9 @@ def _options(
         if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
             continue
         expected, colors = user.predicted(time_s), colors_of_head(roll, scene, user)
-        head = follow_head(scene.cloud, user.view, expected, scene.up_camera, colors)
+        head = follow_head(
+            scene.cloud, user.view, expected, scene.up_camera, user.step_s(time_s), colors
+        )
         if head is not None:
             options.append(head)
             own.append((index, user.score(head, scene.up_camera, time_s)))
@@ -125,8 +126,7 @@ def _continues(
     """Whether the best head for a user is the user's."""
     if present.owns(scene, head, settings.new_confidence):
         return False
-    was_hidden = scene.time_s - user.seen_s > BRIEFLY_S
-    if was_hidden and (
+    if user.was_hidden(scene.time_s) and (
         is_unlike(scene, user, head) or present.person_under(scene, head, settings) is None
     ):
         return False
@@ -134,14 +134,15 @@ def _continues(
 
 
 def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
-    """Where something higher on a user's body looks much more like a head, for several frames, than
+    """Where something higher on a user's body looks much more like a head, for long enough, than
     what has been followed: that is the head; somewhat lower too, where the expected place is in
     view and the head is not there. Gives the heads that are left."""
     left = list(heads)
     for index, (user, body) in enumerate(roll):
         rivals = _rivals(roll, scene, user, body, left)
-        user.rival_frames = user.rival_frames + 1 if rivals else 0
-        if user.rival_frames >= roll.settings.frames_until_new:
+        if user.rival_since_s is None or not rivals:
+            user.rival_since_s = scene.time_s if rivals else None
+        elif scene.time_s - user.rival_since_s >= roll.settings.new_s:
             user.jump(rivals[0], HeadView.of(scene.cloud, rivals[0].center_camera), scene.time_s)
             roll.bodies[index] = roll.body_of(scene, user)
             left.remove(rivals[0])

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.filter.over_time import share_after
 from topview.kernels.scene import learn_background, shows_background
 from topview.records import KINECT1_NOISE, DepthNoise
 
-# All ours: frames until a depth is believed; how much of a new depth goes into the mean; and how
-# far a reading may be from the mean, besides 2.5 standard deviations of the noise.
-FRAMES_UNTIL_KNOWN = 10
-LEARNING_RATE = 0.1
+# All ours: seconds until a depth is believed, of which what lies between two frames counts for no
+# more than so many; over how many the mean is taken; and how far a reading may be from the mean,
+# besides 2.5 standard deviations of the noise.
+KNOWN_S, LONGEST_S = 0.28, 0.15
+MEMORY_S = 0.32
 TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
 
 
@@ -19,48 +21,53 @@ class Background:
     """The farthest steady depth of each pixel of the small cloud; users are never learnt."""
 
     def __init__(self) -> None:
-        self._mean_m: NDArray[np.float32] | None = None
-        self._frames: NDArray[np.int32] | None = None
+        self._mean_m = np.zeros((0, 0), np.float32)
+        self._steady_s = np.zeros((0, 0), np.float32)
+        self._last_s: float | None = None
 
     def update(
         self,
         depth_m: NDArray[np.float32],
         is_somebodys: NDArray[np.bool_],
+        time_s: float,
         noise: DepthNoise = KINECT1_NOISE,
     ) -> None:
-        """Learn from one [h, w] frame where it is nobody's."""
-        if self._mean_m is None or self._mean_m.shape != depth_m.shape:
-            self._mean_m = np.zeros_like(depth_m)
-            self._frames = np.zeros(depth_m.shape, np.int32)
-        assert self._frames is not None
-        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        """Learn from one [h, w] frame, taken at a time, where it is nobody's."""
+        self._fit(depth_m)
+        elapsed_s = 0.0 if self._last_s is None else max(time_s - self._last_s, 0.0)
+        self._last_s = time_s
         learn_background(
-            depth_m, is_somebodys, LEARNING_RATE, tolerance, self._mean_m, self._frames
+            depth_m,
+            is_somebodys,
+            share_after(elapsed_s, MEMORY_S),
+            min(elapsed_s, LONGEST_S),
+            noise.times(TOLERANCE_NOISES, TOLERANCE_M),
+            self._mean_m,
+            self._steady_s,
         )
 
     def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
         """Somebody turned out to have been standing there."""
-        if self._frames is not None:
-            self._frames[is_somebodys] = 0
+        if self._steady_s.shape == is_somebodys.shape:
+            self._steady_s[is_somebodys] = 0.0
 
     def learn(self, depth_m: NDArray[np.float32], is_room: NDArray[np.bool_]) -> None:
         """Take what is seen as the room at once."""
-        if self._mean_m is None or self._frames is None:
-            self.update(depth_m, ~is_room)
-        assert self._mean_m is not None
-        assert self._frames is not None
+        self._fit(depth_m)
         self._mean_m[is_room] = depth_m[is_room]
-        self._frames[is_room] = FRAMES_UNTIL_KNOWN
+        self._steady_s[is_room] = KNOWN_S
 
     def is_seen_in(
         self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
     ) -> NDArray[np.bool_]:
         """[h, w] where a frame shows the known background."""
-        if self._mean_m is None or self._frames is None:
-            return np.zeros(depth_m.shape, np.bool_)
+        self._fit(depth_m)
         is_seen = np.empty(depth_m.shape, np.bool_)
         tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        shows_background(
-            depth_m, self._mean_m, self._frames, FRAMES_UNTIL_KNOWN, tolerance, is_seen
-        )
+        shows_background(depth_m, self._mean_m, self._steady_s, KNOWN_S, tolerance, is_seen)
         return is_seen
+
+    def _fit(self, depth_m: NDArray[np.float32]) -> None:
+        """Start anew with images of another size."""
+        if self._mean_m.shape != depth_m.shape:
+            self._mean_m, self._steady_s = np.zeros_like(depth_m), np.zeros_like(depth_m)

@@ -15,17 +15,17 @@ from topview.people.validation import is_doubtful, is_half_hidden, is_torn_out
 
 Distance = NDArray[np.float32]
 
-# Ours: one who was hidden for longer must look like a person again.
-BRIEFLY_S = 0.15
-# Ours: one who has been in no doubt so often, one look after the other, is somebody.
-UNDOUBTED_FRAMES = 5
+# Ours: one who has been in no doubt for so many looks, one after the other, is somebody.
+UNDOUBTED_LOOKS = 4.5
 # Ours: whoever has gone so far is somebody for good.
 PROVEN_M = 0.3
 # Ours: as is one whose head is hidden, but went so far until so lately, if the body moves, too.
 COME_M, LATELY_S = 0.15, 0.5
 # Ours: a head this much of which is hidden does not go further down, or aside, than this from where
-# it is expected in the next frame.
-COVERED, SLIP_M, ASIDE_M = 0.15, 0.03, 0.06
+# it is expected, in any frame and besides for each second since the frame before.
+COVERED = 0.15
+SLIP_M, SLIP_M_PER_S = 0.02, 0.3
+ASIDE_M, ASIDE_M_PER_S = 0.04, 0.6
 # From the head to the hand of a stretched arm, of tall people (Table 3.1).
 REACH_M = 0.9
 # Ours: a head that is hidden by and by seems to slide down, by so much before it is missed; of one
@@ -51,16 +51,18 @@ def likeness(scene: Scene, user: KnownUser, head: HeadCandidate) -> float:
 def slips(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
     """Whether a user's head seems to move as something comes before it: it is the shoulder then
     that still is to be seen, or a half of the head."""
-    expected = user.predicted(scene.time_s)
+    expected, step_s = user.predicted(scene.time_s), user.step_s(scene.time_s)
     offset = head.center_camera - expected
     up_m = float(offset @ scene.up_camera)
     is_covered = scene.covered_share(expected) > COVERED
     if _is_low(scene, user, head) or (
-        up_m < -SLIP_M and (is_covered or _is_under_cover(scene, head, -up_m))
+        up_m < -(SLIP_M + SLIP_M_PER_S * step_s)
+        and (is_covered or _is_under_cover(scene, head, -up_m))
     ):
         return likeness(scene, user, head) < ALIKE
-    was_seen = scene.time_s - user.seen_s < BRIEFLY_S
-    return bool(is_covered and was_seen and np.linalg.norm(offset) > ASIDE_M)
+    was_seen = not user.was_hidden(scene.time_s)
+    aside_m = ASIDE_M + ASIDE_M_PER_S * step_s
+    return bool(is_covered and was_seen and np.linalg.norm(offset) > aside_m)
 
 
 def _is_low(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
@@ -127,16 +129,16 @@ def looks_doubtful(scene: Scene, user: KnownUser, own: Distance, roll: Roll, lea
     return is_doubtful(scene, head, nearest, roll.settings.limits, least)
 
 
-def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll) -> bool:
+def is_undoubted(scene: Scene, user: KnownUser, own: Distance, roll: Roll, looks: float) -> bool:
     """Whether who is in doubt, half hidden say, or has no credit yet, looks like a person for long
-    enough; called once for each look."""
+    enough; called once for each look, which counts for so many."""
     is_like = (
         user.confidence_now >= roll.settings.new_confidence
         and not looks_doubtful(scene, user, own, roll, 1)
         and not is_torn_out(scene, own)
     )
-    user.undoubted_frames = user.undoubted_frames + 1 if is_like else 0
-    return user.undoubted_frames >= UNDOUBTED_FRAMES
+    user.undoubted_looks = user.undoubted_looks + looks if is_like else 0.0
+    return user.undoubted_looks >= UNDOUBTED_LOOKS
 
 
 def has_come(scene: Scene, user: KnownUser) -> bool:

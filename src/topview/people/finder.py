@@ -14,13 +14,14 @@ from topview.detect.detectors import head_detector
 from topview.detect.faces_and_hands import Sight
 from topview.detect.heads import HeadCandidate, Hints, refine_center
 from topview.detect.protocol import HeadDetector
+from topview.filter.over_time import Turns
 from topview.people.association import correct, find_again
 from topview.people.background import Background
 from topview.people.colors import hands_in, skin_share
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
-from topview.people.identity import KnownUser
-from topview.people.looks import learn_heads, tell_apart
+from topview.people.identity import PAUSE_S, KnownUser
+from topview.people.looks import EVERY_S, learn_heads, tell_apart
 from topview.people.newcomers import UNMOVED, Newcomers
 from topview.people.pieces import Pieces
 from topview.people.present import Present, Refusal
@@ -76,6 +77,7 @@ class PeopleFinder:
         self._background = Background()
         self._roll = Roll(self.settings)
         self._newcomers = Newcomers(self.settings, self._background)
+        self._looks = Turns(EVERY_S)
 
     @property
     def floor(self) -> FloorPlane | None:
@@ -101,9 +103,10 @@ class PeopleFinder:
             heads = self._detect(scene)
         with self.clock.stage("users"):
             heads = find_again(roll, scene, heads)
-            if self.sight is not None:
-                learn_heads(roll, scene)
-            tell_apart(scene, roll.known, sees_color=self.sight is not None)
+            sees_color, is_time = self.sight is not None, self._looks.due(scene.time_s) > 0
+            if sees_color:
+                learn_heads(roll, scene, is_time)
+            tell_apart(scene, roll.known, sees_color, is_time)
             heads = correct(roll, scene, heads)
             self._newcomers.judge(roll, scene)
             self._newcomers.welcome(roll, scene, heads)
@@ -164,7 +167,7 @@ class PeopleFinder:
         for body in whole:
             is_somebodys |= np.isfinite(body)
         cloud = scene.cloud
-        self._background.update(cloud.depth_m, is_somebodys, cloud.camera.noise)
+        self._background.update(cloud.depth_m, is_somebodys, scene.time_s, cloud.camera.noise)
         return whole
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
@@ -188,23 +191,24 @@ class PeopleFinder:
             for user, body in zip(known, bodies, strict=True)
         ]
 
-    def _frontal(self, frame: Frame) -> KnownUser | None:
-        """One whose face a detector of faces finds; those are looked at in turn whose skin does not
-        tell yet."""
+    def _frontal(self, frame: Frame) -> list[KnownUser]:
+        """Those whose face a detector of faces finds; who is looked at in turn is whose skin does
+        not tell yet."""
         if self._skin is None:
-            return None
+            return []
         asked = [
             user
             for user in self._roll.known
             if user.seen_s == frame.timestamp_s and not user.face.is_known
         ]
         told = self._skin.look_round(frame, [user.head_camera for user in asked])
-        return asked[told[0]] if told is not None and told[1] else None
+        return [asked[index] for index, is_frontal in told if is_frontal]
 
     def _users(self, scene: Scene, tracked: Sequence[Person]) -> tuple[list[User], list[Refusal]]:
         """What the tracker is told, and who is in doubt; loose limbs are not remembered."""
         roll, frame = self._roll, scene.cloud.frame
-        joints = {person.id: person.joints_camera for person in tracked}
+        is_pause = roll.elapsed_s(scene) > PAUSE_S
+        joints = {person.id: person.joints_camera for person in tracked if not is_pause}
         masks = split_users(
             scene,
             self._for_somebody_first(self._with_pieces(scene)),
@@ -218,7 +222,7 @@ class PeopleFinder:
         for user, is_users in zip(roll.known, masks, strict=True):
             is_seen = user.seen_s == scene.time_s
             if is_seen:
-                user.height.add(measured_height(scene, user.head_camera, is_users))
+                user.height.add(measured_height(scene, user.head_camera, is_users), scene.time_s)
             if user.is_suspect:
                 head = HeadCandidate(user.head_camera, user.confidence_now)
                 suspects.append(Refusal(head, UNMOVED))
@@ -232,7 +236,7 @@ class PeopleFinder:
                     user.height.height_m,
                     user.height.is_measured,
                     full_pixels(scene, is_users),
-                    user.face.update(skin, user is frontal, scene.time_s),
+                    user.face.update(skin, user in frontal, scene.time_s),
                 )
             )
         return users, suspects

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
+from topview.filter.over_time import Turns, share_after
+from topview.filter.particles import time_key
 from topview.kernels.scene import plane_moments
 from topview.records import DepthNoise, read_only
 
@@ -16,6 +18,9 @@ Points = NDArray[np.float64]
 
 # Ours: what is this near to the floor as it is known, plus the noise, makes up the floor.
 NEAR_M = 0.04
+# All ours, seconds: a floor is searched in every frame at first; it is given up where it has not
+# been in view for so long; and over how many the mean is taken of what is seen of it.
+SEARCH_FIRST_S, LOST_S, MEMORY_S = 0.15, 3.0, 0.32
 CAMERA_UP = read_only(np.array([0.0, -1.0, 0.0]))
 
 
@@ -54,7 +59,7 @@ class FloorSettings:
             or a table top spreads less, as do shoes and shoulders.
         max_below: share of all points that may lie under it, such as reflections in the floor.
         tries: planes through three random points.
-        search_every: frames between two searches while there is no floor.
+        search_every_s: from one search to the next while there is no floor.
     """
 
     max_tilt_rad: float = radians(35)
@@ -64,7 +69,7 @@ class FloorSettings:
     min_spread_m: float = 0.2
     max_below: float = 0.02
     tries: int = 100
-    search_every: int = 10
+    search_every_s: float = 0.33
 
 
 class FloorTracker:
@@ -73,25 +78,35 @@ class FloorTracker:
     def __init__(self, settings: FloorSettings | None = None) -> None:
         self.settings = settings or FloorSettings()
         self.plane: FloorPlane | None = None
-        self._frames = 0
-        self._lost_frames = 0
+        self._first_s: float | None = None
+        self._last_s = 0.0
+        self._lost_since_s: float | None = None
+        self._turns = Turns(self.settings.search_every_s)
 
     def update(self, cloud: Cloud) -> FloorPlane | None:
         """The floor as far as it is known after this frame."""
-        settings = self.settings
+        time_s = cloud.frame.timestamp_s
+        elapsed_s, self._last_s = time_s - self._last_s, time_s
         if self.plane is None:
-            if self._frames < 5 or self._frames % settings.search_every == 0:
-                self.plane = find_floor(cloud, settings, seed=self._frames)
+            self._search(cloud, time_s)
         else:
             points = cloud.points_camera[::2, ::2].astype(np.float64).reshape(-1, 3)
-            refined = _refine(points, self.plane, cloud.camera.noise, settings)
-            self._lost_frames = 0 if refined is not None else self._lost_frames + 1
+            refined = _refine(points, self.plane, cloud.camera.noise, self.settings)
             if refined is not None:
-                self.plane = _blend(self.plane, refined, 0.1)
-            elif self._lost_frames > 90:
+                self._lost_since_s = None
+                self.plane = _blend(self.plane, refined, share_after(elapsed_s, MEMORY_S))
+            elif self._lost_since_s is None:
+                self._lost_since_s = time_s
+            elif time_s - self._lost_since_s > LOST_S:
                 self.plane = None
-        self._frames += 1
         return self.plane
+
+    def _search(self, cloud: Cloud, time_s: float) -> None:
+        """Look for a floor, if it is time to."""
+        self._first_s = time_s if self._first_s is None else self._first_s
+        is_turn = self._turns.due(time_s) > 0
+        if is_turn or time_s - self._first_s < SEARCH_FIRST_S:
+            self.plane = find_floor(cloud, self.settings, seed=time_key(time_s))
 
 
 def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPlane | None:

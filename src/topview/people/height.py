@@ -23,30 +23,36 @@ UPRIGHT_ASIDE = 0.2
 # Ours: 80 % of the measurements are below the estimate, as knees and necks are never quite
 # straight; noise is above it.
 QUANTILE = 0.8
-MEMORY_FRAMES = 300
+# Ours: for so many seconds of standing upright; what lies between two measurements counts for no
+# more than so many.
+MEMORY_S, LONGEST_S = 10.0, 0.2
 
 
 class HeightEstimate:
     """What has been measured of one user; the mean of all people before that."""
 
     def __init__(self) -> None:
-        self._measured_m: deque[float] = deque()
+        self._measured: deque[tuple[float, float]] = deque()
         self._in_order_m: list[float] = []
+        self._upright_s = self._last_s = 0.0
         self.height_m = PRIOR_HEIGHT_M
 
     @property
     def is_measured(self) -> bool:
         """True once the user was seen to stand upright."""
-        return bool(self._measured_m)
+        return bool(self._measured)
 
-    def add(self, height_m: float | None) -> None:
-        """What `measured_height` gave for one frame."""
+    def add(self, height_m: float | None, time_s: float) -> None:
+        """What `measured_height` gave for a frame taken at a time."""
         if height_m is None:
             return
-        self._measured_m.append(height_m)
+        elapsed_s = min(max(time_s - self._last_s, 0.0), LONGEST_S)
+        self._last_s = time_s
+        self._upright_s += elapsed_s
+        self._measured.append((self._upright_s, height_m))
         insort(self._in_order_m, height_m)
-        if len(self._measured_m) > MEMORY_FRAMES:
-            oldest = bisect_left(self._in_order_m, self._measured_m.popleft())
+        while self._upright_s - self._measured[0][0] >= MEMORY_S:
+            oldest = bisect_left(self._in_order_m, self._measured.popleft()[1])
             del self._in_order_m[oldest]
         place = QUANTILE * (len(self._in_order_m) - 1)
         lower, upper = (self._in_order_m[round_(place)] for round_ in (floor, ceil))

@@ -30,17 +30,23 @@ WALK_S, WALK_M_PER_S = 0.4, 0.3
 MAX_SPEED_M_PER_S = 4.0
 # How much the walk of one who is hidden may change, metres per second; ours.
 STRAYING_M_PER_S = 1.5
-# How wrong the measured centre of a head may be from one frame to the next, metres; ours.
-JITTER_M = 0.15
+# How far the measured centre of a head may be from where it is expected, in any frame and besides
+# for each second since the frame before; ours.
+JITTER_M, JITTER_M_PER_S = 0.11, 1.2
 MAX_GATE_M = 1.2
 # Who is hidden mostly stays as high as he was: a head is further up or down from where it was by
-# no more than this, and this per second; ours.
-LEVEL_M = 0.15
+# no more than that, and this for each second in which it was hidden; ours.
 RISING_M_PER_S = 0.02
 # Heads of less confidence are only believed where they are expected; ours.
 SURE = 0.7
+# One who was hidden for longer must look like a person again; ours.
+BRIEFLY_S = 0.15
+# A longer time between two frames is a pause, in which anything may have happened; ours.
+PAUSE_S = 0.5
 # How a head looks is learnt anew from this confidence on, which one that hangs down has; ours.
 VIEW_FROM = 0.25
+# From one look at whoever may be furniture, or has not yet proven otherwise, to the next; ours.
+SUSPECT_LOOK_S, LOOK_S = 1 / 30, 0.1
 
 
 class KnownUser:
@@ -51,21 +57,21 @@ class KnownUser:
         head_camera: [3] the head's centre when last updated, metres.
         velocity, walk: [3] metres per second: now, and of late.
         time_s: of `head_camera`.
-        first_camera: [3] where the head was first seen.
+        first_camera, found_s: [3] where, and when, the head was first seen.
         seen_camera, seen_s: where and when it was last seen.
         there_s: when it, or enough of the body, last was.
+        missed_s: since when neither has been, None while it is there.
         frames_seen: how many times.
         height: the stature's estimate.
         face: how much of it is in view of late.
         confidence_now: that what is followed is the head, 0 while it is not seen.
         view: what the head looked like when it was last seen.
         body_m: [h, w] distance of the user's points from the head in the last frame, or None.
-        rival_frames: for how long something else has looked more like it.
+        rival_since_s: since when something else has looked more like it, None if nothing does.
         doubted_frames: in how many it looked as furniture may, before it was followed.
-        undoubted_frames: in how many it lately has not.
+        undoubted_looks: for how many looks it lately has not.
         is_suspect: whether it may be furniture, until something of it has moved.
         stillness: of one who may be furniture, or has not yet proven otherwise; else None.
-        watched_s: since when.
         colors: histogram of the clothes (`people.looks`), None while unknown.
         head_colors: what colours the head has, None while unknown.
         company: whom it may have been taken for, of late.
@@ -80,24 +86,28 @@ class KnownUser:
         self.walk = np.zeros(3)
         self.time_s = time_s
         self.first_camera = head.center_camera
+        self.found_s = time_s
+        self.missed_s: float | None = None
         self.seen_s = self.there_s = time_s
         self.frames_seen = 1
         self.height = HeightEstimate()
         self.face = FaceMemory()
-        self.rival_frames = 0
-        self.doubted_frames = self.undoubted_frames = 0
+        self.rival_since_s: float | None = None
+        self.doubted_frames = 0
+        self.undoubted_looks = 0.0
         self.is_suspect = False
         self.stillness: Stillness | None = None
-        self.watched_s = time_s
         self.colors: NDArray[np.float32] | None = None
         self.head_colors: HeadColors | None = None
         self.company: set[KnownUser] = set()
         self.body_m: NDArray[np.float32] | None = None
 
-    def watch(self, cloud: Cloud, is_body: NDArray[np.bool_], time_s: float) -> None:
-        """Wait from now on for something of its [h, w] body to move."""
-        self.stillness = Stillness(cloud.depth_m, is_body, cloud.camera.noise)
-        self.watched_s = time_s
+    def watch(
+        self, cloud: Cloud, is_body: NDArray[np.bool_], time_s: float, watched_s: float = 0.0
+    ) -> None:
+        """Wait from now on for something of its [h, w] body to move, as for so long before."""
+        look_s, noise = SUSPECT_LOOK_S if self.is_suspect else LOOK_S, cloud.camera.noise
+        self.stillness = Stillness(cloud.depth_m, is_body, time_s, look_s, noise, watched_s)
 
     def exchange(self, other: KnownUser) -> None:
         """The two were taken for one another: what is known of each goes to the other's head."""
@@ -113,6 +123,15 @@ class KnownUser:
             1.0 - np.exp(-ahead_s / VELOCITY_DECAY_S)
         )
 
+    def was_hidden(self, time_s: float) -> bool:
+        """Whether the head has been missed, or nobody has looked, for more than a moment."""
+        is_missed = self.confidence_now == 0.0 or time_s - self.time_s > PAUSE_S
+        return is_missed and time_s - self.seen_s > BRIEFLY_S
+
+    def step_s(self, time_s: float) -> float:
+        """Since the frame before; of a pause only the beginning counts."""
+        return min(max(time_s - self.time_s, 0.0), PAUSE_S)
+
     def scores(
         self, heads: Sequence[HeadCandidate], up_camera: Vector, time_s: float
     ) -> list[float]:
@@ -120,13 +139,14 @@ class KnownUser:
         prediction in gates; -inf outside of the gate."""
         expected = self.predicted(time_s)
         hidden_s = max(time_s - self.seen_s, 0.0)
-        gate_m = min(JITTER_M + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
-        level_m = LEVEL_M + RISING_M_PER_S * hidden_s
+        jitter_m = JITTER_M + JITTER_M_PER_S * self.step_s(time_s)
+        gate_m = min(jitter_m + STRAYING_M_PER_S * hidden_s, MAX_GATE_M)
+        level_m = jitter_m + RISING_M_PER_S * hidden_s
         scores: list[float] = []
         for head in heads:
             offset = head.center_camera - expected
             moved_m = sqrt(offset @ offset)
-            is_near = moved_m < (gate_m if head.confidence > SURE else JITTER_M)
+            is_near = moved_m < (gate_m if head.confidence > SURE else jitter_m)
             is_near = is_near and abs(offset @ up_camera) < level_m
             scores.append(head.confidence - moved_m / gate_m if is_near else -np.inf)
         return scores
@@ -159,7 +179,7 @@ class KnownUser:
         self.confidence_now = head.confidence
         self.view = view
         self.time_s = self.seen_s = time_s
-        self.rival_frames = 0
+        self.rival_since_s = None
 
     def miss(self, time_s: float, up_camera: Vector, way_on: Vector | None) -> None:
         """The head has not been measured: go on as predicted, as high as it was, and by `way_on`

@@ -3,7 +3,7 @@ it is (ours; the thesis knows users by place, and skin alone)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import cv2
@@ -30,8 +30,8 @@ STEPS, RANGES = (6, 16, 16), (0.0, 256.0, 0.0, 1.0, 0.0, 1.0)
 # again. They are compared where they are no nearer than the third, and their clothes are learnt
 # while nobody is nearer than the last.
 TOGETHER_M, PARTED_M, JUDGED_M, APART_M = 0.5, 1.4, 0.3, 0.7
-# New looks go into the remembered ones by this share, in every so many frames.
-RATE, EVERY = 0.3, 5
+# New looks go into the remembered ones by this share, so many seconds one after the other.
+RATE, EVERY_S = 0.3, 1 / 6
 # By so much two must be less like themselves than like each other, to have been exchanged.
 CLEARLY = 0.4
 # From this confidence on, and so near to where the stature puts it, a head is taken for what it is.
@@ -89,13 +89,14 @@ def unlikeness(one: Colors, other: Colors) -> float:
     return 1.0 - float(np.sqrt(one * other).sum())
 
 
-def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> None:
-    """Remember what everybody wears; who met, and wear each other's clothes now, are exchanged."""
+def tell_apart(
+    scene: Scene, known: Sequence[KnownUser], sees_color: bool, is_time: bool = True
+) -> None:
+    """Remember what everybody wears, if it is time to; who met, and wear each other's clothes now,
+    are exchanged."""
     users = [user for user in known if not user.is_suspect]
     _note_company(users)
-    if not sees_color or not (
-        scene.cloud.frame.index % EVERY == 0 or any(user.company for user in users)
-    ):
+    if not sees_color or not (is_time or any(user.company for user in users)):
         return
     worn = {
         user: colors_under(
@@ -107,29 +108,34 @@ def tell_apart(scene: Scene, known: Sequence[KnownUser], sees_color: bool) -> No
     for one, other in combinations(worn, 2):
         if other in one.company and distance_m(one, other) > JUDGED_M:
             _judge(one, worn[one], other, worn[other])
+    if is_time:
+        _learn_clothes(users, worn)
+
+
+def _learn_clothes(users: Sequence[KnownUser], worn: Mapping[KnownUser, Colors | None]) -> None:
     for user, colors in worn.items():
         if colors is not None and not user.company and nearest_m(user, users) > APART_M:
             before = colors if user.colors is None else user.colors
             user.colors = np.asarray(before + RATE * (colors - before), np.float32)
 
 
-def learn_heads(roll: Roll, scene: Scene) -> None:
-    """Remember the colours of heads that are seen for sure, and not bent; of those who may be
-    furniture, as they were at first."""
+def learn_heads(roll: Roll, scene: Scene, is_time: bool = True) -> None:
+    """Remember the colours of heads that are seen for sure, and not bent, if it is time to; of
+    those who may be furniture, as they were at first."""
     sure = [user for user in roll.known if not user.is_suspect]
     for user, body in roll:
-        if _shows_head(user, scene) and nearest_m(user, sure) > APART_M:
+        if _shows_head(user, scene, is_time) and nearest_m(user, sure) > APART_M:
             now = HeadColors.of(scene.cloud, user.head_camera, body)
             if now is not None:
                 before = user.head_colors
                 user.head_colors = now if before is None else before.learn(now)
 
 
-def _shows_head(user: KnownUser, scene: Scene) -> bool:
+def _shows_head(user: KnownUser, scene: Scene, is_time: bool) -> bool:
     """Whether it is time to look at a head, and it is what it seems to be."""
     is_new = user.head_colors is None
-    is_time = not user.is_suspect and (scene.cloud.frame.index + user.id) % EVERY == 0
-    if not (is_new or is_time) or user.confidence_now < SURE_HEAD:
+    is_wanted = is_new or (is_time and not user.is_suspect)
+    if not is_wanted or user.confidence_now < SURE_HEAD:
         return False
     below_m = sunk_m(scene, user.head_camera, user.height)
     return below_m is None or abs(below_m) < UPRIGHT_M

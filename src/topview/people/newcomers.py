@@ -30,9 +30,9 @@ Distance = NDArray[np.float32]
 
 # Ours: what may be furniture and has not moved for so long is.
 DOUBTED_S = 5.0
-# Ours: who is in no doubt at first is looked at in every so many frames; of whom nothing has moved
-# in so many of these looks, and who is in doubt since, is a suspect.
-EVERY, PROBATION_LOOKS = 3, 15
+# Ours: who was in no doubt at first, but of whom nothing has moved in so many looks, and who is in
+# doubt since, is a suspect.
+PROBATION_LOOKS = 15.5
 # Ours: one who sits quietly has one of the marks of furniture (`is_doubtful`), furniture has more.
 DEEP_DOUBT = 2
 # Ours: of whoever has somebody so near, limbs may be mixed with his.
@@ -64,16 +64,16 @@ class Newcomers:
             if user.is_suspect and is_anothers(scene, user, roll):
                 roll.strike_out(user)
                 continue
-            if not user.is_suspect and (scene.cloud.frame.index + user.id) % EVERY:
+            if not user.stillness.is_due(scene.time_s):
                 continue
+            looks = user.stillness.look(scene.cloud.depth_m, scene.time_s)
             is_seen = user.seen_s == scene.time_s
-            is_like = is_seen and is_undoubted(scene, user, body, roll)
-            user.stillness.look(scene.cloud.depth_m)
+            is_like = is_seen and is_undoubted(scene, user, body, roll, looks)
             if user.is_suspect:
                 self._judge_suspect(roll, scene, user, body, is_like)
             elif is_like or is_proven(user, scene.time_s):
                 user.stillness = None
-            elif user.stillness.telling_frames > PROBATION_LOOKS:
+            elif user.stillness.telling_looks > PROBATION_LOOKS:
                 is_still = not user.stillness.is_broken
                 user.is_suspect = is_still and looks_doubtful(scene, user, body, roll, DEEP_DOUBT)
                 user.watch(scene.cloud, np.isfinite(body), scene.time_s)
@@ -90,11 +90,11 @@ class Newcomers:
         if is_there and is_somebody and not may_be_an_arm(scene, user, body, roll):
             self._name(user)
             user.watch(scene.cloud, is_body, scene.time_s)
-        elif scene.time_s - user.watched_s > DOUBTED_S:
+        elif user.stillness.watched_s > DOUBTED_S:
             self._background.learn(depth_m, is_body)
             roll.strike_out(user)
         elif not user.stillness.is_broken and user.stillness.has_grown(is_body):
-            user.watch(scene.cloud, is_body, user.watched_s)
+            user.watch(scene.cloud, is_body, scene.time_s, user.stillness.watched_s)
 
     def _name(self, user: KnownUser) -> None:
         user.is_suspect = False
@@ -121,10 +121,10 @@ class Newcomers:
             present.add(center, body)
             user = self._seen_before(head, scene)
             user.doubted_frames += self._doubts(scene, head, own)
-            if self._is_first_frame or user.frames_seen >= settings.frames_until_new:
+            if self._is_first_frame or scene.time_s - user.found_s >= settings.new_s:
                 roll.add(user, self._take_out(scene, head, body, own))
-                user.watch(scene.cloud, np.isfinite(own), scene.time_s)
                 user.is_suspect = 2 * user.doubted_frames > user.frames_seen
+                user.watch(scene.cloud, np.isfinite(own), scene.time_s)
                 if not user.is_suspect:
                     self._name(user)
             else:

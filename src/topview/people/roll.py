@@ -22,6 +22,8 @@ SHOWN_M2 = 0.03
 # Ours: a limb whose connection with the body is hidden seems further away from the head by this
 # much in each second, until it is out of reach.
 FADING_M_PER_S = 1.5
+# Ours: who is missed first after a pause without frames is looked for as long as this.
+AGAIN_S = 0.4
 
 
 @dataclass(slots=True, eq=False)
@@ -73,8 +75,12 @@ class Roll:
         connection with the body is hidden is out of reach after a while."""
         if user.body_m is None or self._last_depth_m is None:
             return None
-        elapsed_s = scene.time_s - self._last_s
-        return Memory(user.body_m, self._last_depth_m, fading_m_per_s * elapsed_s)
+        faded_m = fading_m_per_s * self.elapsed_s(scene)
+        return Memory(user.body_m, self._last_depth_m, faded_m)
+
+    def elapsed_s(self, scene: Scene) -> float:
+        """Since the last frame that is remembered."""
+        return max(scene.time_s - self._last_s, 0.0)
 
     def remember(self, scene: Scene, masks: Sequence[Mask]) -> None:
         """For the next frame: which pixels [h, w] were whose."""
@@ -88,9 +94,13 @@ class Roll:
         for user, _ in self:
             is_body = np.zeros(0, np.bool_) if user.body_m is None else np.isfinite(user.body_m)
             if user.seen_s == scene.time_s or self._shows(scene, user, is_body):
-                user.there_s = scene.time_s
+                user.there_s, user.missed_s = scene.time_s, None
+            elif user.missed_s is None:
+                user.missed_s = scene.time_s
             is_out = scene.is_out(user.head_camera, self.settings.border_m)
             grace_s = self.settings.out_s if is_out and not is_body.any() else self.settings.grace_s
+            if user.missed_s is None or scene.time_s - user.missed_s < AGAIN_S:
+                continue
             if scene.time_s - user.there_s > grace_s:
                 self.strike_out(user)
 

@@ -22,7 +22,7 @@ class PeopleSettings:
         new_confidence: a head's, from which it makes a user: at once in the very first frame, else
             once it was seen often enough.
         upright_confidence: that a new head stands upright; furniture often seems to lean.
-        frames_until_new: consecutive frames in which a new head must be seen.
+        new_s: for how long a new head must be seen, in every frame.
         least_apart_m: two heads, seen from above; a shoulder is nearer to its own head.
         grace_s: how long a user who is hidden is waited for.
         out_s: the same for one who went out of the picture.
@@ -38,7 +38,7 @@ class PeopleSettings:
     detector: DetectorName = "auto"
     new_confidence: float = 0.75
     upright_confidence: float = 0.55
-    frames_until_new: int = 3
+    new_s: float = 0.05
     least_apart_m: float = 0.33
     grace_s: float = 5.0
     out_s: float = 0.5

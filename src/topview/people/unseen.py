@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.people.doubts import BRIEFLY_S, COVERED, SLID_M
+from topview.people.doubts import COVERED, SLID_M
 from topview.people.height import sunk_m
-from topview.people.identity import KnownUser, nearest_m
+from topview.people.identity import BRIEFLY_S, KnownUser, nearest_m
 from topview.people.roll import Roll, area_m2
 from topview.people.scene import Scene
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -162,12 +163,15 @@ def test_a_known_head_is_looked_at_alone(shared: Path) -> None:
     assert faces.look_at(frames[0], center) is True
     assert faces.look_at(frames[-1], center) is False
     beside = center + np.array([0.3, 0.0, 0.0])
-    assert [faces.look_round(frames[0], [center, beside]) for _ in range(3)] == [
-        (0, True),
-        (1, False),
-        (0, True),
-    ]
-    assert faces.look_round(frames[0], []) is None
+    assert faces.look_round(frames[0], []) == []
+    heads = [center, beside]
+    for time_s, told in (
+        (0.1, [(0, True), (1, False)]),  # each at most once a frame
+        (0.11, []),
+        (0.14, [(0, True)]),
+        (0.18, [(1, False)]),
+    ):
+        assert faces.look_round(replace(frames[0], timestamp_s=time_s), heads) == told
 
 
 def test_heads_that_cannot_be_judged_are_told(shared: Path) -> None:

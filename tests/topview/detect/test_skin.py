@@ -100,13 +100,13 @@ def test_skin_follows_a_change_of_light() -> None:
     color = SkinColor()
     before = color.probability(view, EVERYWHERE)[is_hand].mean()
     for _ in range(5):
-        color.adapt(view, is_hand, EVERYWHERE)
+        color.adapt(view, is_hand, EVERYWHERE)  # all at the same time
     after = color.probability(view, EVERYWHERE)
     assert after[is_hand].mean() > before + 25
     assert after[~is_hand].mean() < 5
     nothing = np.zeros_like(is_hand)
-    for _ in range(5):
-        color.adapt(view, nothing, EVERYWHERE)
+    later = frame_of([(80, 60, 14, 2.0, tinted)], index=round(30 * color.settings.window_s) + 1)
+    color.adapt(view_of(later), nothing, EVERYWHERE)
     assert color.probability(view, EVERYWHERE)[is_hand].mean() == pytest.approx(before)
 
 

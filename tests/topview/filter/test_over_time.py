@@ -6,7 +6,7 @@ from itertools import accumulate
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from topview.filter.over_time import Turns, share_after
@@ -15,7 +15,6 @@ from topview.filter.particles import time_key
 STEPS_S = st.lists(st.floats(0.0, 2.0), min_size=1, max_size=40)
 
 
-@settings(deadline=None)
 @given(STEPS_S, st.floats(0.05, 10.0))
 def test_what_is_forgotten_depends_on_the_time_alone(steps_s: list[float], memory_s: float) -> None:
     left = np.prod([1.0 - share_after(step_s, memory_s) for step_s in steps_s])
@@ -27,7 +26,6 @@ def test_no_time_and_a_clock_that_runs_backwards_teach_nothing() -> None:
     assert share_after(1e6, 0.5) == 1.0
 
 
-@settings(deadline=None)
 @given(STEPS_S, st.floats(0.02, 1.0))
 def test_turns_come_as_often_however_frames_come(steps_s: list[float], every_s: float) -> None:
     turns, times_s = Turns(every_s), [0.0, *accumulate(steps_s)]

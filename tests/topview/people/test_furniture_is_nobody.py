@@ -17,7 +17,7 @@ from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
 from topview.people.newcomers import DOUBTED_S
 from topview.people.scene import Scene, SceneSettings
-from topview.people.stillness import FIRST_FRAMES, MOVED_FRAMES, Stillness
+from topview.people.stillness import FIRST_LOOKS, MOVED_LOOKS, Stillness
 from topview.people.validation import is_torn_out
 from topview.records import KINECT1_NOISE
 from topview_lab.sim import SimulatedRecording, scene_by_name
@@ -28,11 +28,20 @@ UP = np.array([0.0, -1.0, 0.0])
 FLOOR = plane(UP, GROUND_Y)
 ROOM = [FLOOR, np.full_like(FLOOR, WALL_M)]
 FAR_M = 4.5
+LOOK_S = 0.1
+FIRST, MOVED = round(FIRST_LOOKS + 0.5), round(MOVED_LOOKS + 0.5)
 
 
 def plant(x: float, z: float, height_m: float) -> list[Ball]:
     pot = limb((x, GROUND_Y - 0.17, z), (x, GROUND_Y - 0.1, z), 0.17)
     return pot + limb((x, GROUND_Y - 0.4, z), (x, GROUND_Y - height_m + 0.12, z), 0.12)
+
+
+def watch(stillness: Stillness, depth_m: NDArray[np.float32], looks: range) -> None:
+    """Look at the same image several times; the first image of all was taken at 0."""
+    for k in looks:
+        assert stillness.is_due(k * LOOK_S)
+        stillness.look(depth_m, k * LOOK_S)
 
 
 def users_in(depths: list[NDArray[np.float32]]) -> list[int]:
@@ -101,8 +110,15 @@ def test_an_arm_that_is_swung_is_nobody() -> None:
 
 
 @settings(max_examples=10)
-@given(seed=st.integers(0, 2**16), depth_m=st.floats(2.0, 5.0))
-def test_noise_alone_never_breaks_stillness_and_a_sway_does(seed: int, depth_m: float) -> None:
+@given(
+    seed=st.integers(0, 2**16),
+    depth_m=st.floats(2.0, 5.0),
+    looks=st.sampled_from((1.0, 2.0, 6.0)),
+)
+def test_noise_alone_never_breaks_stillness_and_a_sway_does(
+    seed: int, depth_m: float, looks: float
+) -> None:
+    """However many looks there would have been from one frame to the next."""
     rng = np.random.default_rng(seed)
     is_body = np.zeros((60, 80), np.bool_)
     height, width = np.array([1.0, 0.3]) * 140.0 / depth_m
@@ -112,12 +128,12 @@ def test_noise_alone_never_breaks_stillness_and_a_sway_does(seed: int, depth_m: 
         noise = rng.normal(size=is_body.shape) * KINECT1_NOISE.sigma_m(np.array(depth_m))
         return (depth_m - ahead_m + noise).astype(np.float32)
 
-    stillness = Stillness(seen(0.0), is_body)
-    assert not any(stillness.is_broken_in(seen(0.0)) for _ in range(150))
-    sway_m = max(
-        0.02, 0.8 * float(KINECT1_NOISE.sigma_m(np.array(depth_m)))
-    )  # less is lost in the noise
-    assert any(stillness.is_broken_in(seen(sway_m)) for _ in range(15))
+    stillness = Stillness(seen(0.0), is_body, 0.0, LOOK_S)
+    assert not any(stillness.is_broken_in(seen(0.0), looks) for _ in range(150))
+    # What is less is lost in the noise, of which more is left in the mean of fewer frames.
+    sigma_m = float(KINECT1_NOISE.sigma_m(np.array(depth_m)))
+    sway_m = max(0.02, 0.8 * looks**0.5 * sigma_m)
+    assert any(stillness.is_broken_in(seen(sway_m), looks) for _ in range(15))
 
 
 def test_what_hides_a_body_does_not_break_its_stillness_and_what_it_leaves_does() -> None:
@@ -126,7 +142,7 @@ def test_what_hides_a_body_does_not_break_its_stillness_and_what_it_leaves_does(
     hidden_m, left_m = depth_m.copy(), depth_m.copy()
     hidden_m[:, :6] = 2.0
     left_m[:, :6] = 4.5
-    stillness = Stillness(depth_m, is_body)
+    stillness = Stillness(depth_m, is_body, 0.0, LOOK_S)
     assert not any(stillness.is_broken_in(hidden_m) for _ in range(30))
     assert stillness.is_broken_in(left_m)
 
@@ -138,12 +154,11 @@ def test_limbs_leave_pixels_free_and_an_outline_that_flickers_does_not(is_steady
     depth_m = np.full((30, 12), 3.0, np.float32)
     left_m = depth_m.copy()
     left_m[:, :2] = 4.5
-    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_))
-    for index in range(FIRST_FRAMES - 1):
-        stillness.look(depth_m if is_steady or index % 2 else left_m)
+    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_), 0.0, LOOK_S)
+    for k in range(1, FIRST):
+        watch(stillness, depth_m if is_steady or k % 2 == 0 else left_m, range(k, k + 1))
     assert not stillness.has_left
-    for _ in range(MOVED_FRAMES):
-        stillness.look(left_m)
+    watch(stillness, left_m, range(FIRST, FIRST + MOVED))
     assert stillness.has_left == is_steady
     assert not stillness.is_broken
 
@@ -162,19 +177,16 @@ def test_a_board_half_hidden_at_first_is_nobody_and_somebody_there_is_once_he_mo
 def test_what_is_uncovered_is_watched_afresh_and_frames_that_hide_it_tell_nothing() -> None:
     depth_m = np.full((60, 60), 3.0, np.float32)
     columns = np.broadcast_to(np.arange(60), depth_m.shape)
-    stillness = Stillness(depth_m, columns < 20)
+    stillness = Stillness(depth_m, columns < 20, 0.0, LOOK_S)
     assert not stillness.has_grown(columns < 25)
     assert stillness.has_grown(columns < 50)
-    for _ in range(FIRST_FRAMES + 3):
-        stillness.look(depth_m)
-    told = stillness.telling_frames
+    watch(stillness, depth_m, range(1, 10))
+    told = stillness.telling_looks
     assert told > 0
-    for _ in range(5):
-        stillness.look(np.full_like(depth_m, 2.0))
-    assert stillness.telling_frames == told
+    watch(stillness, np.full_like(depth_m, 2.0), range(10, 15))
+    assert stillness.telling_looks == told
     assert not stillness.is_broken
-    for _ in range(MOVED_FRAMES):
-        stillness.look(np.full_like(depth_m, 4.0))
+    watch(stillness, np.full_like(depth_m, 4.0), range(15, 15 + MOVED))
     assert stillness.is_broken
 
 
@@ -201,8 +213,8 @@ def test_who_was_near_may_have_left_the_pixels_free() -> None:
     depth_m = np.full((30, 12), 3.0, np.float32)
     left_m = depth_m.copy()
     left_m[:, :2] = 4.5
-    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_))
+    stillness = Stillness(depth_m, np.ones(depth_m.shape, np.bool_), 0.0, LOOK_S)
     stillness.is_mixed = True
-    for index in range(2 * FIRST_FRAMES):
-        stillness.look(depth_m if index < FIRST_FRAMES else left_m)
+    watch(stillness, depth_m, range(1, FIRST))
+    watch(stillness, left_m, range(FIRST, FIRST + 2 * MOVED))
     assert not stillness.has_left

@@ -10,10 +10,11 @@ from topview.body.parts import JOINTS
 from topview.detect.cloud import Cloud
 from topview.detect.following import HeadView
 from topview.detect.heads import HeadCandidate
-from topview.people.background import FRAMES_UNTIL_KNOWN, Background
+from topview.people.background import KNOWN_S, Background
 from topview.people.floor import FloorPlane
 from topview.people.height import (
-    MEMORY_FRAMES,
+    LONGEST_S,
+    MEMORY_S,
     PRIOR_HEIGHT_M,
     QUANTILE,
     HeightEstimate,
@@ -91,20 +92,24 @@ def test_stature_is_measured_on_the_upright_alone() -> None:
 
 def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measurement() -> None:
     estimate = HeightEstimate()
-    estimate.add(None)
+    estimate.add(None, 0.0)
     assert estimate.height_m == PRIOR_HEIGHT_M
-    for bent in np.linspace(0.0, 0.1, 50):
-        estimate.add(1.65 - bent)
+    for k, bent in enumerate(np.linspace(0.0, 0.1, 50)):
+        estimate.add(1.65 - bent, k / 30)
     assert estimate.height_m == pytest.approx(1.63, abs=0.02)
 
 
-@given(st.lists(st.floats(1.5, 1.9), min_size=1, max_size=MEMORY_FRAMES + 20))
+@given(st.lists(st.floats(1.5, 1.9), min_size=1, max_size=100), st.sampled_from((2, 8, 64)))
 @settings(max_examples=20)
-def test_the_estimate_is_a_quantile_of_the_latest_measurements(heights_m: list[float]) -> None:
+def test_the_estimate_is_a_quantile_of_the_latest_measurements(
+    heights_m: list[float], fps: int
+) -> None:
+    """Of so many seconds, at any rate of frames."""
     estimate = HeightEstimate()
-    for height_m in heights_m:
-        estimate.add(height_m)
-    expected = np.quantile(np.array(heights_m[-MEMORY_FRAMES:]), QUANTILE)
+    for k, height_m in enumerate(heights_m):
+        estimate.add(height_m, k / fps)
+    latest = round(MEMORY_S / min(1 / fps, LONGEST_S))
+    expected = np.quantile(np.array(heights_m[-latest:]), QUANTILE)
     assert estimate.height_m == pytest.approx(expected, abs=1e-12)
 
 
@@ -150,10 +155,10 @@ def test_the_background_learns_the_room_but_nobody() -> None:
     depth = np.full((4, 6), 3.0, np.float32)
     somebody = np.zeros((4, 6), np.bool_)
     somebody[:, :2] = True
-    for _ in range(5 * FRAMES_UNTIL_KNOWN):
-        background.update(depth, somebody)
+    for time_s in np.arange(0.0, 2.0 * KNOWN_S, 0.1):
+        background.update(depth, somebody, time_s)
     np.testing.assert_array_equal(background.is_seen_in(depth), ~somebody)
     assert not background.is_seen_in(depth - 0.5).any()
     # What is seen further away was never there.
-    background.update(depth + 1.0, np.zeros_like(somebody))
+    background.update(depth + 1.0, np.zeros_like(somebody), 2.0 * KNOWN_S)
     assert not background.is_seen_in(depth).any()

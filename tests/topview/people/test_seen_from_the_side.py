@@ -93,7 +93,7 @@ def test_an_outline_that_flickers_is_no_movement() -> None:
         noise = rng.normal(size=depth_m.shape) * 0.01
         return (depth_m + noise + outline_m * outline).astype(np.float32)
 
-    stillness = Stillness(seen(0.0), is_body)
+    stillness = Stillness(seen(0.0), is_body, 0.0, 0.1)
     assert not any(stillness.is_broken_in(seen(0.12 * (k > 20))) for k in range(90))
     assert any(stillness.is_broken_in(seen(0.0) - np.float32(0.04)) for _ in range(15))
 
@@ -106,7 +106,7 @@ def test_a_head_that_hangs_down_is_followed() -> None:
     ]
     cloud = Cloud.from_frame(frame(render(hanging, [np.full_like(FLOOR, 4.9)])))
     upright = head_evidence(cloud, head[None], UP).confidence[0]
-    found = follow_head(cloud, HeadView.of(cloud, head), head + 0.02, UP)
+    found = follow_head(cloud, HeadView.of(cloud, head), head + 0.02, UP, 1 / 30)
     assert found is not None
     assert np.linalg.norm(found.center_camera - head) < 0.06
     assert found.confidence > upright + 0.2

@@ -56,7 +56,7 @@ def known(scene: Scene, place: NDArray[np.float64], number: int = 1) -> KnownUse
     user = KnownUser(
         number, HeadCandidate(place, 0.9), HeadView.of(scene.cloud, place), scene.time_s
     )
-    user.height.add(STATURE_M)
+    user.height.add(STATURE_M, scene.time_s)
     return user
 
 
@@ -139,7 +139,7 @@ def test_of_two_that_look_alike_the_one_of_the_heads_colours_is_followed(sees_co
     head, ball = place + np.array([0.13, 0.0, 0.0]), place - np.array([0.1, 0.0, 0.0])
     parts = [([(head, 0.11)], HAIR), ([(ball, 0.11)], RED)]
     scene = colored_scene(parts, 1)
-    found = follow_head(scene.cloud, view, place, UP, colors if sees_color else None)
+    found = follow_head(scene.cloud, view, place, UP, 1 / 30, colors if sees_color else None)
     assert found is not None
     chosen = head if sees_color else ball
     assert np.linalg.norm((found.center_camera - chosen)[:2]) < 0.07
