@@ -15,13 +15,13 @@ from topview.io import open_recording, prepare_output_folder
 from topview.records import Recording
 from topview.track import Tracker, TrackerSettings
 from topview.view import ContactSheet
+from topview_lab.bench.tracking import TWO_USERS_SCENE, WARM_UP_FRAMES
 from topview_lab.datasets import read_groundtruth
 from topview_lab.evaluate.report import print_report
 from topview_lab.metrics import evaluate_sequence
 from topview_lab.sim import scene_by_name, write_scene
 
-SCENE = "pass_by"
-WARM_UP_FRAMES = 3  # the first finds people, the next follow them
+SCENE = TWO_USERS_SCENE
 
 
 def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> int:

@@ -10,11 +10,11 @@ from rich.progress import Progress
 
 from topview.records import Camera
 from topview_lab.sim import SCENES, scene_by_name, write_scene
-from topview_lab.sim.markers import KINECT_V1, SCENE_PREFIX, marker_scenes, write_marker_scenes
-from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.markers import SCENE_PREFIX, marker_scenes, write_marker_scenes
+from topview_lab.sim.scenes import KINECT_V1_FULL, KINECT_V1_HALF
 
 Size = Literal["320x240", "640x480"]
-CAMERAS: Final[dict[Size, Camera]] = {"320x240": KINECT_V1_HALF, "640x480": KINECT_V1}
+CAMERAS: Final[dict[Size, Camera]] = {"320x240": KINECT_V1_HALF, "640x480": KINECT_V1_FULL}
 
 
 def simulate(

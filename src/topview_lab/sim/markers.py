@@ -23,12 +23,9 @@ from topview_lab.sim.images import FURNITURE, NO_MATERIAL, NO_PART, Rendering
 from topview_lab.sim.looks import Rgb
 from topview_lab.sim.render import draw_people
 from topview_lab.sim.scene import Box, Cylinder, Furniture, Mount, Scene
-from topview_lab.sim.scenes import scene_by_name
+from topview_lab.sim.scenes import KINECT_V1_FULL, scene_by_name
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS, Pose, segment_poses
 from topview_lab.sim.write import write_scene
-
-KINECT_V1: Final = Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5, width=640, height=480)
-"""Nominal intrinsics; markers are too small for half the resolution."""
 
 MARKED_JOINTS: Final[tuple[str, ...]] = tuple(
     name for name in JOINT_NAMES if not name.startswith(("head_top", "wrist", "foot"))
@@ -68,7 +65,7 @@ def marker_scenes(
     seed: int = 0,
     frames: int | None = None,
     people: int | None = None,
-    camera: Camera = KINECT_V1,
+    camera: Camera = KINECT_V1_FULL,
     setup: MarkerSetup = MarkerSetup(),
 ) -> tuple[Scene, Scene]:
     """The front and the rear camera's view of one scene.
@@ -78,7 +75,7 @@ def marker_scenes(
         seed: of bodies, looks, style of motion and sensor noise.
         frames: how many, 120 if None.
         people: how many are in the scene, as it says if None.
-        camera: intrinsics of both.
+        camera: intrinsics of both; at half the resolution, markers are too small to be found.
         setup: the markers and the second camera.
     """
     base = name.partition(":")[2] or DEFAULT_SCENE

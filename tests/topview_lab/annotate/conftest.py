@@ -16,7 +16,8 @@ from topview_lab.annotate.automatic import Wishes
 from topview_lab.annotate.landmarks import NAMES
 from topview_lab.annotate.server import AnnotationServer
 from topview_lab.annotate.session import Session
-from topview_lab.sim.markers import KINECT_V1, marker_scenes, write_marker_scenes
+from topview_lab.sim.markers import marker_scenes, write_marker_scenes
+from topview_lab.sim.scenes import KINECT_V1_FULL
 
 FRAMES = 36  # the arm goes up from the 12th on
 
@@ -35,7 +36,7 @@ class Marked:
 
     def pixel(self, joint: str, frame: int = 0) -> tuple[float, float]:
         """Of a joint's front marker in the front view."""
-        u, v = project(self.markers[frame, 0, NAMES.index(joint), 0], KINECT_V1)
+        u, v = project(self.markers[frame, 0, NAMES.index(joint), 0], KINECT_V1_FULL)
         return float(u), float(v)
 
 

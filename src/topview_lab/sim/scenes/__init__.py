@@ -17,10 +17,12 @@ from topview_lab.sim.scenes.classic import CLASSIC
 from topview_lab.sim.scenes.several import SEVERAL
 from topview_lab.sim.scenes.stage import Casting, SceneKind, stands, varied_room
 
-__all__ = ["KINECT_V1_HALF", "SCENES", "Casting", "SceneKind", "scene_by_name"]
+__all__ = ["KINECT_V1_FULL", "KINECT_V1_HALF", "SCENES", "Casting", "SceneKind", "scene_by_name"]
 
+KINECT_V1_FULL: Final = Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5, width=640, height=480)
+"""Nominal intrinsics of a Kinect v1."""
 KINECT_V1_HALF: Final = Camera(fx=262.5, fy=262.5, cx=159.5, cy=119.5, width=320, height=240)
-"""Nominal intrinsics (525 px at 640 x 480) at half resolution."""
+"""The same at half the resolution."""
 
 SCENES: Final[dict[str, SceneKind]] = {**CLASSIC, **MHAD, **ALONE, **SEVERAL}
 """What happens in each scene, by its name."""

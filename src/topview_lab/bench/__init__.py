@@ -1,0 +1,1 @@
+"""Timing the tracker on this machine: whole frames, single stages and inner loops."""
