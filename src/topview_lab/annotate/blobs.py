@@ -23,7 +23,13 @@ REACH: Final = 0.45
 grey (ours)."""
 LEAST_LEVEL: Final = 25.0
 """Mean of red, green and blue below which colours cannot be told (ours)."""
-LEAST_PIXELS: Final = 4
+LEAST_SPOT_PIXELS: Final = 4
+"""Smaller spots are no markers (ours)."""
+LEAST_RADIUS_RATIO, GREATEST_RADIUS_RATIO = 0.35, 1.6
+"""Radius of a spot over the marker's: less where part of a marker is hidden, more where colours
+run (ours)."""
+GREATEST_STRETCH: Final = 3.0
+"""Breadth over height of a spot, or height over breadth (ours)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,23 +44,6 @@ class MarkerLook:
     @property
     def rgb(self) -> tuple[int, int, int]:
         return self.red, self.green, self.blue
-
-
-@dataclass(frozen=True, slots=True)
-class BlobSettings:
-    """What may be a marker (ours).
-
-    Attributes:
-        least_radius, greatest_radius: of the spot over the marker's.
-        greatest_stretch: breadth over height of the spot, or height over breadth.
-    """
-
-    least_radius: float = 0.35
-    greatest_radius: float = 1.6
-    greatest_stretch: float = 3.0
-
-
-DEFAULT_BLOBS: Final = BlobSettings()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,9 +66,7 @@ class Blobs:
         return cls(np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0))
 
 
-def find_blobs(
-    frame: Frame, looks: Sequence[MarkerLook], settings: BlobSettings = DEFAULT_BLOBS
-) -> Blobs:
+def find_blobs(frame: Frame, looks: Sequence[MarkerLook]) -> Blobs:
     """The spots of the markers' colours that have a marker's size in metres."""
     if frame.color is None:
         return Blobs.none()
@@ -87,8 +74,8 @@ def find_blobs(
         spot
         for look in looks
         for spot in _spots(frame, color_mask(frame.color, look))
-        if settings.least_radius <= spot[5] / look.radius_m <= settings.greatest_radius
-        and spot[6] <= settings.greatest_stretch
+        if LEAST_RADIUS_RATIO <= spot[5] / look.radius_m <= GREATEST_RADIUS_RATIO
+        and spot[6] <= GREATEST_STRETCH
     ]
     if not found:
         return Blobs.none()
@@ -160,7 +147,7 @@ def _spots(frame: Frame, mask: NDArray[np.bool_]) -> list[tuple[float, ...]]:
     spots = []
     for k in range(1, count):
         left, top, width, height, area = (int(value) for value in stats[k])
-        if area < LEAST_PIXELS:
+        if area < LEAST_SPOT_PIXELS:
             continue
         window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
         z = _depth(frame.depth_m[window], labels[window] == k)

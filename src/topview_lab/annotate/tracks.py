@@ -32,39 +32,27 @@ NONE: Final = -1
 FREE: Final = -2
 J: Final = len(NAMES)
 
-
-@dataclass(frozen=True, slots=True)
-class TrackSettings:
-    """How markers are followed (ours).
-
-    Attributes:
-        aside_m: how far across the line of sight a marker may be off, one standard deviation.
-        along_m: the same along the line of sight, where the depth sensor is coarse.
-        more_m: by which both grow with each frame in which a joint was not seen.
-        most_m: by which they grow at most.
-        gate: standard deviations beyond which a spot is not the marker's.
-        away: penalty for a marker that would be on the far side of the body.
-        place_gain, speed_gain: of an alpha-beta filter over the joints.
-        lost_after: frames after which a spot near the parent joint will do.
-        lost_reach_m: how far from where it was expected such a spot may be.
-        bone_slack: by what share, and `bone_slack_m`, a bone's length may change.
-    """
-
-    aside_m: float = 0.035
-    along_m: float = 0.05
-    more_m: float = 0.012
-    most_m: float = 0.10
-    gate: float = 3.0
-    away: float = 6.0
-    place_gain: float = 0.75
-    speed_gain: float = 0.45
-    lost_after: int = 2
-    lost_reach_m: float = 0.9
-    bone_slack: float = 0.22
-    bone_slack_m: float = 0.04
-
-
-DEFAULT_TRACKING: Final = TrackSettings()
+# How markers are followed; all ours.
+ASIDE_SIGMA_M: Final = 0.035
+"""How far across the line of sight a marker is off its prediction."""
+ALONG_SIGMA_M: Final = 0.05
+"""The same along the line of sight, where the depth sensor is coarse."""
+UNSEEN_SIGMA_M: Final = 0.012
+"""By this much both grow with each frame in which the joint was not seen."""
+MOST_UNSEEN_SIGMA_M: Final = 0.10
+"""By this much they grow at most."""
+GATE_SIGMAS: Final = 3.0
+"""A spot that is further off is not the marker's."""
+TURNED_AWAY_COST: Final = 6.0
+"""Cost of a marker that would be on the far side of the body, in squared standard deviations."""
+PLACE_GAIN, SPEED_GAIN = 0.75, 0.45
+"""Of the alpha-beta filter over the joints."""
+LOST_AFTER_FRAMES: Final = 2
+"""After so many frames any free spot near the parent joint will do."""
+LOST_REACH_M: Final = 0.9
+"""How far from its prediction such a spot may be."""
+BONE_SLACK_SHARE, BONE_SLACK_M = 0.22, 0.04
+"""By this share, and by this much besides, a bone's length may change."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +105,6 @@ def follow(
     starts: Sequence[Start],
     T_front_start: NDArray[np.float64],
     fps: float,
-    settings: TrackSettings = DEFAULT_TRACKING,
 ) -> Tracks:
     """Follow from the start frame to the end, and back to the beginning.
 
@@ -127,14 +114,13 @@ def follow(
         starts: the people, in the frame of the camera that found them.
         T_front_start: [4, 4] from that camera into the front camera's frame.
         fps: frames per second.
-        settings: see there.
     """
     F, P = len(views[0].blobs), len(starts)
     spots = np.full((len(views), F, P, J, 2), NONE, np.intp)
     joints, outwards = np.zeros((2, F, P, J, 3))
     depths = np.zeros((P, J))
     for frames in (range(start_frame, F), range(start_frame, -1, -1)):
-        follower = _Follower(starts, T_front_start, fps, settings)
+        follower = _Follower(starts, T_front_start, fps)
         for f in frames:
             spots[:, f] = follower.step(views, f)
             joints[f], outwards[f] = follower.joints, follower.outwards
@@ -150,10 +136,9 @@ class _Follower:
         starts: Sequence[Start],
         T_front_start: NDArray[np.float64],
         fps: float,
-        settings: TrackSettings,
     ) -> None:
         markers = np.stack([moved(T_front_start, start.markers_camera) for start in starts])
-        self.settings, self.dt = settings, 1.0 / fps
+        self.dt = 1.0 / fps
         gap = markers[:, :, FRONT] - markers[:, :, BACK]
         self.outwards = unit(gap)
         self.depths_m = np.stack([start.stature_m * DEPTHS for start in starts])
@@ -187,7 +172,6 @@ class _Follower:
 
     def _name(self, view: View, f: int, predicted: NDArray[np.float64]) -> NDArray[np.intp]:
         """[P, J, 2] the cheapest one-to-one assignment of a view's spots."""
-        s = self.settings
         points = view.points(f)
         P = len(predicted)
         names = np.full(P * J * 2, NONE, np.intp)
@@ -198,20 +182,20 @@ class _Follower:
         off = points[None] - markers[:, None]
         along = np.einsum("mni,mi->mn", off, sight)
         aside2 = (off**2).sum(-1) - along**2
-        more = np.minimum(s.more_m * self.unseen, s.most_m).repeat(2)[:, None]
-        cost = aside2 / (s.aside_m + more) ** 2 + along**2 / (s.along_m + more) ** 2
+        more = np.minimum(UNSEEN_SIGMA_M * self.unseen, MOST_UNSEEN_SIGMA_M).repeat(2)[:, None]
+        cost = aside2 / (ASIDE_SIGMA_M + more) ** 2 + along**2 / (ALONG_SIGMA_M + more) ** 2
         outwards = np.stack([self.outwards, -self.outwards], 2).reshape(-1, 3)
         turned_away = np.maximum((outwards * sight).sum(-1) + 0.1, 0.0)
-        cost += s.away * turned_away[:, None]
-        cost = np.minimum(cost, s.gate**2)
-        cost[:, list(view.barred.get(f, ()))] = s.gate**2
+        cost += TURNED_AWAY_COST * turned_away[:, None]
+        cost = np.minimum(cost, GATE_SIGMAS**2)
+        cost[:, list(view.barred.get(f, ()))] = GATE_SIGMAS**2
         if view.fixed is not None:
             said = view.fixed[f].ravel()
-            cost[said != FREE] = s.gate**2
-            cost[:, said[said >= 0]] = s.gate**2
+            cost[said != FREE] = GATE_SIGMAS**2
+            cost[:, said[said >= 0]] = GATE_SIGMAS**2
             names[said >= 0] = said[said >= 0]
         rows, columns = linear_sum_assignment(cost)
-        good = cost[rows, columns] < s.gate**2
+        good = cost[rows, columns] < GATE_SIGMAS**2
         names[rows[good]] = columns[good]
         return names.reshape(P, J, 2)
 
@@ -234,11 +218,10 @@ class _Follower:
         predicted: NDArray[np.float64],
     ) -> NDArray[np.intp]:
         """Without the spots whose bone to the parent would have another length."""
-        s = self.settings
         measured = self._measured(points)
         joints = np.where(np.isnan(measured), predicted, measured)
         length = np.linalg.norm(joints - joints[:, PARENTS], axis=-1)
-        off = np.abs(length - self.bones_m) > s.bone_slack * self.bones_m + s.bone_slack_m
+        off = np.abs(length - self.bones_m) > BONE_SLACK_SHARE * self.bones_m + BONE_SLACK_M
         off &= (PARENTS >= 0) & ~np.isnan(measured[..., 0])
         plausible = np.where(off[None, ..., None], NONE, spots)
         for v, view in enumerate(views):
@@ -255,13 +238,12 @@ class _Follower:
     ) -> None:
         """Give joints that are lost a spot that nobody has, a bone's length from their parent; in
         `spots` and `predicted`."""
-        s = self.settings
         measured = self._measured(self._points(views, f, spots))
-        lost = (self.unseen >= s.lost_after) & np.isnan(measured[..., 0]) & (PARENTS >= 0)
+        lost = (self.unseen >= LOST_AFTER_FRAMES) & np.isnan(measured[..., 0]) & (PARENTS >= 0)
         for p, j in np.argwhere(lost):
             parent = measured[p, PARENTS[j]]
             bone = self.bones_m[p, j]
-            slack = s.bone_slack * bone + s.bone_slack_m
+            slack = BONE_SLACK_SHARE * bone + BONE_SLACK_M
             best = (np.inf, 0, 0, parent)
             for v, view in enumerate(views):
                 points = view.points(f)
@@ -270,7 +252,7 @@ class _Follower:
                 sight = unit(points[free] - view.T_front_view[:3, 3])
                 joints = points[free] + 0.5 * self.depths_m[p, j] * sight
                 off = np.abs(np.linalg.norm(joints - parent, axis=-1) - bone) / slack
-                off = off + np.linalg.norm(joints - predicted[p, j], axis=-1) / s.lost_reach_m
+                off = off + np.linalg.norm(joints - predicted[p, j], axis=-1) / LOST_REACH_M
                 for k in np.flatnonzero(off < min(best[0], 1.0)):
                     best = (off[k], v, free[k], joints[k])
             cost, v, spot, joint = best
@@ -300,12 +282,11 @@ class _Follower:
         predicted: NDArray[np.float64],
         before: NDArray[np.float64],
     ) -> None:
-        s = self.settings
         measured = self._measured(points)
         seen = ~np.isnan(measured[..., 0])
         off = np.where(seen[..., None], measured - predicted, 0.0)
-        self.joints = predicted + s.place_gain * off
-        self.speeds = self.speeds + s.speed_gain * off / self.dt
+        self.joints = predicted + PLACE_GAIN * off
+        self.speeds = self.speeds + SPEED_GAIN * off / self.dt
         self.unseen = np.where(seen, 0.0, self.unseen + 1.0)
         self.outwards = np.stack(
             [

@@ -40,33 +40,24 @@ HANDS: Final = (INDEX["hand_l"], INDEX["hand_r"])
 STRAIGHT, BENT = 0.35, 0.75
 """Sines of the angles at which a limb begins to show its twist, and shows it well (ours)."""
 
-
-@dataclass(frozen=True, slots=True)
-class TwistSettings:
-    """What makes a twist likely (ours); costs are squares of standard deviations.
-
-    Attributes:
-        turn_deg_per_s: by which a limb twists.
-        across_deg: by which two markers of a joint may be off its twist.
-        facing: cosine between a marker's outward direction and the line to a camera that sees it,
-            below which that is less likely, and `facing_spread`.
-        bone_m: by which bones may seem longer or shorter.
-        other_name: cost of a marker that was followed as the other side's.
-        bent: cost of a twist at right angles to that of a well bent elbow or knee.
-        most: cost of what is seen in one frame, at most.
-    """
-
-    turn_deg_per_s: float = 360.0
-    across_deg: float = 20.0
-    facing: float = 0.3
-    facing_spread: float = 0.25
-    bone_m: float = 0.015
-    other_name: float = 0.1
-    bent: float = 2.0
-    most: float = 12.0
-
-
-DEFAULT_TWISTS: Final = TwistSettings()
+# What makes a twist likely; all ours. Costs are squares of standard deviations.
+TWIST_SIGMA_DEG_PER_S: Final = 360.0
+"""How fast a limb twists."""
+ACROSS_SIGMA_DEG: Final = 20.0
+"""How far the line between a joint's two markers is off its twist."""
+LEAST_FACING: Final = 0.3
+"""Cosine between a marker's outward direction and the line to a camera that sees it; a lower one
+is less likely."""
+FACING_SIGMA: Final = 0.25
+"""Of that cosine."""
+BONE_SIGMA_M: Final = 0.015
+"""How far a measured bone's length is off."""
+OTHER_NAME_COST: Final = 0.1
+"""Of a marker that was followed as the other side's."""
+BENT_COST: Final = 2.0
+"""Of a twist at right angles to that of a well bent elbow or knee."""
+MOST_COST: Final = 12.0
+"""Of what is seen in one frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +108,6 @@ def settle_limbs(
     measured: Mask,
     depths_m: Array,
     fps: float,
-    settings: TwistSettings = DEFAULT_TWISTS,
 ) -> tuple[Array, Mask]:
     """One person's joints with those of the limbs where the likeliest twists have them, and which
     of them rest on two markers.
@@ -129,23 +119,22 @@ def settle_limbs(
         measured: [F, J] True where they rest on two markers.
         depths_m: [J] from the front to the back marker.
         fps: frames per second.
-        settings: see there.
     """
     joints, measured = joints.copy(), measured.copy()
     sights = {j: Sight.of(points[:, :, j], depths_m[j]) for j in LIMB_JOINTS}
     steps = np.arange(STEPS)
     step_deg = 360.0 / STEPS * np.abs((steps[:, None] - steps + STEPS // 2) % STEPS - STEPS // 2)
-    turns = (step_deg * fps / settings.turn_deg_per_s) ** 2
+    turns = (step_deg * fps / TWIST_SIGMA_DEG_PER_S) ** 2
     for j in LIMB_JOINTS * SWEEPS:
         sight = sights[j]
         reach_m = PLACES[j] * depths_m[j], (1.0 - PLACES[j]) * depths_m[j]
         axes = across_bone(joints, j)
         outwards = _around(axes, steps * (2.0 * np.pi / STEPS))
-        one, is_front = _costs_of_one(sight, eyes, outwards, reach_m, joints, measured, j, settings)
-        costs = _costs_of_two(sight, outwards, settings)
-        costs[sight.one] = np.minimum(one, settings.most)[sight.one]
+        one, is_front = _costs_of_one(sight, eyes, outwards, reach_m, joints, measured, j)
+        costs = _costs_of_two(sight, outwards)
+        costs[sight.one] = np.minimum(one, MOST_COST)[sight.one]
         bent, trust = fronts_of_bent_limbs(joints)
-        costs += settings.bent * trust[:, j] * (1.0 - np.einsum("fki,fi->fk", outwards, bent[:, j]))
+        costs += BENT_COST * trust[:, j] * (1.0 - np.einsum("fki,fi->fk", outwards, bent[:, j]))
         path = cheapest_path(costs, turns)
         outward = _between_steps(sight, axes, path)
         is_front = is_front[np.arange(len(path)), path]
@@ -200,13 +189,13 @@ def across_bone(joints: Array, j: int) -> Array:
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], 1)
 
 
-def _costs_of_two(sight: Sight, outwards: Array, settings: TwistSettings) -> Array:
+def _costs_of_two(sight: Sight, outwards: Array) -> Array:
     """[F, K] of directions [F, K, 3] to the front marker where two markers are seen, else 0."""
     gap = sight.front - sight.back
     cosine = np.einsum("fki,fi->fk", outwards, unit(np.nan_to_num(gap)))
     off_deg = np.degrees(np.arccos(np.clip(np.abs(cosine), 0.0, 1.0)))
-    costs = (off_deg / settings.across_deg) ** 2 + settings.other_name * (cosine < 0.0)
-    return np.where(sight.both[:, None], np.minimum(costs, settings.most), 0.0)
+    costs = (off_deg / ACROSS_SIGMA_DEG) ** 2 + OTHER_NAME_COST * (cosine < 0.0)
+    return np.where(sight.both[:, None], np.minimum(costs, MOST_COST), 0.0)
 
 
 def _costs_of_one(
@@ -217,23 +206,22 @@ def _costs_of_one(
     joints: Array,
     measured: Mask,
     j: int,
-    settings: TwistSettings,
 ) -> tuple[Array, Mask]:
     """[F, K] of directions [F, K, 3] to the front marker where one marker is seen, and whether
     that then is the front one."""
     bones = [(k, length) for k in _neighbours(j) if (length := _bone(joints, measured, j, k))]
     sides = []
     for side, sign in ((FRONT, 1.0), (BACK, -1.0)):
-        cost = np.where(sight.name == -sign, settings.other_name, 0.0)[:, None]
+        cost = np.where(sight.name == -sign, OTHER_NAME_COST, 0.0)[:, None]
         for eye, seen in zip(eyes, sight.seen_by & (j not in HANDS), strict=True):
             facing = sign * np.einsum("fki,fi->fk", outwards, unit(eye - sight.spot))
-            less = np.maximum(settings.facing - facing, 0.0) / settings.facing_spread
+            less = np.maximum(LEAST_FACING - facing, 0.0) / FACING_SIGMA
             cost = cost + np.where(seen[:, None], less**2, 0.0)
         place = sight.spot[:, None] - sign * reach_m[side] * outwards
         for k, length_m in bones:
             off_m = np.linalg.norm(place - joints[:, None, k], axis=-1) - length_m
             trust = np.where(measured[:, None, k], 1.0, GUESSED)
-            cost = cost + trust * (off_m / settings.bone_m) ** 2
+            cost = cost + trust * (off_m / BONE_SIGMA_M) ** 2
         sides.append(cost)
     return np.minimum(*sides), sides[FRONT] <= sides[BACK]
 

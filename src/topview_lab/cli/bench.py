@@ -81,7 +81,6 @@ def bench(
         if mirrored:
             recording = MirroredRecording(recording)
         machine = Machine.here()
-        _compile(machine)
         passes = len(machine.thread_counts)
         with progress_bar() as progress:
             expected = [n for n in (recording.frame_count, frames) if n is not None]
@@ -144,13 +143,6 @@ def _simulate(
     with progress_bar() as progress:
         made = simulated_frames(camera, people, frames, scene_name)
         return list(progress.track(made, description="simulating"))
-
-
-def _compile(machine: Machine) -> None:
-    """Have the kernels compiled for people in colour, whenever the recording shows the first."""
-    simulated = simulated_frames(KINECT_V1_HALF, people=2, frames=1)
-    for _ in time_frames(simulated, machine.threads):
-        pass
 
 
 def _used_frames(timed: TimedRecording) -> str:

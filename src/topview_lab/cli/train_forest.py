@@ -15,7 +15,7 @@ from topview.kernels.threads import use_threads
 from topview.records import InputError
 from topview_lab.rivals.forest import Forest
 from topview_lab.rivals.forest.classes import CLASSES, SIDED
-from topview_lab.rivals.forest.growing import GrowingSettings
+from topview_lab.rivals.forest.growing import CANDIDATE_BLOCK, GrowingSettings
 from topview_lab.training.body_parts import KnownBody, simulated_bodies
 from topview_lab.training.forest import ForestScore, learn_forest, score_forest
 
@@ -56,8 +56,10 @@ def train_forest(
     for name, value in (("images", images), ("trees", trees), ("depth", depth), ("pixels", pixels)):
         if value < 1:
             raise InputError(f"--{name} is {value}; it must be 1 or more")
-    if candidates < DEFAULTS.block or candidates % DEFAULTS.block:
-        raise InputError(f"--candidates is {candidates}; it must be a multiple of {DEFAULTS.block}")
+    if candidates < CANDIDATE_BLOCK or candidates % CANDIDATE_BLOCK:
+        raise InputError(
+            f"--candidates is {candidates}; it must be a multiple of {CANDIDATE_BLOCK}"
+        )
     if not 0 <= seed < 50:
         raise InputError(f"--seed is {seed}; it must be 0 to 49, as held-out people are others'")
     use_threads(threads)

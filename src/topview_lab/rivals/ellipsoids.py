@@ -12,7 +12,7 @@ stays as it was in the torso's frame. The person is taken to face the camera at 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ from topview.body.parts import HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, UPPER_TORS
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.people.height import PRIOR_HEIGHT_M
+from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
@@ -38,40 +39,49 @@ from topview.track.stances import facing
 Array = NDArray[np.float64]
 
 
+# All ours, as the thesis prints no numbers.
+SMOOTHING_M: Final = 0.03
+"""Of the contour, before its curvature is taken."""
+LEAST_CURVATURE_PER_M: Final = 3.0
+"""Of a shoulder."""
+SHOULDER_SIGMA_M: Final = 0.06
+"""How far a shoulder is from where the last torso has it."""
+CENTRE_SIGMA_M, TURN_SIGMA_RAD = 0.03, 0.15
+"""How far the torso is from where the shoulders have it."""
+MOTION_SIGMA_RAD: Final = 0.5
+"""How far a part of an arm turns from where the search for it starts."""
+LEAST_SURFACE_POINTS: Final = 20
+"""Fewer points show neither an arm nor a torso."""
+EXTREMITIES, CIRCLE_TURNS = 5, 8
+"""Points that are tried as palms, and elbows on each one's circle."""
+CAP_M: Final = 0.1
+"""The largest distance that counts where arms are compared."""
+TURN_COST_M, RANGE_COST_M = 0.003, 0.05
+"""Per radian away from the last arm, and per radian beyond Table 5.1."""
+
+
 @dataclass(frozen=True, slots=True)
 class EllipsoidSettings:
-    """Ours; metres, radians.
+    """What depends on the camera and on the machine.
 
     Attributes:
-        smoothing_m: of the contour, before its curvature is taken.
-        least_curvature: of a shoulder, in 1/m.
-        shoulder_sigma_m: how far a shoulder may be from where the last torso has it.
-        noise_m: of a pseudo-distance; farther ones count less and less.
-        centre_sigma_m, turn_sigma_rad: how far the torso may be from where the shoulders have it.
-        motion_sigma_rad: how far a part of an arm may turn from where it is looked for.
-        most_points: that an ellipsoid is fitted to.
-        least_points: that show an arm or a torso.
-        extremities, turns: points that may be palms, and elbows on each one's circle.
-        cap_m: the largest distance that counts where arms are compared.
-        turn_cost_m, range_cost_m: per radian away from the last arm, and beyond Table 5.1.
+        noise_m: standard deviation of a point's distance from a surface, above 0 to 0.1 m; points
+            that are further off than 4 of them count no more.
+        most_points: that an ellipsoid is fitted to, 20 or more; fewer are faster.
     """
 
-    smoothing_m: float = 0.03
-    least_curvature: float = 3.0
-    shoulder_sigma_m: float = 0.06
     noise_m: float = 0.02
-    centre_sigma_m: float = 0.03
-    turn_sigma_rad: float = 0.15
-    motion_sigma_rad: float = 0.5
     most_points: int = 300
-    least_points: int = 20
-    extremities: int = 5
-    turns: int = 8
-    cap_m: float = 0.1
-    turn_cost_m: float = 0.003
-    range_cost_m: float = 0.05
 
     needs: ClassVar[Needs] = Needs()
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.noise_m <= 0.1:
+            raise InputError(f"noise_m is {self.noise_m}; it must be above 0, up to 0.1")
+        if self.most_points < LEAST_SURFACE_POINTS:
+            raise InputError(
+                f"most_points is {self.most_points}; it must be {LEAST_SURFACE_POINTS} or more"
+            )
 
     @property
     def name(self) -> str:
@@ -172,21 +182,21 @@ class EllipsoidTracker:
 
     def _shoulders(self, expected: Torso, evidence: Evidence) -> Array:
         """[2, 3] centres of the left and the right shoulder's sphere, in metres."""
-        s, view = self.settings, evidence.view
+        view = evidence.view
         uppers = [LEFT_UPPER_ARM, RIGHT_UPPER_ARM]
         R, neck = expected.R_camera_torso, expected.neck_camera
         centres = neck + self.model.joints_parent[uppers] @ R.T
         pixel_m = max(neck[2], 0.3) / view.fx
-        place, inward, curvature = contour_curvature(evidence.user_mask, s.smoothing_m / pixel_m)
+        place, inward, curvature = contour_curvature(evidence.user_mask, SMOOTHING_M / pixel_m)
         radius_m = float(self.model.radii_m[LEFT_UPPER_ARM, 0])
         joints = (place + inward * radius_m / pixel_m - (view.cx, view.cy)) * pixel_m
         for k, centre in enumerate(centres):
             if not len(place):
                 break
             off = np.linalg.norm(joints - centre[:2] * neck[2] / centre[2], axis=1)
-            worth = curvature / pixel_m * np.exp(-0.5 * (off / s.shoulder_sigma_m) ** 2)
+            worth = curvature / pixel_m * np.exp(-0.5 * (off / SHOULDER_SIGMA_M) ** 2)
             best = int(worth.argmax())
-            if worth[best] > s.least_curvature:
+            if worth[best] > LEAST_CURVATURE_PER_M:
                 centre[:2] = joints[best] * centre[2] / neck[2]
             centres[k] = self._sphere(centre, radius_m, evidence)
         return centres
@@ -195,13 +205,13 @@ class EllipsoidTracker:
         """[3] the centre of a sphere, fitted to the points around a shoulder."""
         s, points = self.settings, evidence.all_points_camera
         around = self._some(points[((points - seed) ** 2).sum(1) < (2.0 * radius_m) ** 2])
-        if len(around) < s.least_points:
+        if len(around) < LEAST_SURFACE_POINTS:
             return seed
         radii = np.full(3, radius_m)
 
         def residuals(centre: Array) -> Array:
             gaps = pseudo_distances(around - centre, radii) / s.noise_m / np.sqrt(len(around))
-            return np.append(gaps, (centre - seed) / s.shoulder_sigma_m)
+            return np.append(gaps, (centre - seed) / SHOULDER_SIGMA_M)
 
         return least_squares(residuals, seed, loss="soft_l1", max_nfev=10).x
 
@@ -219,14 +229,14 @@ class EllipsoidTracker:
         centre0 = shoulders.mean(0) + to_centre * y
         local = (evidence.all_points_camera - centre0) @ R0
         points = self._some(local[(np.abs(local) < (rx, half_m, 2.0 * rz)).all(1)])
-        if len(points) < s.least_points:
+        if len(points) < LEAST_SURFACE_POINTS:
             return expected
 
         def residuals(state: Array) -> Array:
             turn = rotations_from_vectors(state[3:])
             gaps = pseudo_distances((points - state[:3]) @ turn, semi_axes)
             gaps = np.clip(gaps, -4 * s.noise_m, 4 * s.noise_m) / s.noise_m
-            held = np.concatenate([state[:3] / s.centre_sigma_m, state[3:] / s.turn_sigma_rad])
+            held = np.concatenate([state[:3] / CENTRE_SIGMA_M, state[3:] / TURN_SIGMA_RAD])
             return np.append(gaps * np.sqrt(30.0 / len(points)), held)
 
         state = least_squares(residuals, np.zeros(6), max_nfev=15).x
@@ -237,7 +247,7 @@ class EllipsoidTracker:
     def _fitted_arms(self, torso: Torso, shoulders: Array, evidence: Evidence) -> list[Arm]:
         """The left and the right arm: each has the points that lie nearer to it than to the other
         one, as both were."""
-        s, R = self.settings, torso.R_camera_torso
+        R = torso.R_camera_torso
         pixels = UserPixels(torso, self.model, evidence)
         points = pixels.points[pixels.weights > 0.5]
         hanging = unit(np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.2]]))
@@ -255,31 +265,31 @@ class EllipsoidTracker:
             own = self._some(points[reach & (away[k] <= away[1 - k])])
             axes, cost_m = self._axes(arm, own, R, side=2.0 * k - 1.0)
             offset = (arm.shoulder - torso.neck_camera) @ R
-            arms.append(Arm(offset, axes @ R, cost_m / s.cap_m))
+            arms.append(Arm(offset, axes @ R, cost_m / CAP_M))
         return arms
 
     def _axes(self, arm: _HungArm, points: Array, R: Array, side: float) -> tuple[Array, float]:
         """[2, 3] directions of an arm's parts in the camera frame, and their mean distance."""
         s = self.settings
-        if len(points) < s.least_points:
-            return arm.last, s.cap_m
-        palms = spread_points(points, arm.shoulder, s.extremities)
+        if len(points) < LEAST_SURFACE_POINTS:
+            return arm.last, CAP_M
+        palms = spread_points(points, arm.shoulder, EXTREMITIES)
         upper_m, fore_m = map(float, arm.lengths_m)
-        drawn = elbows_on_circle(arm.shoulder, palms, upper_m, fore_m, s.turns)
+        drawn = elbows_on_circle(arm.shoulder, palms, upper_m, fore_m, CIRCLE_TURNS)
         starts = np.concatenate([arm.last[None], drawn])
-        costs = np.minimum(np.abs(arm.distances(points, starts)), s.cap_m).mean(1)
+        costs = np.minimum(np.abs(arm.distances(points, starts)), CAP_M).mean(1)
         turned = np.arccos(np.clip((starts * arm.last).sum(-1), -1.0, 1.0)).sum(1)
         beyond = beyond_ranges_rad(arm_angles(starts @ R, side))
-        best = starts[(costs + s.turn_cost_m * turned + s.range_cost_m * beyond).argmin()]
+        best = starts[(costs + TURN_COST_M * turned + RANGE_COST_M * beyond).argmin()]
 
         def residuals(state: Array) -> Array:
             gaps = arm.distances(points, unit(best + state.reshape(2, 3))[None])[0]
             gaps = np.clip(gaps, -4 * s.noise_m, 4 * s.noise_m) / s.noise_m
-            return np.append(gaps * np.sqrt(30.0 / len(points)), state / s.motion_sigma_rad)
+            return np.append(gaps * np.sqrt(30.0 / len(points)), state / MOTION_SIGMA_RAD)
 
         state = least_squares(residuals, np.zeros(6), max_nfev=10).x
         axes = unit(best + state.reshape(2, 3))
-        return axes, float(np.minimum(np.abs(arm.distances(points, axes[None])), s.cap_m).mean())
+        return axes, float(np.minimum(np.abs(arm.distances(points, axes[None])), CAP_M).mean())
 
     def _some(self, points: Array) -> Array:
         """An even choice of points."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,55 +31,52 @@ from topview_lab.rivals.pose_space import HIGH, LOW, N_DIMENSIONS, N_GLOBAL, PLA
 Array = NDArray[np.float64]
 
 
+OWN_WEIGHT, BEST_WEIGHT = 2.8, 1.3
+"""c1 and c2, the pull of a particle's own best and of the swarm's (BMVC 2011); their sum must be
+above 4, or the swarm does not converge (Clerc and Kennedy 2002)."""
+_PSI: Final = OWN_WEIGHT + BEST_WEIGHT
+CONSTRICTION: Final = 2.0 / abs(2.0 - _PSI - np.sqrt(_PSI * _PSI - 4.0 * _PSI))
+"""w of Clerc and Kennedy (2002)."""
+START_SIGMA_M, START_SIGMA_RAD = 0.01, 0.1
+"""How far the particles start from the pose of the frame before, in place and in each joint's
+angles (the authors' released hand tracker)."""
+START_TURN_SIGMA_RAD: Final = 0.05
+"""The same for the turn of the whole body: half the joints', as it moves everything (ours)."""
+PERTURBED_EVERY: Final = 3
+"""Generations after which pPSO draws anew, within its limits, one angle of each of half the
+particles (BMVC 2011)."""
+CLAMP_M, MATCH_M = 0.1, 0.05
+"""d_M and d_m of the objective: the largest depth difference that counts, and the one below which a
+pixel is matched (ours; BMVC 2011 has 4 cm and 1 cm, for hands)."""
+OVERLAP_WEIGHT_M: Final = 0.05
+"""lambda, the weight of the overlap (ours; BMVC 2011 has 20, with differences in mm)."""
+WINDOW_PADDING_M: Final = 0.25
+"""Of the window that poses are rendered in, around the user's pixels and the last pose (ours)."""
+
+
 @dataclass(frozen=True, slots=True)
 class SwarmSettings:
-    """Metres, radians.
+    """The budget of a frame.
 
     Attributes:
-        particles, generations: the budget of a frame; 64 and 25 in the authors' released hand
-            tracker. 40 leave them more than the default tracker's time, see `EQUAL_TIME`.
-        own_weight, best_weight: c1 and c2, the pull of a particle's own best and of the swarm's
-            (BMVC 2011: 2.8, 1.3); with them the constriction w of Clerc and Kennedy (2002).
-        place_sigma_m, turn_sigma_rad, joint_sigma_rad: how far the particles start from the pose
-            of the frame before (1 cm and 0.1 in the authors' released hand tracker; half as far
-            for the turn, which moves all of the body: ours).
-        perturbed: whether angles are drawn anew (pPSO), against premature convergence.
-        perturbed_every: generations after which pPSO draws anew, within its limits, one angle of
-            each of half the particles (BMVC 2011: 3).
-        clamp_m, match_m: d_M and d_m of the objective, the largest difference that counts and the
-            one below which a pixel is matched (BMVC 2011: 4 cm and 1 cm, for hands; ours).
-        overlap_weight_m: lambda, of the overlap (BMVC 2011: 20, with differences in mm).
-        padding_m: of the window that poses are rendered in, around the user's pixels and the last
-            pose.
+        particles: 1 or more; 64 in the authors' released hand tracker.
+        generations: 1 or more; 25 in the authors' released hand tracker. 40 leave them more than
+            the default tracker's time, see `EQUAL_TIME`.
+        perturbed: whether angles are redrawn (pPSO), against premature convergence.
         body: of the default tracker, which gives the pose of a person's first frame.
     """
 
     particles: int = 64
     generations: int = 40
-    own_weight: float = 2.8
-    best_weight: float = 1.3
-    place_sigma_m: float = 0.01
-    turn_sigma_rad: float = 0.05
-    joint_sigma_rad: float = 0.1
     perturbed: bool = False
-    perturbed_every: int = 3
-    clamp_m: float = 0.1
-    match_m: float = 0.05
-    overlap_weight_m: float = 0.05
-    padding_m: float = 0.25
     body: TopviewSettings = field(default_factory=TopviewSettings)
 
     needs: ClassVar[Needs] = Needs()
 
     def __post_init__(self) -> None:
-        for name in ("particles", "generations", "perturbed_every"):
+        for name in ("particles", "generations"):
             if getattr(self, name) < 1:
                 raise InputError(f"{name} is {getattr(self, name)}; it must be 1 or more")
-        if self.own_weight + self.best_weight <= 4.0:
-            raise InputError(
-                f"own_weight + best_weight is {self.own_weight + self.best_weight:g}; "
-                "it must be above 4, or the swarm does not converge"
-            )
 
     @property
     def name(self) -> str:
@@ -88,12 +85,12 @@ class SwarmSettings:
     def tracker(self, subject: Subject) -> SwarmTracker:
         return SwarmTracker(subject, self)
 
-    @property
-    def sigmas(self) -> Array:
-        """[27] of the dimensions of the pose space."""
-        sigmas = np.full(N_DIMENSIONS, self.joint_sigma_rad)
-        sigmas[PLACE], sigmas[TURN] = self.place_sigma_m, self.turn_sigma_rad
-        return sigmas
+
+def start_sigmas() -> Array:
+    """[27] how far particles start from the last pose, in each dimension of the pose space."""
+    sigmas = np.full(N_DIMENSIONS, START_SIGMA_RAD)
+    sigmas[PLACE], sigmas[TURN] = START_SIGMA_M, START_TURN_SIGMA_RAD
+    return sigmas
 
 
 def perturbed_swarm() -> SwarmSettings:
@@ -117,10 +114,8 @@ def minimise(
         cost: [M, D] places to [M] costs.
     """
     s = settings
-    psi = s.own_weight + s.best_weight
-    constriction = 2.0 / abs(2.0 - psi - np.sqrt(psi * psi - 4.0 * psi))
     shape = (s.particles, len(start))
-    places = start + s.sigmas * rng.standard_normal(shape)
+    places = start + start_sigmas() * rng.standard_normal(shape)
     places[0] = start
     places = np.clip(places, LOW, HIGH)
     velocities = np.zeros(shape)
@@ -130,13 +125,13 @@ def minimise(
         is_better = costs < best_costs
         bests[is_better], best_costs[is_better] = places[is_better], costs[is_better]
         own, towards_best = rng.random((2, *shape))
-        velocities = constriction * (
+        velocities = CONSTRICTION * (
             velocities
-            + s.own_weight * own * (bests - places)
-            + s.best_weight * towards_best * (bests[np.argmin(best_costs)] - places)
+            + OWN_WEIGHT * own * (bests - places)
+            + BEST_WEIGHT * towards_best * (bests[np.argmin(best_costs)] - places)
         )
         places = np.clip(places + velocities, LOW, HIGH)
-        if s.perturbed and generation % s.perturbed_every == s.perturbed_every - 1:
+        if s.perturbed and generation % PERTURBED_EVERY == PERTURBED_EVERY - 1:
             chosen = rng.permutation(s.particles)[: s.particles // 2]
             angle = rng.integers(N_GLOBAL, len(start), len(chosen))
             places[chosen, angle] = rng.uniform(LOW[angle], HIGH[angle])
@@ -156,7 +151,7 @@ class Observation:
     mine: NDArray[np.bool_]
 
     @classmethod
-    def around(cls, evidence: Evidence, joints_camera: Array, padding_m: float) -> Observation:
+    def around(cls, evidence: Evidence, joints_camera: Array) -> Observation:
         """The window around the user's pixels and a pose's joints [J, 3], at half the working
         resolution: about as many pixels as the 64 x 64 of BMVC 2011."""
         view, mine = evidence.coarse_view, evidence.user_mask[::2, ::2]
@@ -164,7 +159,7 @@ class Observation:
         x, y, z = joints_camera[joints_camera[:, 2] > 0.1].T
         u = np.append(u, view.fx * x / z + view.cx)
         v = np.append(v, view.fy * y / z + view.cy)
-        padding = padding_m * max(view.fx, view.fy) / max(np.median(z), 0.3)
+        padding = WINDOW_PADDING_M * max(view.fx, view.fy) / max(np.median(z), 0.3)
         height, width = mine.shape
         u0, u1 = np.clip([u.min() - padding, u.max() + padding + 1], 0, width).astype(int)
         v0, v1 = np.clip([v.min() - padding, v.max() + padding + 1], 0, height).astype(int)
@@ -181,9 +176,7 @@ class Observation:
         )
 
 
-def discrepancy_m(
-    poses: Pose, model: BodyModel, seen: Observation, settings: SwarmSettings, threads: int
-) -> Array:
+def discrepancy_m(poses: Pose, model: BodyModel, seen: Observation, threads: int) -> Array:
     """[M] the objective D(O, h) of BMVC 2011: mean clamped depth difference, plus what the maps of
     matched and of the user's pixels fail to overlap, weighted."""
     f4 = np.float32
@@ -200,15 +193,15 @@ def discrepancy_m(
         f4(view.fy),
         f4(view.cx),
         f4(view.cy),
-        f4(settings.clamp_m),
-        f4(settings.match_m),
+        f4(CLAMP_M),
+        f4(MATCH_M),
         max(1, min(threads, len(terms))),
         terms,
     )
     difference, both, either = terms.T
     depth_m = difference / kernel.UNITS_PER_M / np.maximum(either, 1)
     overlap = 2.0 * both / np.maximum(both + either, 1)
-    return depth_m + settings.overlap_weight_m * (1.0 - overlap)
+    return depth_m + OVERLAP_WEIGHT_M * (1.0 - overlap)
 
 
 class SwarmTracker:
@@ -237,13 +230,12 @@ class SwarmTracker:
         return self._pose
 
     def _moved(self, last: Pose, evidence: Evidence) -> Pose:
-        s = self.settings
         space = PoseSpace(last.Rs[UPPER_TORSO])
-        seen = Observation.around(evidence, last.origins(self.model), s.padding_m)
+        seen = Observation.around(evidence, last.origins(self.model))
 
         def cost(vectors: Array) -> Array:
-            return discrepancy_m(space.poses(vectors), self.model, seen, s, self.subject.threads)
+            return discrepancy_m(space.poses(vectors), self.model, seen, self.subject.threads)
 
         # Beside the parts' own counters, which the first frame's tracker draws from.
         rng = self.subject.rng(len(PARTS), evidence)
-        return space.pose(minimise(cost, space.vector(last), s, rng))
+        return space.pose(minimise(cost, space.vector(last), self.settings, rng))

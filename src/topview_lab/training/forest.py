@@ -14,7 +14,6 @@ from topview_lab.rivals.forest.classes import CLASSES
 from topview_lab.rivals.forest.growing import NO_CLASS, GrowingSettings, grow_forest
 from topview_lab.rivals.forest.model import Forest, Trees
 from topview_lab.rivals.forest.proposals import (
-    ProposalSettings,
     propose_joints,
     surface_modes,
     votes_and_points,
@@ -57,7 +56,7 @@ def _behind_the_surface(
     for known in bodies:
         is_body = known.body.label != NO_CLASS
         seen = votes_and_points(trees, known.body.depth_m, is_body, known.view)
-        for j, modes in enumerate(surface_modes(seen, ProposalSettings())):
+        for j, modes in enumerate(surface_modes(seen)):
             if not len(modes) or not known.is_shown[j]:
                 continue
             place = modes[0, :3].astype(np.float64)

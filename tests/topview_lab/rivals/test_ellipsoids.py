@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rendered_bodies import MODEL, at_frame, evidence_of, standing_pose, subject
 from topview.body.parts import JOINTS, LEFT_UPPER_ARM, LEFT_UPPER_LEG, RIGHT_UPPER_ARM
 from topview.geometry.rotations import unit
-from topview.records import JointState
+from topview.records import InputError, JointState
 from topview.track import Tracker, TrackerSettings
 from topview.track.evidence import Evidence
 from topview_lab.rivals.ellipsoids import (
@@ -118,3 +118,15 @@ def test_absent_legs_go_through_the_tracker():
     assert (person.joint_state[LEGS] == JointState.ABSENT).all()
     assert np.isnan(person.joints_camera[LEGS]).all()
     assert np.isfinite(person.joints_camera[ABOVE]).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"noise_m": 0.0}, "noise_m is 0.0; it must be above 0, up to 0.1"),
+        ({"most_points": 19}, "most_points is 19; it must be 20 or more"),
+    ],
+)
+def test_settings_out_of_range_are_refused(changed, message):
+    with pytest.raises(InputError, match=message):
+        EllipsoidSettings(**changed)

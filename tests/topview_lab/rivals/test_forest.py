@@ -16,7 +16,7 @@ from topview.body.parts import JOINT_NAMES
 from topview.kernels.threads import use_threads
 from topview.records import Camera, InputError
 from topview_lab.kernels import forest as kernel
-from topview_lab.rivals.forest import Forest, ProposalSettings, default_forest, propose_joints
+from topview_lab.rivals.forest import Forest, default_forest, propose_joints
 from topview_lab.rivals.forest.classes import CLASS_INDEX, CLASSES, VOTES
 from topview_lab.rivals.forest.growing import (
     NO_CLASS,
@@ -29,7 +29,7 @@ from topview_lab.rivals.forest.model import Trees, person_depth
 from topview_lab.rivals.forest.proposals import SurfaceVotes, surface_modes
 
 LENS = Camera(260.0, 260.0, 59.5, 79.5, 120, 160)
-TOY = GrowingSettings(trees=2, depth=6, candidates=64, pixels=200, reach_m=0.5)
+TOY = GrowingSettings(trees=2, depth=6, candidates=64, pixels=200)
 HEAD, FOOT = CLASS_INDEX["head"], CLASS_INDEX["left_foot"]
 
 
@@ -222,7 +222,7 @@ def test_the_mode_of_a_blob_is_its_middle(seed: int) -> None:
     votes = np.zeros((500, len(VOTES)), np.float32)
     votes[:, 4] = 0.7
     seen = SurfaceVotes(points, np.full(500, 1e-4, np.float32), votes)
-    modes = surface_modes(seen, ProposalSettings())
+    modes = surface_modes(seen)
     assert np.linalg.norm(modes[4][0, :3] - middle) < 0.015
     assert all(not len(modes[j]) for j in range(len(VOTES)) if j != 4)
 
@@ -232,9 +232,7 @@ def test_two_blobs_have_two_modes_the_larger_one_first() -> None:
     middles = np.repeat([[0.0, 0.0, 2.0], [0.5, 0.0, 2.0]], [100, 300], axis=0)
     points = (middles + rng.normal(0.0, 0.02, (400, 3))).astype(np.float32)
     votes = np.full((400, len(VOTES)), 0.5, np.float32)
-    modes = surface_modes(
-        SurfaceVotes(points, np.full(400, 1e-4, np.float32), votes), ProposalSettings()
-    )[0]
+    modes = surface_modes(SurfaceVotes(points, np.full(400, 1e-4, np.float32), votes))[0]
     assert modes[:, 0] == pytest.approx([0.5, 0.0], abs=0.02)
     assert modes[0, 3] == pytest.approx(3.0 * modes[1, 3], rel=0.1)
 

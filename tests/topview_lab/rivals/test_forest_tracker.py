@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from topview.body.parts import JOINT_NAMES
 from topview.camera import project
 from topview.geometry.rotations import rotations_from_vectors
-from topview.records import Frame
+from topview.records import Frame, InputError
 from topview.track import Tracker, TrackerSettings
 from topview_lab.rivals.forest import default_forest, propose_joints
-from topview_lab.rivals.forest.tracker import rigid_fit
+from topview_lab.rivals.forest.tracker import ForestSettings, rigid_fit
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.bodies import JOINT_NAMES as SIM_JOINTS
 from topview_lab.sim.recording import SimulatedFrame
@@ -115,3 +115,8 @@ def test_left_and_right_are_not_at_the_same_place() -> None:
                 for side in ("left", "right")
             )
             assert np.linalg.norm(left - right) > 0.05, joint
+
+
+def test_a_confidence_out_of_range_is_refused():
+    with pytest.raises(InputError, match=r"least_confidence is 1.5; it must be 0 to 1"):
+        ForestSettings(least_confidence=1.5)

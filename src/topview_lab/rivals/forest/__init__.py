@@ -5,6 +5,6 @@ After J. Shotton et al., "Real-time human pose recognition in parts from single 
 """
 
 from topview_lab.rivals.forest.model import Forest, default_forest
-from topview_lab.rivals.forest.proposals import JointCandidate, ProposalSettings, propose_joints
+from topview_lab.rivals.forest.proposals import JointCandidate, propose_joints
 
-__all__ = ["Forest", "JointCandidate", "ProposalSettings", "default_forest", "propose_joints"]
+__all__ = ["Forest", "JointCandidate", "default_forest", "propose_joints"]

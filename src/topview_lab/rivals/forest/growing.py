@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,33 +18,35 @@ from topview_lab.kernels import forest as kernel
 from topview_lab.rivals.forest.classes import CLASSES
 from topview_lab.rivals.forest.model import Floats, Trees
 
+CANDIDATE_BLOCK: Final = 64
+"""Candidates that one task of the kernel tries (ours)."""
+PROBE_REACH_M: Final = 1.0
+"""How far from its pixel a probe may look (ours)."""
+SINGLE_SHARE: Final = 0.5
+"""Of the candidates that compare a probe with the pixel itself (Shotton et al., Fig. 4)."""
+LEAST_SIDE_PIXELS: Final = 6
+"""That each side of a split must keep (ours)."""
+MOST_NODE_PIXELS: Final = 2000
+"""Of a node, by which splits are judged (ours)."""
+
 
 @dataclass(frozen=True, slots=True)
 class GrowingSettings:
-    """Ours, as a small budget wants them; Shotton et al.: 3 trees of depth 20, 2000 offsets, 2000
-    pixels of each of 300 000 images.
+    """The budget of `topview train-forest` (ours); Shotton et al. have 3 trees of depth 20, 2000
+    offsets, and 2000 pixels of each of 300 000 images.
 
     Attributes:
-        trees: how many.
-        depth: levels of splits.
-        candidates: offsets tried at each node; the nodes of a level try the same ones.
-        block: of them, tried in one task.
-        reach_m: how far a probe may look.
-        single_share: of the candidates that compare with the pixel itself (Shotton et al., Fig. 4).
-        pixels: of each image and tree, about as many of each class.
-        least: pixels that each side of a split must keep.
-        most: pixels of a node that splits are judged by.
+        trees: 1 or more.
+        depth: levels of splits, 1 or more.
+        candidates: offsets tried at each node, a multiple of `CANDIDATE_BLOCK`; the nodes of a
+            level try the same ones.
+        pixels: of each image and tree, 1 or more; about as many of each class.
     """
 
     trees: int = 3
     depth: int = 19
     candidates: int = 192
-    block: int = 64
-    reach_m: float = 1.0
-    single_share: float = 0.5
     pixels: int = 100
-    least: int = 6
-    most: int = 2000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,9 +117,9 @@ def _drawn(bodies: Sequence[LabelledBody], count: int, rng: np.random.Generator)
 def draw_offsets(settings: GrowingSettings, rng: np.random.Generator) -> Floats:
     """[C, 4] offsets of two probes in whole millimetres, more of them near the pixel."""
     C = settings.candidates
-    radius, angle = settings.reach_m * rng.random((2, C)), 2.0 * np.pi * rng.random((2, C))
+    radius, angle = PROBE_REACH_M * rng.random((2, C)), 2.0 * np.pi * rng.random((2, C))
     offsets = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-    offsets[1, rng.random(C) < settings.single_share] = 0.0
+    offsets[1, rng.random(C) < SINGLE_SHARE] = 0.0
     return np.round(offsets.transpose(1, 0, 2).reshape(C, 4), 3).astype(np.float32)
 
 
@@ -131,7 +134,7 @@ def _grown(
 ) -> Trees:
     """One tree, level by level; the samples of the nodes of a level lie one after the other."""
     fx, fy = np.float32(camera.fx), np.float32(camera.fy)
-    n = np.arange(settings.most + 1, dtype=np.float64)
+    n = np.arange(MOST_NODE_PIXELS + 1, dtype=np.float64)
     n_log_n = n * np.log(np.maximum(n, 1.0))
     offsets: list[Floats] = []
     thresholds: list[Floats] = []
@@ -142,12 +145,13 @@ def _grown(
     for level in range(settings.depth + 1):
         N = len(nodes) - 1
         candidates = draw_offsets(settings, rng)
-        shape = N, len(candidates) // settings.block
+        shape = N, len(candidates) // CANDIDATE_BLOCK
         gain, choice = np.full(shape, -np.inf), np.zeros(shape, np.int32)
         if level < settings.depth and N:
             kernel.best_splits(
                 depths, crops, samples.image, samples.u, samples.v, samples.label, nodes,
-                candidates, fx, fy, settings.block, settings.least, settings.most, n_log_n, gain,
+                candidates, fx, fy, CANDIDATE_BLOCK, LEAST_SIDE_PIXELS,
+                MOST_NODE_PIXELS, n_log_n, gain,
                 choice,
             )  # fmt: skip
         best = gain.argmax(1)

@@ -8,7 +8,7 @@ of the votes in 3D, which are then pushed from the surface into the body.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,23 +35,17 @@ class Lens(Protocol):
     def cy(self) -> float: ...
 
 
-@dataclass(frozen=True, slots=True)
-class ProposalSettings:
-    """Ours; Shotton et al. optimise them by part on held-out images.
-
-    Attributes:
-        bandwidth_m: of the mean shift: b_c.
-        least_probability: below it a pixel does not vote: lambda_c.
-        most_votes: pixels that vote for a joint, chosen evenly among more.
-        modes: looked for, from as many starts.
-        iterations: of the mean shift.
-    """
-
-    bandwidth_m: float = 0.065
-    least_probability: float = 0.08
-    most_votes: int = 800
-    modes: int = 4
-    iterations: int = 12
+# All ours; Shotton et al. optimise the first two by part on held-out images.
+BANDWIDTH_M: Final = 0.065
+"""b_c: of the mean shift."""
+LEAST_PROBABILITY: Final = 0.08
+"""lambda_c: below it a pixel does not vote."""
+MOST_VOTES: Final = 800
+"""Pixels that vote for a joint, chosen evenly among more."""
+MODES: Final = 4
+"""Modes that are looked for, from as many starts."""
+ITERATIONS: Final = 12
+"""Of the mean shift."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +71,6 @@ def propose_joints(
     is_body: NDArray[np.bool_],
     lens: Lens,
     forest: Forest,
-    settings: ProposalSettings | None = None,
 ) -> list[JointCandidate]:
     """Candidates for the joints of one person, by joint, the most trusted first; none for joints
     that the forest sees nothing of.
@@ -87,11 +80,10 @@ def propose_joints(
         is_body: [H, W] the person's pixels.
         lens: intrinsics.
         forest: `default_forest()` for the one that comes with the project.
-        settings: of the proposals.
     """
     seen = votes_and_points(forest.trees, depth_m, is_body, lens)
     found = []
-    for j, modes in enumerate(surface_modes(seen, settings or ProposalSettings())):
+    for j, modes in enumerate(surface_modes(seen)):
         for *place, area_m2 in modes.astype(np.float64):
             inwards = np.array(place) / np.linalg.norm(place)
             found.append(
@@ -135,28 +127,28 @@ def votes_and_points(
     )
 
 
-def surface_modes(seen: SurfaceVotes, settings: ProposalSettings) -> list[Floats]:
+def surface_modes(seen: SurfaceVotes) -> list[Floats]:
     """For each joint [M, 4]: places on the surface, metres, and the votes there, square metres;
     the most first."""
     out = []
     for votes in seen.votes.T:
-        heard = np.flatnonzero(votes > settings.least_probability)
-        step = max(1, -(-len(heard) // settings.most_votes))
+        heard = np.flatnonzero(votes > LEAST_PROBABILITY)
+        step = max(1, -(-len(heard) // MOST_VOTES))
         heard = heard[::step]
-        modes = np.empty((settings.modes, 4), np.float32)
+        modes = np.empty((MODES, 4), np.float32)
         find_modes(
             seen.points_camera[heard], votes[heard] * seen.areas_m2[heard] * np.float32(step),
-            np.float32(settings.bandwidth_m), settings.iterations, modes,
+            np.float32(BANDWIDTH_M), ITERATIONS, modes,
         )  # fmt: skip
         modes = modes[np.argsort(-modes[:, 3], kind="stable")]
-        out.append(_distinct(modes[modes[:, 3] > 0.0], settings.bandwidth_m))
+        out.append(_distinct(modes[modes[:, 3] > 0.0]))
     return out
 
 
-def _distinct(modes: Floats, bandwidth_m: float) -> Floats:
+def _distinct(modes: Floats) -> Floats:
     """The modes that are not a bandwidth from a better one."""
     kept: list[int] = []
     for m, mode in enumerate(modes):
-        if all(np.linalg.norm(mode[:3] - modes[k, :3]) > bandwidth_m for k in kept):
+        if all(np.linalg.norm(mode[:3] - modes[k, :3]) > BANDWIDTH_M for k in kept):
             kept.append(m)
     return modes[kept]

@@ -10,8 +10,8 @@ the trunk; apart from that, nothing is remembered.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +32,13 @@ from topview.body.parts import (
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import transform, unit
 from topview.people.height import PRIOR_HEIGHT_M
+from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.tracker import limb_rotations
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview_lab.rivals.forest import ProposalSettings, default_forest, propose_joints
+from topview_lab.rivals.forest import default_forest, propose_joints
 
 Array = NDArray[np.float64]
 
@@ -61,25 +62,30 @@ _LIMBS = tuple(
 )
 
 
+LEAST_BODY_PIXELS: Final = 100
+"""A person with fewer pixels stays as last seen (ours)."""
+APART_M: Final = 0.1
+"""A joint and the one of the other side are further apart than this (ours)."""
+MEMORY_WEIGHT: Final = 0.03
+"""Weight of where a joint of the trunk was, against a proposal's confidence (ours)."""
+
+
 @dataclass(frozen=True, slots=True)
 class ForestSettings:
-    """Ours.
+    """Which proposals count.
 
     Attributes:
-        proposals: how joints are proposed.
-        least_pixels: of a person, who else stays as last seen.
-        least_confidence: of a proposal that is heeded.
-        apart_m: a joint and the one of the other side are farther apart than this.
-        memory: weight of where a joint of the trunk was, against a proposal's confidence.
+        least_confidence: of a proposal that moves the body, 0 to 1; a higher one leaves more joints
+            where they were (ours).
     """
 
-    proposals: ProposalSettings = field(default_factory=ProposalSettings)
-    least_pixels: int = 100
     least_confidence: float = 0.5
-    apart_m: float = 0.1
-    memory: float = 0.03
 
     needs: ClassVar[Needs] = Needs()
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.least_confidence <= 1.0:
+            raise InputError(f"least_confidence is {self.least_confidence}; it must be 0 to 1")
 
     @property
     def name(self) -> str:
@@ -106,7 +112,7 @@ class ForestTracker:
         last = self._pose or stand(
             self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera
         )
-        if np.count_nonzero(evidence.user_mask) < self.settings.least_pixels:
+        if np.count_nonzero(evidence.user_mask) < LEAST_BODY_PIXELS:
             return last
         with self.subject.clock.stage("proposals"):
             places, confidence = self._proposed(evidence)
@@ -117,14 +123,18 @@ class ForestTracker:
     def _proposed(self, evidence: Evidence) -> tuple[Array, Array]:
         """[16, 3] and [16] a place for each joint and its confidence, NaN and 0 for none: the most
         trusted candidates first; what is taken by the other side's joint is taken."""
-        s, view = self.settings, evidence.view
+        view = evidence.view
         places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
-        found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest, s.proposals)
+        found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest)
         for candidate in sorted(found, key=lambda c: -c.confidence):
             j = JOINT_NAMES.index(candidate.joint)
             other = places[_OTHER_SIDE[j]]
-            is_taken = np.linalg.norm(other - candidate.place_camera) < s.apart_m
-            if candidate.confidence > s.least_confidence and not confidence[j] and not is_taken:
+            is_taken = np.linalg.norm(other - candidate.place_camera) < APART_M
+            if (
+                candidate.confidence > self.settings.least_confidence
+                and not confidence[j]
+                and not is_taken
+            ):
                 places[j], confidence[j] = candidate.place_camera, candidate.confidence
         return places, confidence
 
@@ -133,7 +143,7 @@ class ForestTracker:
         before = joints_from_parts(model, last.transforms(model))
         is_new = confidence > 0.0
         wished = np.where(is_new[:, None], places, before)
-        weights = np.where(is_new, confidence, 0.0) + self.settings.memory
+        weights = np.where(is_new, confidence, 0.0) + MEMORY_WEIGHT
         resting = joints_from_parts(model, _at_rest(model))
         R, neck = rigid_fit(resting[_TRUNK], wished[_TRUNK], weights[_TRUNK])
         turn = R @ last.Rs[UPPER_TORSO].T
