@@ -31,7 +31,7 @@ Report = Callable[[str, int, int], None]
 
 EARLY_S: Final = 3.0
 """In which people stand facing the front camera (ours)."""
-ROUNDS: Final = 3
+CAMERA_ROUNDS: Final = 3
 """Of following markers and placing the camera by them, in turn (ours)."""
 FLOOR_TRIES: Final = 8
 
@@ -129,8 +129,8 @@ def find_markers(
     if wishes.board is not None:
         pairs = _pairs(front, rear, found.rear_frames)
         found = replace(found, extrinsics=board_extrinsics(pairs, wishes.board))
-    for k in range(ROUNDS):
-        report("following the markers", k, ROUNDS)
+    for k in range(CAMERA_ROUNDS):
+        report("following the markers", k, CAMERA_ROUNDS)
         found = followed(found, fps)
         if wishes.board is None:
             extrinsics = refined_extrinsics(found.views(), found.tracks, found.statures_m, floors)

@@ -18,10 +18,10 @@ GREY: Final = 1.0 / 3.0
 LEAST_CHROMA: Final = 0.10
 """How far a marker's colour must be from grey in the plane of the shares of red and green, to be
 told from everything else (ours); pure red is at 0.75, skin at about 0.1."""
-REACH: Final = 0.45
+COLOR_REACH: Final = 0.45
 """Pixels are the marker's where their colour is nearer to it than this share of its distance from
 grey (ours)."""
-LEAST_LEVEL: Final = 25.0
+LEAST_COLOR_LEVEL: Final = 25.0
 """Mean of red, green and blue below which colours cannot be told (ours)."""
 LEAST_SPOT_PIXELS: Final = 4
 """Smaller spots are no markers (ours)."""
@@ -138,7 +138,7 @@ def color_mask(color: NDArray[np.uint8], look: MarkerLook) -> NDArray[np.bool_]:
     own = np.float32(sum(look.rgb))
     distance = np.hypot(levels[..., 0] / bright - look.red / own,
                         levels[..., 1] / bright - look.green / own)  # fmt: skip
-    return (distance < REACH * chroma_of(look)) & (total > 3.0 * LEAST_LEVEL)
+    return (distance < COLOR_REACH * chroma_of(look)) & (total > 3.0 * LEAST_COLOR_LEVEL)
 
 
 def _spots(frame: Frame, mask: NDArray[np.bool_]) -> list[tuple[float, ...]]:
@@ -174,14 +174,14 @@ def _depth(depth_m: NDArray[np.float32], inside: NDArray[np.bool_]) -> float:
         readings = depth_m[depth_m > 0.0]
     if readings.size == 0:
         return 0.0
-    if readings.max() - readings.min() > MIXED_M:
-        readings = readings[readings < readings.min() + MIXED_M]
+    if readings.max() - readings.min() > MIXED_DEPTHS_M:
+        readings = readings[readings < readings.min() + MIXED_DEPTHS_M]
     median = np.sort(readings)[(readings.size - 1) // 2]
-    near = np.abs(readings - median) <= STEP_M
+    near = np.abs(readings - median) <= DEPTH_STEP_M
     return float(readings[near].mean())
 
 
-STEP_M: Final = 0.04
+DEPTH_STEP_M: Final = 0.04
 """Height of a ball, and a Kinect's step of depth at 3 m (ours)."""
 
 BULGE: Final = 2.0 / 3.0
@@ -189,7 +189,7 @@ BULGE: Final = 2.0 / 3.0
 the clothes, and what is wanted is their middle. (Of a flat marker on each side, both errors cancel
 in the joint.)"""
 
-MIXED_M: Final = 0.12
+MIXED_DEPTHS_M: Final = 0.12
 """Readings further apart than this do not belong to one marker, noise included (ours)."""
 
 

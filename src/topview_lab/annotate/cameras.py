@@ -16,12 +16,12 @@ from topview.people.floor import FloorPlane
 from topview.records import InputError
 from topview_lab.annotate.landmarks import BACK, DEPTHS, FRONT, NAMES
 from topview_lab.annotate.starting import similarity
-from topview_lab.annotate.tracks import NONE, J, Tracks, View, moved, trunk_axes
+from topview_lab.annotate.tracks import NO_SPOT, J, Tracks, View, moved, trunk_axes
 
 LEAST_LIKENESS: Final = 0.4
 """Correlation of the two views' motion below which they cannot be aligned (ours)."""
 MOST_OFFSET_S: Final = 4.0
-SMOOTH_S: Final = 0.05
+SPEED_SMOOTHING_S: Final = 0.05
 """Width of the filter over joint speeds (ours)."""
 LEAST_SPEED_MPS: Final = 0.3
 """Of the fastest joint: if nothing is faster, nobody moves and the views cannot be aligned."""
@@ -67,7 +67,7 @@ def remaining_offset_frames(points: NDArray[np.float64], fps: float) -> int:
             where unseen.
         fps: frames per second.
     """
-    reach = max(round(STEP_S * fps), 1)
+    reach = max(round(VELOCITY_STEP_S * fps), 1)
     ahead, behind = np.roll(points, -reach, 1), np.roll(points, reach, 1)
     speeds = (ahead - behind) / (2 * reach) * fps
     speeds[:, :reach] = speeds[:, -reach:] = np.nan
@@ -80,7 +80,7 @@ def remaining_offset_frames(points: NDArray[np.float64], fps: float) -> int:
 
 
 NEAR_FRAMES: Final = 4
-STEP_S: Final = 0.05
+VELOCITY_STEP_S: Final = 0.05
 """Half the time over which a marker's velocity is taken (ours)."""
 
 
@@ -93,9 +93,9 @@ def _motion(tracks: Tracks, floor: FloorPlane | None, fps: float) -> NDArray[np.
 
 def _velocities(tracks: Tracks, fps: float) -> NDArray[np.float64]:
     """[F, P, J, 3] m/s, NaN where a joint is not seen or jumps, as one does that is found again."""
-    places = gaussian_filter1d(tracks.joints_front, SMOOTH_S * fps, axis=0)
+    places = gaussian_filter1d(tracks.joints_front, SPEED_SMOOTHING_S * fps, axis=0)
     speeds = np.gradient(places, axis=0) * fps
-    seen = (tracks.spots[0] != NONE).any(-1)
+    seen = (tracks.spots[0] != NO_SPOT).any(-1)
     jumps = np.linalg.norm(speeds, axis=-1) > MOST_SPEED_MPS
     return np.where((seen & ~jumps)[..., None], speeds, np.nan)
 
@@ -142,11 +142,11 @@ SIDE_SPREAD: Final = 0.03
 """The same of left against right (ours)."""
 KIND: Final = [NAMES.index(name.replace("_r", "_l")) for name in NAMES]
 """[J] the joint itself, or the left one of a pair."""
-OTHER_SIDE: Final = 0.2
+OTHER_SIDE_WEIGHT: Final = 0.2
 """What two markers of one joint count against one that both cameras see (ours)."""
-FULL: Final = 0.85
+FULL_RADIUS_SHARE: Final = 0.85
 """Share of a marker's radius from which all of it is seen (ours)."""
-PARTLY: Final = 0.1
+PARTLY_SEEN_WEIGHT: Final = 0.1
 """What a marker counts of which one camera sees a part, with the depth of what hides it (ours)."""
 FACING: Final = np.array([not name.startswith(("shoulder", "elbow", "hand")) for name in NAMES])
 """[J] True for joints whose markers lie before and behind them as seen from the trunk."""
@@ -157,7 +157,7 @@ MOST_FRAMES: Final = 100
 def rough_extrinsics(front: Tracks, rear: Tracks) -> NDArray[np.float64]:
     """[4, 4] T_front_rear that brings the joints of two single-view tracks together; both over the
     same F frames."""
-    seen = (front.spots[0] != NONE).any(-1) & (rear.spots[0] != NONE).any(-1)
+    seen = (front.spots[0] != NO_SPOT).any(-1) & (rear.spots[0] != NO_SPOT).any(-1)
     a, b = rear.joints_front[seen], front.joints_front[seen]
     if len(a) < LEAST_PAIRS:
         raise InputError(
@@ -218,7 +218,11 @@ def refined_extrinsics(
             f, k, j = both.T
             sign = np.full(len(both), float(side_b - side_a))
             least = np.minimum(radii[0][f, k, j, side_a], radii[1][f, k, j, side_b])
-            weight = np.where(sign != 0.0, OTHER_SIDE, np.where(least > FULL * full_m, 1.0, PARTLY))
+            weight = np.where(
+                sign != 0.0,
+                OTHER_SIDE_WEIGHT,
+                np.where(least > FULL_RADIUS_SHARE * full_m, 1.0, PARTLY_SEEN_WEIGHT),
+            )
             rows.append((p[f, k, j], q[f, k, j], sign, weight, k * J + j, outwards_of[f, k]))
     p, q, sign, weight, joint, outwards = (
         np.concatenate(column) for column in zip(*rows, strict=True)
@@ -274,12 +278,12 @@ def _trunk_fronts(points: NDArray[np.float64]) -> NDArray[np.float64]:
         for side in (BACK, FRONT):
             one_side = np.nan_to_num(points[f, p, :, side], nan=0.0)
             missing = np.isnan(points[f, p, :, side, 0])
-            if not missing[TRUNK].any():
+            if not missing[TRUNK_JOINTS].any():
                 fronts[f, p] = trunk_axes(one_side)[:, 2]
     return fronts
 
 
-TRUNK: Final = [
+TRUNK_JOINTS: Final = [
     NAMES.index(name) for name in ("neck", "pelvis", "shoulder_l", "shoulder_r", "hip_l", "hip_r")
 ]
 
@@ -304,7 +308,7 @@ def _marker_points(
     points = np.full((len(frames), *names.shape[1:], 3), np.nan)
     radii = np.full(points.shape[:-1], np.nan)
     for row, f in enumerate(frames):
-        seen = names[f] != NONE
+        seen = names[f] != NO_SPOT
         points[row][seen] = view.blobs[f].points_camera[names[f][seen]]
         radii[row][seen] = view.blobs[f].radii_m[names[f][seen]]
     return points, radii

@@ -13,12 +13,12 @@ from scipy.signal import savgol_filter
 
 from topview.geometry.rotations import unit
 from topview_lab.annotate.landmarks import PLACES
-from topview_lab.annotate.tracks import NONE, Tracks, View, mean_of_views
+from topview_lab.annotate.tracks import NO_SPOT, Tracks, View, mean_of_views
 from topview_lab.annotate.twists import settle_limbs
 
 MOST_GAP_S: Final = 0.4
 """Gaps up to this are interpolated without being asked (ours)."""
-SMOOTH_S: Final = 0.2
+JOINT_SMOOTHING_S: Final = 0.2
 """Window of the filter over time (Savitzky and Golay 1964, quadratic): a waving hand is not
 flattened, and half of the depth sensor's noise goes (ours)."""
 SAME_GAP: Final = 0.35
@@ -64,7 +64,7 @@ def marker_points(views: Sequence[View], spots: NDArray[np.intp]) -> NDArray[np.
     points = np.full((*spots.shape, 3), np.nan)
     for v, view in enumerate(views):
         for f in range(spots.shape[1]):
-            named = spots[v, f] != NONE
+            named = spots[v, f] != NO_SPOT
             if named.any():
                 points[v, f][named] = view.points(f)[spots[v, f][named]]
     return points
@@ -179,7 +179,7 @@ def hermite(places: NDArray[np.float64], a: int, b: int) -> NDArray[np.float64]:
 
 def _smooth(places: NDArray[np.float64], fps: float) -> None:
     """Smooth each run of known places, in place."""
-    window = 2 * (round(SMOOTH_S * fps) // 2) + 1
+    window = 2 * (round(JOINT_SMOOTHING_S * fps) // 2) + 1
     if window < 5:
         return
     for p, j in np.ndindex(places.shape[1:3]):

@@ -94,7 +94,7 @@ def standing(arms_deg: float) -> NDArray[np.float64]:
     return np.stack([joints + to_front, joints + to_back], 1)
 
 
-RELATIVE_ANGLES: Final[tuple[tuple[str, str, str], ...]] = (
+ANGLE_JOINTS: Final[tuple[tuple[str, str, str], ...]] = (
     ("head", "neck", "torso"),
     ("neck", "torso", "pelvis"),
     *(
@@ -114,7 +114,7 @@ RELATIVE_ANGLES: Final[tuple[tuple[str, str, str], ...]] = (
 def relative_angles_deg(joints: NDArray[np.floating]) -> NDArray[np.float64]:
     """[..., A] degrees, 0 for a straight limb, of [..., J, 3] joints; NaN where one is missing."""
     a, b, c = (
-        np.asarray(joints, np.float64)[..., [INDEX[triple[k]] for triple in RELATIVE_ANGLES], :]
+        np.asarray(joints, np.float64)[..., [INDEX[triple[k]] for triple in ANGLE_JOINTS], :]
         for k in range(3)
     )
     first, second = b - a, c - b

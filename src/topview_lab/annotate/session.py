@@ -43,7 +43,7 @@ from topview_lab.annotate.project import (
     load_project,
     save_project,
 )
-from topview_lab.annotate.tracks import FREE, NONE, View, moved
+from topview_lab.annotate.tracks import NO_SPOT, UNDECIDED, View, moved
 from topview_lab.annotate.truth import TRUTH_FILE, check_own, truth_arrays, write_truth
 
 SNAP_PX: Final = 6.0
@@ -304,7 +304,7 @@ class Session:
         T_front_view = found.views()[view].T_front_view
         blobs = found.blobs[view][change.frame]
         spot = _nearest(blobs, change.pixel)
-        if spot != NONE:
+        if spot != NO_SPOT:
             return blobs.pixels[spot], moved(T_front_view, blobs.points_camera[spot])
         u, v = change.pixel
         image = self.frame(view, change.frame)
@@ -325,20 +325,20 @@ class Session:
         fixed and deleted ones barred."""
         views = found.views()
         spots = [[*blobs] for blobs in found.blobs]
-        fixed = [np.full(found.tracks.spots.shape[1:], FREE, np.intp) for _ in views]
+        fixed = [np.full(found.tracks.spots.shape[1:], UNDECIDED, np.intp) for _ in views]
         barred: list[dict[int, frozenset[int]]] = [{}, {}]
         for change in self.project.changes:
             if change.kind == "interpolate":
                 continue
             view, f = VIEW_NAMES.index(change.view), change.frame
             blobs = spots[view][f]
-            spot = _nearest(blobs, change.pixel) if change.pixel is not None else NONE
+            spot = _nearest(blobs, change.pixel) if change.pixel is not None else NO_SPOT
             if change.kind == "delete":
-                fixed[view][(f, *change.marker)] = NONE
-                if spot != NONE:
+                fixed[view][(f, *change.marker)] = NO_SPOT
+                if spot != NO_SPOT:
                     barred[view][f] = barred[view].get(f, frozenset()) | {spot}
                 continue
-            if spot == NONE:
+            if spot == NO_SPOT:
                 pixel, place = self._placed(change)
                 point = moved(
                     np.asarray(np.linalg.inv(views[view].T_front_view), np.float64), place
@@ -346,7 +346,7 @@ class Session:
                 spots[view][f] = _with(blobs, pixel, point, self.project.looks[0].radius_m)
                 spot = len(blobs)
             own = fixed[view][f]
-            own[own == spot] = NONE
+            own[own == spot] = NO_SPOT
             own[change.marker] = spot
             barred[view][f] = barred[view].get(f, frozenset()) - {spot}
         said = [
@@ -375,10 +375,10 @@ def _covers(wish: Interpolation, change: Change) -> bool:
 def _nearest(blobs: Blobs, pixel: tuple[float, float]) -> int:
     """The spot at a pixel, -1 where there is none."""
     if not len(blobs):
-        return NONE
+        return NO_SPOT
     distances = np.linalg.norm(blobs.pixels - pixel, axis=-1)
     nearest = int(distances.argmin())
-    return nearest if distances[nearest] <= SNAP_PX else NONE
+    return nearest if distances[nearest] <= SNAP_PX else NO_SPOT
 
 
 def _with(
@@ -397,7 +397,7 @@ def _marker_pixels(found: Found) -> NDArray[np.float64]:
     pixels = np.full((*spots.shape, 2), np.nan)
     for v, blobs in enumerate(found.blobs):
         for f in range(spots.shape[1]):
-            named = spots[v, f] != NONE
+            named = spots[v, f] != NO_SPOT
             if named.any():
                 pixels[v, f][named] = blobs[f].pixels[spots[v, f][named]]
     return pixels

@@ -22,7 +22,7 @@ LINK_M: Final = 0.60
 """Markers nearer than this may be one person's: a long shin, and some (ours)."""
 LEAST_SPOTS: Final = 10
 """Of the 16 joints, that must be seen to name them (ours)."""
-TILTS_DEG: Final = (-4.0, 8.0, 20.0, 32.0)
+CAMERA_TILTS_DEG: Final = (-4.0, 8.0, 20.0, 32.0)
 """How far the camera may look down, tried in turn (ours)."""
 MISSING_M: Final = 0.15
 """What a joint without a spot, or with one further away, counts (ours)."""
@@ -94,12 +94,13 @@ def name_standing(blobs: Blobs, people: int, sees_backs: bool) -> list[Start]:
 
 def _best_fit(points: NDArray[np.float64], spots: NDArray[np.intp], sees_backs: bool) -> Start:
     tries = (
-        _fit(points, spots, tilt, arms, sees_backs) for tilt, arms in product(TILTS_DEG, ARMS_DEG)
+        _fit(points, spots, tilt, arms, sees_backs)
+        for tilt, arms in product(CAMERA_TILTS_DEG, ARMS_DEG)
     )
     return min(tries, key=lambda start: start.cost_m)
 
 
-ROUNDS: Final = 10
+FITTING_ROUNDS: Final = 10
 
 
 def _fit(
@@ -117,7 +118,7 @@ def _fit(
     reach = 0.4
     rows, columns = np.zeros(0, np.intp), np.zeros(0, np.intp)
     distances = np.zeros(0)
-    for _ in range(ROUNDS):
+    for _ in range(FITTING_ROUNDS):
         gaps = cdist(scale * seen @ R.T + origin, points)
         rows, columns = linear_sum_assignment(np.minimum(gaps, reach))
         distances = gaps[rows, columns]

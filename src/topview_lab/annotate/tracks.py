@@ -28,8 +28,8 @@ from topview_lab.annotate.landmarks import (
 )
 from topview_lab.annotate.starting import Start
 
-NONE: Final = -1
-FREE: Final = -2
+NO_SPOT: Final = -1
+UNDECIDED: Final = -2
 J: Final = len(NAMES)
 
 # How markers are followed; all ours.
@@ -116,7 +116,7 @@ def follow(
         fps: frames per second.
     """
     F, P = len(views[0].blobs), len(starts)
-    spots = np.full((len(views), F, P, J, 2), NONE, np.intp)
+    spots = np.full((len(views), F, P, J, 2), NO_SPOT, np.intp)
     joints, outwards = np.zeros((2, F, P, J, 3))
     depths = np.zeros((P, J))
     for frames in (range(start_frame, F), range(start_frame, -1, -1)):
@@ -174,7 +174,7 @@ class _Follower:
         """[P, J, 2] the cheapest one-to-one assignment of a view's spots."""
         points = view.points(f)
         P = len(predicted)
-        names = np.full(P * J * 2, NONE, np.intp)
+        names = np.full(P * J * 2, NO_SPOT, np.intp)
         if not len(points):
             return names.reshape(P, J, 2)
         markers = self._markers(predicted).reshape(-1, 3)
@@ -191,7 +191,7 @@ class _Follower:
         cost[:, list(view.barred.get(f, ()))] = GATE_SIGMAS**2
         if view.fixed is not None:
             said = view.fixed[f].ravel()
-            cost[said != FREE] = GATE_SIGMAS**2
+            cost[said != UNDECIDED] = GATE_SIGMAS**2
             cost[:, said[said >= 0]] = GATE_SIGMAS**2
             names[said >= 0] = said[said >= 0]
         rows, columns = linear_sum_assignment(cost)
@@ -205,7 +205,7 @@ class _Follower:
         """[V, P, J, 2, 3] places of the named spots, NaN where there is none."""
         points = np.full((*spots.shape, 3), np.nan)
         for v, view in enumerate(views):
-            named = spots[v] != NONE
+            named = spots[v] != NO_SPOT
             points[v][named] = view.points(f)[spots[v][named]]
         return points
 
@@ -223,7 +223,7 @@ class _Follower:
         length = np.linalg.norm(joints - joints[:, PARENTS], axis=-1)
         off = np.abs(length - self.bones_m) > BONE_SLACK_SHARE * self.bones_m + BONE_SLACK_M
         off &= (PARENTS >= 0) & ~np.isnan(measured[..., 0])
-        plausible = np.where(off[None, ..., None], NONE, spots)
+        plausible = np.where(off[None, ..., None], NO_SPOT, spots)
         for v, view in enumerate(views):
             if view.fixed is not None:
                 plausible[v] = np.where(view.fixed[f] >= 0, view.fixed[f], plausible[v])

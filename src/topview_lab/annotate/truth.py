@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.annotate.joints import Joints, Seen
-from topview_lab.annotate.landmarks import NAMES, RELATIVE_ANGLES, relative_angles_deg
+from topview_lab.annotate.landmarks import ANGLE_JOINTS, NAMES, relative_angles_deg
 
 TRUTH_FILE: Final = "groundtruth.npz"
 SOURCE: Final = "topview annotate"
@@ -43,7 +43,7 @@ def truth_arrays(
         "seen": joints.seen,
         "seen_names": np.array([seen.name.lower() for seen in Seen]),
         "relative_angles_deg": relative_angles_deg(joints.places_front).astype(np.float32),
-        "angle_joints": np.array(RELATIVE_ANGLES),
+        "angle_joints": np.array(ANGLE_JOINTS),
         "T_front_rear": T_front_rear,
         "offset_s": np.array(offset_s),
         "source": np.array(SOURCE),

@@ -23,7 +23,7 @@ from topview_lab.annotate.tracks import mean_of_views, smallest_turn, trunk_axes
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-STEPS: Final = 36
+TWIST_STEPS: Final = 36
 """Twists that are told apart, all round (ours)."""
 SWEEPS: Final = 2
 """Over all joints, whose neighbours tell about them (ours)."""
@@ -37,7 +37,7 @@ LIMB_JOINTS: Final = [
     INDEX[f"{name}_{side}"] for side in ("l", "r") for name in (*ARM, "knee", "ankle")
 ]
 HANDS: Final = (INDEX["hand_l"], INDEX["hand_r"])
-STRAIGHT, BENT = 0.35, 0.75
+STRAIGHT_LIMB_SINE, BENT_LIMB_SINE = 0.35, 0.75
 """Sines of the angles at which a limb begins to show its twist, and shows it well (ours)."""
 
 # What makes a twist likely; all ours. Costs are squares of standard deviations.
@@ -45,7 +45,7 @@ TWIST_SIGMA_DEG_PER_S: Final = 360.0
 """How fast a limb twists."""
 ACROSS_SIGMA_DEG: Final = 20.0
 """How far the line between a joint's two markers is off its twist."""
-LEAST_FACING: Final = 0.3
+LEAST_MARKER_FACING: Final = 0.3
 """Cosine between a marker's outward direction and the line to a camera that sees it; a lower one
 is less likely."""
 FACING_SIGMA: Final = 0.25
@@ -122,14 +122,18 @@ def settle_limbs(
     """
     joints, measured = joints.copy(), measured.copy()
     sights = {j: Sight.of(points[:, :, j], depths_m[j]) for j in LIMB_JOINTS}
-    steps = np.arange(STEPS)
-    step_deg = 360.0 / STEPS * np.abs((steps[:, None] - steps + STEPS // 2) % STEPS - STEPS // 2)
+    steps = np.arange(TWIST_STEPS)
+    step_deg = (
+        360.0
+        / TWIST_STEPS
+        * np.abs((steps[:, None] - steps + TWIST_STEPS // 2) % TWIST_STEPS - TWIST_STEPS // 2)
+    )
     turns = (step_deg * fps / TWIST_SIGMA_DEG_PER_S) ** 2
     for j in LIMB_JOINTS * SWEEPS:
         sight = sights[j]
         reach_m = PLACES[j] * depths_m[j], (1.0 - PLACES[j]) * depths_m[j]
         axes = across_bone(joints, j)
-        outwards = _around(axes, steps * (2.0 * np.pi / STEPS))
+        outwards = _around(axes, steps * (2.0 * np.pi / TWIST_STEPS))
         one, is_front = _costs_of_one(sight, eyes, outwards, reach_m, joints, measured, j)
         costs = _costs_of_two(sight, outwards)
         costs[sight.one] = np.minimum(one, MOST_COST)[sight.one]
@@ -159,7 +163,7 @@ def _around(axes: Array, angles_rad: NDArray[np.floating]) -> Array:
 def _between_steps(sight: Sight, axes: Array, path: NDArray[np.intp]) -> Array:
     """[F, 3] directions to the front marker along a path of twists: as far between two steps as
     the frames before and after say in which two markers are seen."""
-    step_rad = 2.0 * np.pi / STEPS
+    step_rad = 2.0 * np.pi / TWIST_STEPS
     frames = np.arange(len(path))
     two = frames[sight.both]
     off = np.zeros(len(path))
@@ -215,7 +219,7 @@ def _costs_of_one(
         cost = np.where(sight.name == -sign, OTHER_NAME_COST, 0.0)[:, None]
         for eye, seen in zip(eyes, sight.seen_by & (j not in HANDS), strict=True):
             facing = sign * np.einsum("fki,fi->fk", outwards, unit(eye - sight.spot))
-            less = np.maximum(LEAST_FACING - facing, 0.0) / FACING_SIGMA
+            less = np.maximum(LEAST_MARKER_FACING - facing, 0.0) / FACING_SIGMA
             cost = cost + np.where(seen[:, None], less**2, 0.0)
         place = sight.spot[:, None] - sign * reach_m[side] * outwards
         for k, length_m in bones:
@@ -268,7 +272,9 @@ def fronts_of_bent_limbs(joints: Array) -> tuple[Array, Array]:
             lower = unit(joints[..., end, :] - joints[..., hinge, :])
             cosine = (upper * lower).sum(-1, keepdims=True)
             bend = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-            share = np.clip((bend - STRAIGHT) / (BENT - STRAIGHT), 0.0, 1.0)
+            share = np.clip(
+                (bend - STRAIGHT_LIMB_SINE) / (BENT_LIMB_SINE - STRAIGHT_LIMB_SINE), 0.0, 1.0
+            )
             fronts[..., top, :] = sign * unit(lower - cosine * upper)
             fronts[..., hinge, :] = fronts[..., end, :] = -sign * unit(upper - cosine * lower)
             shares[..., [top, hinge, end], :] = share[..., None, :]

@@ -12,7 +12,7 @@ from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED
 from topview_lab.reproduce.catalogue import ALL, EXPERIMENTS, chosen
 from topview_lab.reproduce.context import Context
-from topview_lab.reproduce.make import MARKDOWN, PAGE, check_seed, make_report
+from topview_lab.reproduce.make import MARKDOWN_FILE, PAGE_FILE, check_seed, make_report
 from topview_lab.reproduce.page import Report
 
 
@@ -46,7 +46,7 @@ def reproduce(
     made = make_report(names, Context(out, quick, seed, mhad, bridge), workers)
     warn(*made.report.problems)
     _print_verdicts(made.report)
-    print(f"written to {out / PAGE} and {out / MARKDOWN}")
+    print(f"written to {out / PAGE_FILE} and {out / MARKDOWN_FILE}")
     return INTERRUPTED if made.interrupted else 0
 
 

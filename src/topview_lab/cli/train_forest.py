@@ -16,24 +16,27 @@ from topview.records import InputError
 from topview_lab.rivals.forest import Forest
 from topview_lab.rivals.forest.classes import CLASSES, SIDED
 from topview_lab.rivals.forest.growing import CANDIDATE_BLOCK, GrowingSettings
+from topview_lab.seeds import (
+    FOREST_CALIBRATED_SEED,
+    FOREST_HELD_OUT_SEED,
+    FOREST_LEARNT_SEED,
+)
 from topview_lab.training.body_parts import KnownBody, simulated_bodies
 from topview_lab.training.forest import ForestScore, learn_forest, score_forest
 
-LEARNT_SEED, CALIBRATED_SEED, HELD_OUT_SEED = 2000, 2500, 2900
-"""Added to the --seed; the report's seeds are others."""
 CALIBRATION_IMAGES = 200
 HELD_OUT_IMAGES = 200
-DEFAULTS = GrowingSettings()
+DEFAULT_GROWING = GrowingSettings()
 
 
 def train_forest(
     *,
     out: Path | None = None,
     images: int = 10_000,
-    trees: int = DEFAULTS.trees,
-    depth: int = DEFAULTS.depth,
-    candidates: int = DEFAULTS.candidates,
-    pixels: int = DEFAULTS.pixels,
+    trees: int = DEFAULT_GROWING.trees,
+    depth: int = DEFAULT_GROWING.depth,
+    candidates: int = DEFAULT_GROWING.candidates,
+    pixels: int = DEFAULT_GROWING.pixels,
     seed: int = 0,
     threads: int = 0,
 ) -> None:
@@ -71,16 +74,17 @@ def train_forest(
         data = forest.npz()
         write_atomically(out, data)
         print(f"trained on {forest.trained_on}; {len(data) / 1e6:.1f} MB written to {out}")
-    score = score_forest(forest, _simulated(HELD_OUT_IMAGES, HELD_OUT_SEED + seed))
+    score = score_forest(forest, _simulated(HELD_OUT_IMAGES, FOREST_HELD_OUT_SEED + seed))
     _report(score)
 
 
 def _learn(images: int, settings: GrowingSettings, seed: int) -> Forest:
-    bodies = _simulated(images, LEARNT_SEED + seed)
-    others = _simulated(CALIBRATION_IMAGES, CALIBRATED_SEED + seed)
+    bodies = _simulated(images, FOREST_LEARNT_SEED + seed)
+    others = _simulated(CALIBRATION_IMAGES, FOREST_CALIBRATED_SEED + seed)
     trained_on = (
-        f"{len(bodies)} people in {images} renders of the simulator, seed {LEARNT_SEED + seed}, "
-        f"{settings.pixels} pixels each for each of {settings.trees} trees"
+        f"{len(bodies)} people in {images} renders of the simulator, "
+        f"seed {FOREST_LEARNT_SEED + seed}, {settings.pixels} pixels each "
+        f"for each of {settings.trees} trees"
     )
     with progress_bar() as progress:
         bar = progress.add_task("growing", total=settings.trees * (settings.depth + 1))

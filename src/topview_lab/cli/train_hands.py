@@ -15,6 +15,7 @@ from topview.detect.beliefs import FEATURES, THESIS_FEATURES, BeliefTables, Kind
 from topview.detect.skin import SkinHistograms
 from topview.io import write_atomically
 from topview.records import InputError
+from topview_lab.seeds import HANDS_HELD_OUT_SEEDS, HANDS_LEARNT_SEEDS
 from topview_lab.training.hands import (
     LabelledFrame,
     Sequences,
@@ -24,8 +25,6 @@ from topview_lab.training.hands import (
 )
 from topview_lab.training.renders import simulated_hands
 
-LEARNT_SEEDS = range(1)
-HELD_OUT_SEEDS = (100,)
 SIZES = ("major_m", "minor_m")
 
 
@@ -64,7 +63,7 @@ def train_hands(
     if test:
         _report([list(read_labelled(path)) for path in test], histograms, tables, "test recordings")
     elif simulated:
-        held_out = [list(frames) for frames in simulated_hands(HELD_OUT_SEEDS)]
+        held_out = [list(frames) for frames in simulated_hands(HANDS_HELD_OUT_SEEDS)]
         _report(held_out, histograms, tables, "other simulated people")
 
 
@@ -75,7 +74,7 @@ def _learn(recordings: Sequence[Path], simulated: bool, histograms: SkinHistogra
         def sequences() -> Iterator[Iterator[LabelledFrame]]:
             yield from (counted(read_labelled(path)) for path in recordings)
             if simulated:
-                yield from (counted(frames) for frames in simulated_hands(LEARNT_SEEDS))
+                yield from (counted(frames) for frames in simulated_hands(HANDS_LEARNT_SEEDS))
 
         def counted(frames: Iterator[LabelledFrame]) -> Iterator[LabelledFrame]:
             for frame in frames:

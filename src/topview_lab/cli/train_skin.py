@@ -21,10 +21,12 @@ from topview.io.readers.images import decode_color
 from topview.records import InputError
 from topview.view.detections import skin_picture
 from topview.view.drawing import png_of
+from topview.view.sight import skin_picture
+from topview_lab.seeds import SKIN_HELD_OUT_SEED, SKIN_LEARNT_SEED
 from topview_lab.training.renders import simulated_skin
 from topview_lab.training.skin import (
+    IS_SKIN,
     NOT_SKIN,
-    SKIN,
     UNKNOWN,
     LabelledImage,
     as_frame,
@@ -37,7 +39,6 @@ from topview_lab.training.tones import SKIN_TONES
 
 SIMULATED_PER_TONE = 24
 HELD_OUT_PER_TONE = 8
-LEARNT_SEED, HELD_OUT_SEED = 0, 1
 
 Rectangle = tuple[int, int, int, int]
 
@@ -110,7 +111,7 @@ class _Corrections:
         return bool(self.skin or self.not_skin)
 
     def draw(self, label: NDArray[np.uint8], path: Path) -> None:
-        for value, rectangles in ((SKIN, self.skin), (NOT_SKIN, self.not_skin)):
+        for value, rectangles in ((IS_SKIN, self.skin), (NOT_SKIN, self.not_skin)):
             for left, top, width, height in rectangles:
                 inside = label[max(top, 0) : top + height, max(left, 0) : left + width]
                 if width < 1 or height < 1 or not inside.size:
@@ -141,10 +142,10 @@ def _learn_simulated() -> SkinHistograms:
                 progress.advance(bar)
 
         histograms = learn_skin(
-            counted(simulated_skin(SIMULATED_PER_TONE, LEARNT_SEED)),
+            counted(simulated_skin(SIMULATED_PER_TONE, SKIN_LEARNT_SEED)),
             f"{count} renders of simulated people of {len(SKIN_TONES)} skin tones",
         )
-        held_out = counted(simulated_skin(HELD_OUT_PER_TONE, HELD_OUT_SEED))
+        held_out = counted(simulated_skin(HELD_OUT_PER_TONE, SKIN_HELD_OUT_SEED))
         scores = score_skin(histograms, held_out)
     table = Table("skin tone", title="skin found on other simulated people")
     table.add_column("found", justify="right")
@@ -173,7 +174,7 @@ def _read_labelled(
                     f"{masks[i]}: is {mask.shape[1]} x {mask.shape[0]} pixels; "
                     f"it must be {rgb.shape[1]} x {rgb.shape[0]}, as {path} is"
                 )
-            label = np.where(np.isin(mask[..., 0], (NOT_SKIN, SKIN)), mask[..., 0], UNKNOWN)
+            label = np.where(np.isin(mask[..., 0], (NOT_SKIN, IS_SKIN)), mask[..., 0], UNKNOWN)
         corrections.draw(label, path)
         labelled.append(LabelledImage(rgb, label))
     return labelled

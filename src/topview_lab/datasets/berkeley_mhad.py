@@ -33,7 +33,7 @@ from topview_lab.metrics import ReferenceSequence
 
 METRES_PER_UNIT: Final = 0.01
 # Our joint and the joints of the skeleton whose middle it is.
-JOINTS: Final[dict[str, tuple[str, ...]]] = {
+MHAD_JOINTS: Final[dict[str, tuple[str, ...]]] = {
     "head": ("Head", "Head" + END_SITE),
     "neck": ("Neck",),
     "torso": ("spine1",),
@@ -51,7 +51,7 @@ JOINTS: Final[dict[str, tuple[str, ...]]] = {
         }.items()
     },
 }
-ACTIONS: Final = (
+MHAD_ACTION_NAMES: Final = (
     "jumping_in_place", "jumping_jacks", "bending", "punching", "waving_two_hands",
     "waving_one_hand", "clapping", "throwing", "sit_down_stand_up", "sit_down", "stand_up",
 )  # fmt: skip
@@ -93,7 +93,7 @@ class BerkeleyMhadSequence:
                 f"as corr_moc_kin01_{self.name}.txt says"
             )
         positions = {name.lower(): p for name, p in motion.positions(mocap_frames).items()}
-        lacks = [names[0] for names in JOINTS.values() if names[0].lower() not in positions]
+        lacks = [names[0] for names in MHAD_JOINTS.values() if names[0].lower() not in positions]
         if lacks:
             raise InputError(
                 f"{path}: has no joints {', '.join(lacks)} (it has "
@@ -102,7 +102,7 @@ class BerkeleyMhadSequence:
         joints_world = METRES_PER_UNIT * np.stack(
             [
                 np.mean([positions[n.lower()] for n in names if n.lower() in positions], axis=0)
-                for names in JOINTS.values()
+                for names in MHAD_JOINTS.values()
             ],
             axis=1,
         )
@@ -111,10 +111,12 @@ class BerkeleyMhadSequence:
         return ReferenceSequence(
             frame_index=frame_index,
             person_ids=np.array([1]),
-            joint_names=tuple(JOINTS),
+            joint_names=tuple(MHAD_JOINTS),
             joints_camera=(joints_world @ T[:3, :3].T + T[:3, 3])[:, None],
             present=np.ones((F, 1), bool),
-            actions=np.full((F, 1), ACTIONS[action - 1] if action <= len(ACTIONS) else ""),
+            actions=np.full(
+                (F, 1), MHAD_ACTION_NAMES[action - 1] if action <= len(MHAD_ACTION_NAMES) else ""
+            ),
             bodies=(f"subject {self.name[1:3]}",),
         )
 

@@ -29,11 +29,11 @@ from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.joints import facing_sides
 from topview_lab.metrics import ReferenceSequence
 
-CAMERA: Final = Camera(
+ITOP_CAMERA: Final = Camera(
     fx=1.0 / 3.50666662e-3, fy=1.0 / 3.50666662e-3, cx=160.0, cy=120.0, width=320, height=240
 )
-FPS: Final = 30.0
-JOINTS: Final = (
+ITOP_FPS: Final = 30.0
+ITOP_JOINTS: Final = (
     "head", "neck", "right_shoulder", "left_shoulder", "right_elbow", "left_elbow", "right_hand",
     "left_hand", "torso", "right_hip", "left_hip", "right_knee", "left_knee", "right_ankle",
     "left_ankle",
@@ -69,14 +69,14 @@ class ItopSequence:
         path = _file(self.root, self.split, "labels")
         rows, is_valid = self._rows()
         with _opened(path) as file:
-            joints = _read(file, "real_world_coordinates", (len(JOINTS), 3))[rows[is_valid]]
-            visible = _read(file, "visible_joints", (len(JOINTS),))[rows[is_valid]]
+            joints = _read(file, "real_world_coordinates", (len(ITOP_JOINTS), 3))[rows[is_valid]]
+            visible = _read(file, "visible_joints", (len(ITOP_JOINTS),))[rows[is_valid]]
         joints_camera = joints.astype(np.float64) * (1.0, -1.0, 1.0)
         F = len(joints)
         return ReferenceSequence(
             frame_index=np.flatnonzero(is_valid),
             person_ids=np.array([1]),
-            joint_names=facing_sides(JOINTS, joints_camera),
+            joint_names=facing_sides(ITOP_JOINTS, joints_camera),
             joints_camera=joints_camera[:, None],
             present=np.ones((F, 1), bool),
             occluded_by_self=(visible[:, None] == 0).astype(np.float64),
@@ -98,14 +98,14 @@ class ItopRecording:
 
     def __init__(self, path: Path, name: str, rows: NDArray[np.int64]) -> None:
         self.name = name
-        self.camera = CAMERA
+        self.camera = ITOP_CAMERA
         self.problems: list[str] = []
         self._path = path
         self._rows = rows
         if not len(rows):
             raise InputError(f"{path}: has no valid frame of {name}; it must have one")
         with _opened(path) as file:
-            _array(file, "data", (CAMERA.height, CAMERA.width))
+            _array(file, "data", (ITOP_CAMERA.height, ITOP_CAMERA.width))
 
     @property
     def frame_count(self) -> int:
@@ -113,14 +113,14 @@ class ItopRecording:
 
     def __iter__(self) -> Iterator[Frame]:
         with _opened(self._path) as file:
-            data = _array(file, "data", (CAMERA.height, CAMERA.width))
+            data = _array(file, "data", (ITOP_CAMERA.height, ITOP_CAMERA.width))
             for index, row in enumerate(self._rows):
                 try:
                     depth_m = depth_image(data[row].astype(np.float32), 1.0)
                 except (OSError, IndexError, ValueError) as error:
                     self.problems.append(f"{self._path}: row {row} cannot be read ({error})")
                     continue
-                yield Frame(index, index / FPS, depth_m, CAMERA)
+                yield Frame(index, index / ITOP_FPS, depth_m, ITOP_CAMERA)
 
 
 def find_itop(root: Path, split: str = "test", pattern: str = "*") -> list[ItopSequence]:

@@ -31,10 +31,10 @@ from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.joints import facing_sides
 from topview_lab.metrics import ReferenceSequence
 
-DEPTH_FILE: Final = re.compile(r"a(\d+)_s(\d+)_e(\d+)_sdepth\.bin")
+MSR_DEPTH_FILE: Final = re.compile(r"a(\d+)_s(\d+)_e(\d+)_sdepth\.bin")
 SKELETONS: Final = ("_skeleton3D.txt", "_skeleton.txt")
 """The better one first."""
-JOINTS: Final = (
+MSR_JOINTS: Final = (
     "left_shoulder", "right_shoulder", "neck", "torso", "left_hip", "right_hip", "pelvis",
     "left_elbow", "right_elbow", "", "", "left_hand", "right_hand", "left_knee", "right_knee",
     "left_ankle", "right_ankle", "", "", "head",
@@ -55,7 +55,7 @@ class MsrAction3dSequence:
         rows = read_skeleton(self.skeleton)
         units = recording.depth_units
         if self.skeleton.name.endswith(SKELETONS[0]):
-            target_m = np.nanmedian(rows[:, JOINTS.index("torso"), 2])
+            target_m = np.nanmedian(rows[:, MSR_JOINTS.index("torso"), 2])
             unit_m = _nearest_unit(target_m / np.median(units[units > 0]))
             return MsrAction3dRecording(self.depth, unit_m)
         return recording
@@ -72,9 +72,9 @@ class MsrAction3dSequence:
             joints_camera = _placed(rows, recording)
         else:
             joints_camera = _unprojected(rows, recording)
-        columns = [k for k, name in enumerate(JOINTS) if name]
+        columns = [k for k, name in enumerate(MSR_JOINTS) if name]
         joints_camera = joints_camera[:, columns]
-        names = facing_sides([JOINTS[k] for k in columns], joints_camera)
+        names = facing_sides([MSR_JOINTS[k] for k in columns], joints_camera)
         known = np.isfinite(joints_camera).all(-1).any(-1)
         return ReferenceSequence(
             frame_index=np.flatnonzero(known),
@@ -100,9 +100,9 @@ def read_skeleton(path: Path) -> NDArray[np.float64]:
             rows = np.array([line for line in lines if line], np.float64)
         except ValueError as error:
             raise InputError(f"is damaged ({error}); {right}") from None
-        if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or len(rows) % len(JOINTS):
+        if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or len(rows) % len(MSR_JOINTS):
             raise InputError(f"has {rows.shape[0]} lines of numbers; {right}")
-    joints = rows[:, :3].reshape(-1, len(JOINTS), 3)
+    joints = rows[:, :3].reshape(-1, len(MSR_JOINTS), 3)
     return np.where((joints != 0.0).any(-1, keepdims=True), joints, np.nan)
 
 
@@ -144,7 +144,7 @@ def find_msr_action3d(root: Path, pattern: str = "*") -> list[MsrAction3dSequenc
     depths = {
         match[0].removesuffix("_sdepth.bin"): file
         for file in _files(root, "*_sdepth.bin")
-        if (match := DEPTH_FILE.fullmatch(file.name))
+        if (match := MSR_DEPTH_FILE.fullmatch(file.name))
     }
     skeletons = {
         file.name.removesuffix(suffix): file

@@ -20,7 +20,7 @@ from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.joints import select_joints
 from topview_lab.metrics import ReferenceSequence
 
-DEPTH_FILE: Final = re.compile(r"a(\d+)_s(\d+)_t(\d+)_depth\.mat")
+UTD_DEPTH_FILE: Final = re.compile(r"a(\d+)_s(\d+)_t(\d+)_depth\.mat")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,9 @@ def find_utd_mhad(root: Path, pattern: str = "*") -> list[UtdMhadRecording]:
             f"{root} lacks the folder {' and '.join(missing)}; UTD-MHAD has "
             "Depth/aA_sS_tT_depth.mat and Skeleton/aA_sS_tT_skeleton.mat"
         )
-    found = [match for file in (root / "Depth").iterdir() if (match := DEPTH_FILE.match(file.name))]
+    found = [
+        match for file in (root / "Depth").iterdir() if (match := UTD_DEPTH_FILE.match(file.name))
+    ]
     if not found:
         raise InputError(
             f"{root / 'Depth'}: no file is named aA_sS_tT_depth.mat, as UTD-MHAD's are"

@@ -23,7 +23,7 @@ _BONE_SHARES: Final = (
     ("hip", "knee", ANATOMICAL.upper_leg),
     ("knee", "ankle", ANATOMICAL.lower_leg - ANATOMICAL.ankle_height),
 )
-STRAIGHT: Final = np.sin(np.radians(20.0))
+STRAIGHT_SINE: Final = np.sin(np.radians(20.0))
 """Sine of the bend below which a limb tells no turn (ours)."""
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def rotations_from_joints(names: Sequence[str], joints: Array) -> Array:
             bones = to(first, middle), to(middle, last)
             # Elbows bend to the front, knees to the back: the hinge's right is the part's +x.
             hinge = bends * np.cross(unit(bones[0]), unit(bones[1]))
-            is_bent = np.linalg.norm(hinge, axis=-1, keepdims=True) > STRAIGHT
+            is_bent = np.linalg.norm(hinge, axis=-1, keepdims=True) > STRAIGHT_SINE
             right = np.where(is_bent, hinge, across)
             parts[f"{side}_{upper}"] = _frame(bones[0], right)
             parts[f"{side}_{lower}"] = _frame(bones[1], right)

@@ -24,7 +24,7 @@ from topview_lab.evaluate.skeleton_files import read_arrays
 from topview_lab.evaluate.vocabulary import find_joints
 from topview_lab.metrics import ReferenceSequence, measure_sequence
 
-FARTHEST_M: Final = 50.0
+FARTHEST_JOINT_M: Final = 50.0
 """Joints beyond are not in metres (ours)."""
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -171,9 +171,9 @@ def _joints(arrays: Arrays) -> NDArray[np.float64]:
     is_told = np.isfinite(joints).all(-1, keepdims=True) & (joints != 0.0).any(-1, keepdims=True)
     joints = np.where(is_told, joints, np.nan)
     farthest = np.abs(joints[np.isfinite(joints)]).max(initial=0.0)
-    if farthest > FARTHEST_M:
+    if farthest > FARTHEST_JOINT_M:
         raise InputError(
-            f"joints_camera reaches {farthest:g}; it must be metres, up to {FARTHEST_M:g}"
+            f"joints_camera reaches {farthest:g}; it must be metres, up to {FARTHEST_JOINT_M:g}"
         )
     return joints
 

@@ -27,14 +27,14 @@ from topview_lab.metrics import (
     hidden_split,
     summarise,
 )
-from topview_lab.metrics.splits import ACTION, BODY, HIDDEN_FROM, UNHIDDEN
+from topview_lab.metrics.splits import ACTION_PREFIX, BODY_PREFIX, HIDDEN_SHARES, UNHIDDEN
 
 OFFSET_MEANING: dict[Offsets, str] = {
     "set": "one constant offset per joint for the whole set",
     "person": "one constant offset per joint for each person of each recording",
 }
-SHARES: Final = (UNHIDDEN, *map(hidden_split, HIDDEN_FROM))
-BY_PERSON: Final = hidden_split(HIDDEN_FROM[0], CAUSES[0])
+SHARE_SPLITS: Final = (UNHIDDEN, *map(hidden_split, HIDDEN_SHARES))
+BY_PERSON: Final = hidden_split(HIDDEN_SHARES[0], CAUSES[0])
 
 ByName = Mapping[str, Comparison]
 BySplit = Mapping[str, ByName]
@@ -111,13 +111,13 @@ def _detail_tables(summary: Summary) -> Iterator[Table]:
     ):
         if by_split:
             yield tables.error_table(title, "part", "°", by_split[ALL])
-    for what, prefix in (("action", ACTION), ("body", BODY)):
+    for what, prefix in (("action", ACTION_PREFIX), ("body", BODY_PREFIX)):
         yield from _label_table(f"distance by {what}", what, prefix, "cm", summary.joints_cm)
         yield from _label_table(f"bone directions by {what}", what, prefix, "°", directions)
     found = {
         _hidden_by(split): found
         for split, found in summary.found.items()
-        if found.count and not split.startswith((ACTION, BODY))
+        if found.count and not split.startswith((ACTION_PREFIX, BODY_PREFIX))
     }
     if len(found) > 1:
         yield tables.found_table(found)
@@ -128,9 +128,9 @@ def _detail_tables(summary: Summary) -> Iterator[Table]:
 
 def _occlusion_table(title: str, unit: str, by_split: BySplit, detail: bool) -> Iterator[Table]:
     """By how much is hidden and by each cause, where anything is known to be hidden or not."""
-    shares = HIDDEN_FROM if detail else HIDDEN_FROM[:1]
+    shares = HIDDEN_SHARES if detail else HIDDEN_SHARES[:1]
     causes = [hidden_split(share, cause) for cause in CAUSES for share in shares]
-    named = [*SHARES, *(split for split in causes if by_split[split][ALL].raw.count)]
+    named = [*SHARE_SPLITS, *(split for split in causes if by_split[split][ALL].raw.count)]
     if any(by_split[split][ALL].raw.count for split in named):
         rows = {_hidden_by(split): by_split[split][ALL] for split in (ALL, *named)}
         yield tables.error_table(f"{title}, {unit}", "hidden by", unit, rows)

@@ -19,7 +19,7 @@ BACKGROUND_M = np.float32(10.0)
 # Differences are counted in bins that grow with the square of their distance from zero (ours): the
 # thresholds are 0, +-4, 16, 35 mm ... 1 m; what differs by more is background.
 HALF_BINS = 16
-BINS = 2 * HALF_BINS
+THRESHOLD_BINS = 2 * HALF_BINS
 RANGE_M = np.float32(1.0)
 
 
@@ -105,7 +105,7 @@ def best_splits(
         gain[node, b] = -np.inf
         if stop - start < 2 * least:
             continue
-        counts = np.zeros((block, BINS, n_classes), np.int32)
+        counts = np.zeros((block, THRESHOLD_BINS, n_classes), np.int32)
         total = np.zeros(n_classes, np.int32)
         step = -(-(stop - start) // most)
         for s in range(start, stop, step):
@@ -129,7 +129,7 @@ def best_splits(
         for c in range(block):
             left[:] = 0
             n_left = 0
-            for i in range(BINS - 1):
+            for i in range(THRESHOLD_BINS - 1):
                 added = 0
                 for k in present:
                     left[k] += counts[c, i, k]
@@ -141,7 +141,7 @@ def best_splits(
                 for k in present:
                     value += n_log_n[left[k]] + n_log_n[total[k] - left[k]]
                 if value - whole > best:
-                    best, best_choice = value - whole, (b * block + c) * BINS + i
+                    best, best_choice = value - whole, (b * block + c) * THRESHOLD_BINS + i
         gain[node, b] = best
         choice[node, b] = best_choice
 

@@ -16,7 +16,7 @@ from topview.kernels.threads import over_threads
 
 UNITS_PER_M = np.float32(10_000)
 N_TERMS = 3
-DIFFERENCE, BOTH, EITHER = range(N_TERMS)
+DEPTH_DIFFERENCE, BOTH, EITHER = range(N_TERMS)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -95,6 +95,6 @@ def compare_bodies(
                     difference += units if counts else np.int32(0)
                     both += np.int32(is_mine & matched)
                     either += np.int32(is_mine | matched)
-            out[m, DIFFERENCE] = difference
+            out[m, DEPTH_DIFFERENCE] = difference
             out[m, BOTH] = both
             out[m, EITHER] = either

@@ -30,7 +30,7 @@ from topview_lab.metrics.depth_benchmarks import (
 )
 from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
 from topview_lab.metrics.matching import (
-    GATE_M,
+    PERSON_GATE_M,
     PeopleCounts,
     count_people,
     match_people,
@@ -56,8 +56,8 @@ __all__ = [
     "CAUSES",
     "DIRECTIONS",
     "DIRECTION_GROUPS",
-    "GATE_M",
     "PART_GROUPS",
+    "PERSON_GATE_M",
     "RELATIVE_ANGLES",
     "RELATIVE_ANGLE_GROUPS",
     "UNHIDDEN",

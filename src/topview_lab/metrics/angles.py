@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview_lab.metrics.errors import Errors, Pool, group_means, hidden_of
 
-SIDES: Final = ("left", "right")
+LEFT_RIGHT: Final = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ BONES: Final[tuple[Bone, ...]] = (
     Bone("lower_torso", "torso", "pelvis"),
     *(
         Bone(f"{side}_{part}", f"{side}_{start}", f"{side}_{end}")
-        for side in SIDES
+        for side in LEFT_RIGHT
         for part, start, end in (
             ("upper_arm", "shoulder", "elbow"),
             ("forearm", "elbow", "hand"),
@@ -77,7 +77,7 @@ RELATIVE_ANGLES: Final[tuple[RelativeAngle, ...]] = (
     RelativeAngle("torso", _CHEST, _LOINS),
     *(
         RelativeAngle(f"{side}_{name}", *bones)
-        for side in SIDES
+        for side in LEFT_RIGHT
         for shoulder, elbow, hand, hip, knee, ankle in [
             [f"{side}_{j}" for j in ("shoulder", "elbow", "hand", "hip", "knee", "ankle")]
         ]
@@ -95,7 +95,7 @@ RELATIVE_ANGLES: Final[tuple[RelativeAngle, ...]] = (
 
 
 def _both(*names: str) -> tuple[str, ...]:
-    return tuple(f"{side}_{name}" for side in SIDES for name in names)
+    return tuple(f"{side}_{name}" for side in LEFT_RIGHT for name in names)
 
 
 RELATIVE_ANGLE_GROUPS: Final[dict[str, tuple[str, ...]]] = {

@@ -18,8 +18,10 @@ from topview.records import JOINT_STATE_NAMES, JointState
 from topview_lab.metrics.errors import Pool, position_errors, total_share
 from topview_lab.metrics.statistics import WITHIN
 
-BINS: Final = 10
-ROUNDING: Final = 1e-6  # confidences are told in single precision: 0.9 belongs to the last bin
+CONFIDENCE_BINS: Final = 10
+CONFIDENCE_ROUNDING: Final = (
+    1e-6  # confidences are told in single precision: 0.9 belongs to the last bin
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +73,10 @@ def calibrate(pool: Pool, where: NDArray[np.bool_] | None = None) -> Calibration
     holds = distance_cm[is_told] <= WITHIN
     confidence = pool.samples.joint_confidence[is_told]
     state = pool.samples.joint_state[is_told]
-    bin_of = np.minimum(((confidence + ROUNDING) * BINS).astype(int), BINS - 1)
-    bins = tuple(_reliability(confidence, holds, bin_of == b) for b in range(BINS))
+    bin_of = np.minimum(
+        ((confidence + CONFIDENCE_ROUNDING) * CONFIDENCE_BINS).astype(int), CONFIDENCE_BINS - 1
+    )
+    bins = tuple(_reliability(confidence, holds, bin_of == b) for b in range(CONFIDENCE_BINS))
     true_state = true_states(pool.samples.hidden[is_told])
     by_true = {s: true_state == s for s in JointState if s != JointState.ABSENT}
     return Calibration(

@@ -15,11 +15,11 @@ from topview_lab.metrics.matching import (
     people_distances,
 )
 
-GATE_M: Final = 0.4
+HEAD_GATE_M: Final = 0.4
 """A found head further than this from every true one is nobody's (ours: two people who touch)."""
-VISIBLE: Final = 0.4
+LEAST_VISIBLE_SHARE: Final = 0.4
 """Share of a person from which on finding that person counts (ours)."""
-HIDDEN: Final = 0.05
+HIDDEN_BELOW_SHARE: Final = 0.05
 """Somebody of whom less than this is visible is hidden (ours)."""
 LONGEST_HIDDEN_S: Final = 5.0
 """Who was hidden for longer may come back as somebody new (ours)."""
@@ -30,7 +30,7 @@ class PersonFound:
     """One person in one recording.
 
     Attributes:
-        frames: in which enough of the person is visible (`VISIBLE`).
+        frames: in which enough of the person is visible (`LEAST_VISIBLE_SHARE`).
         errors_m: [N] distance of the head in those of them in which the person was found.
         wait_s: from the first of them until the person was found, infinite if never; None if
             there is none.
@@ -81,14 +81,14 @@ def measure_heads(
         found_camera: [F, P, 3] metres, by id; NaN where there is no such user.
         is_seen: [F, P] False where a head was predicted.
     """
-    is_visible = visible >= VISIBLE
+    is_visible = visible >= LEAST_VISIBLE_SHARE
     reference = np.where(is_visible[..., None], heads_camera, np.nan)[:, :, None]
     distances_m = people_distances(reference, found_camera[:, :, None])
-    matches = match_people(distances_m, GATE_M)
+    matches = match_people(distances_m, HEAD_GATE_M)
     is_found = np.asarray(np.isfinite(found_camera).all(-1))
     counts = count_people(matches, is_visible, is_found)
     to_anybody = people_distances(heads_camera[:, :, None], found_camera[:, :, None])
-    is_false = is_found & (to_anybody.min(1, initial=np.inf) > GATE_M)
+    is_false = is_found & (to_anybody.min(1, initial=np.inf) > HEAD_GATE_M)
     people = tuple(
         _person(matches[:, r], distances_m[:, r], visible[:, r], times_s)
         for r in range(visible.shape[1])
@@ -109,7 +109,7 @@ def _person(
     times_s: NDArray[np.float64],
 ) -> PersonFound:
     """From [F] matches, [F, P] distances and [F] shares."""
-    shown = np.flatnonzero(visible >= VISIBLE)
+    shown = np.flatnonzero(visible >= LEAST_VISIBLE_SHARE)
     found = np.flatnonzero(matches != NOBODY)
     wait_s = None
     if len(shown):
@@ -125,7 +125,7 @@ def _returns(
     returns = kept = 0
     last = last_f = NOBODY
     for f in np.flatnonzero(matches != NOBODY):
-        was_hidden = last != NOBODY and (visible[last_f:f] < HIDDEN).any()
+        was_hidden = last != NOBODY and (visible[last_f:f] < HIDDEN_BELOW_SHARE).any()
         if was_hidden and times_s[f] - times_s[last_f] <= LONGEST_HIDDEN_S:
             returns += 1
             kept += matches[f] == last

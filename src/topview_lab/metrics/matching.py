@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from topview_lab.metrics.statistics import share
 
-GATE_M: Final = 0.5  # ours: about half the shoulder breadths of two people side by side
+PERSON_GATE_M: Final = 0.5  # ours: about half the shoulder breadths of two people side by side
 NOBODY: Final = -1
 
 
@@ -39,7 +39,9 @@ def people_distances(
     return mean_m
 
 
-def match_people(distances_m: NDArray[np.float64], gate_m: float = GATE_M) -> NDArray[np.int64]:
+def match_people(
+    distances_m: NDArray[np.float64], gate_m: float = PERSON_GATE_M
+) -> NDArray[np.int64]:
     """[F, R] the predicted person (column of P) matched to each reference person, or -1.
 
     Args:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.records import InputError, SkeletonSequence
 from topview_lab.metrics.matching import (
-    GATE_M,
     NOBODY,
+    PERSON_GATE_M,
     count_people,
     match_people,
     people_distances,
@@ -27,7 +27,7 @@ def evaluate_sequence(
     reference: ReferenceSequence,
     name: str = "",
     seconds: float = 0.0,
-    gate_m: float = GATE_M,
+    gate_m: float = PERSON_GATE_M,
 ) -> Evaluation:
     """Measure one tracked recording against its reference."""
     return Evaluation((measure_sequence(predicted, reference, name, seconds, gate_m),))
@@ -38,7 +38,7 @@ def measure_sequence(
     reference: ReferenceSequence,
     name: str = "",
     seconds: float = 0.0,
-    gate_m: float = GATE_M,
+    gate_m: float = PERSON_GATE_M,
 ) -> SequenceErrors:
     """Match people frame by frame and keep everyone who was there.
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from topview.records import InputError, read_only
 
-SHARES: Final = ("occluded_by_person", "occluded_by_object", "occluded_by_self", "outside")
-ROUNDING: Final = 1e-3  # ours: shares are written in single precision, or in thousandths
+SHARE_FIELDS: Final = ("occluded_by_person", "occluded_by_object", "occluded_by_self", "outside")
+SHARE_ROUNDING: Final = 1e-3  # ours: shares are written in single precision, or in thousandths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class ReferenceSequence:
             "statures_m": (R,),
             "actions": (F, R),
             "Rs_camera_part": (F, R, len(self.part_names), 3, 3),
-            **dict.fromkeys(SHARES, (F, R, K)),
+            **dict.fromkeys(SHARE_FIELDS, (F, R, K)),
         }
         for name, shape in expected.items():
             array = getattr(self, name)
@@ -76,7 +76,7 @@ class ReferenceSequence:
             if array.shape != shape:
                 raise InputError(f"reference {name} has shape {array.shape}; it must be {shape}")
             read_only(array)
-        for name in SHARES:
+        for name in SHARE_FIELDS:
             if (shares := getattr(self, name)) is not None:
                 _check_shares(name, shares)
         if self.bodies is not None and len(self.bodies) != R:
@@ -96,6 +96,6 @@ class ReferenceSequence:
 
 
 def _check_shares(name: str, shares: NDArray[Any]) -> None:
-    beyond = shares[(shares < -ROUNDING) | (shares > 1.0 + ROUNDING)]
+    beyond = shares[(shares < -SHARE_ROUNDING) | (shares > 1.0 + SHARE_ROUNDING)]
     if beyond.size:
         raise InputError(f"reference {name} has the share {beyond[0]:g}; it must be 0 to 1, or NaN")

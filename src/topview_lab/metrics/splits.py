@@ -13,9 +13,9 @@ from topview_lab.metrics.samples import CAUSES, OUT_OF_VIEW
 ALL: Final = "all"
 UNHIDDEN: Final = "unhidden"
 UNHIDDEN_BELOW: Final = 0.05  # ours: the rim of a joint's neighbourhood always loses a little
-HIDDEN_FROM: Final = (0.3, 0.6)  # the occlusions of Table 6.3
-ACTION: Final = "action: "
-BODY: Final = "body: "
+HIDDEN_SHARES: Final = (0.3, 0.6)  # the occlusions of Table 6.3
+ACTION_PREFIX: Final = "action: "
+BODY_PREFIX: Final = "body: "
 
 
 def hidden_split(share: float, cause: str = "") -> str:
@@ -41,11 +41,11 @@ def occlusion_splits(hidden: NDArray[np.float64]) -> dict[str, NDArray[np.bool_]
     total = total_share(hidden)
     return {
         UNHIDDEN: total < UNHIDDEN_BELOW,
-        **{hidden_split(share): total >= share for share in HIDDEN_FROM},
+        **{hidden_split(share): total >= share for share in HIDDEN_SHARES},
         **{
             hidden_split(share, cause): hidden[..., i] >= share
             for i, cause in enumerate(CAUSES)
-            for share in HIDDEN_FROM
+            for share in HIDDEN_SHARES
         },
     }
 
@@ -54,7 +54,10 @@ def label_splits(pool: Pool) -> dict[str, NDArray[np.bool_]]:
     """[N] masks of the person-frames of each action and of each body that the reference names."""
     return {
         prefix + label: labels == label
-        for prefix, labels in ((ACTION, pool.samples.action), (BODY, pool.samples.body))
+        for prefix, labels in (
+            (ACTION_PREFIX, pool.samples.action),
+            (BODY_PREFIX, pool.samples.body),
+        )
         for label in np.unique(labels).tolist()
         if label
     }

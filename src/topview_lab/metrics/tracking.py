@@ -22,7 +22,7 @@ from topview_lab.metrics.matching import NOBODY, PeopleCounts
 from topview_lab.metrics.statistics import CM_PER_M, share
 
 ALPHAS: Final = np.arange(1, 20) * 0.05  # Luiten et al., Sec. 5: 0.05, 0.10, ... 0.95
-ROUNDING: Final = 1e-9
+THRESHOLD_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ def count_tracking(
     alike = np.maximum(1.0 - distances_m / (2.0 * gate_m), 0.0)
     frames_r, frames_p = reference_present.sum(0)[:, None], predicted_present.sum(0)
     f, r, p = _match(alike, frames_r, frames_p)
-    is_hit = alike[f, r, p] >= ALPHAS[:, None] - ROUNDING
+    is_hit = alike[f, r, p] >= ALPHAS[:, None] - THRESHOLD_ROUNDING
     together = np.zeros((len(ALPHAS), *alike.shape[1:]))
     for alpha, hit in enumerate(is_hit):
         np.add.at(together[alpha], (r, p), hit)

@@ -17,8 +17,8 @@ from topview_lab.metrics import (
 from topview_lab.metrics.statistics import Statistic
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import INTERACTION, is_occluded, is_subject
-from topview_lab.reproduce.printed import GROUPS, TABLE_6_4, Group, Part, Printed
-from topview_lab.reproduce.runs import DEFAULT, THESIS, Measured, Run, Variant
+from topview_lab.reproduce.printed import FRAME_SETS, GROUPS, TABLE_6_4, Group, Part, Printed
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -30,8 +30,10 @@ from topview_lab.reproduce.section import (
     statistic_cells,
 )
 
-METHODS: Final[dict[str, Variant]] = {"topview": DEFAULT, "utvr, the thesis's recipe": THESIS}
-PARTS: Final[tuple[Part, ...]] = ("overall", "occluded")
+ANGLE_METHODS: Final[dict[str, Variant]] = {
+    "topview": DEFAULT_VARIANT,
+    "utvr, the thesis's recipe": THESIS_RECIPE,
+}
 _JOINTS: Final[dict[Group, str]] = {
     "torso": "torso joints", "arms": "arm joints", "legs": "leg joints",
 }  # fmt: skip
@@ -40,13 +42,13 @@ Angles = dict[Group, dict[Part, Statistic]]
 
 
 def runs_6_4(context: Context) -> list[Run]:
-    return [Run(v, r) for v in METHODS.values() for r in context.own_sequences()]
+    return [Run(v, r) for v in ANGLE_METHODS.values() for r in context.own_sequences()]
 
 
 def table_6_4(context: Context, measured: Measured) -> Section:
     pools = {
         name: pool(measured.of(Run(variant, r) for r in context.own_sequences()))
-        for name, variant in METHODS.items()
+        for name, variant in ANGLE_METHODS.items()
     }
     relative = {
         name: _angles(p, relative_angle_errors, RELATIVE_ANGLE_GROUPS) for name, p in pools.items()
@@ -86,7 +88,9 @@ def _angles(
     subject = is_subject(pooled)
     where = {"overall": subject, "occluded": subject & is_occluded(pooled)}
     return {
-        group: {part: errors.of(groups[_JOINTS[group]]).compare(where[part]).raw for part in PARTS}
+        group: {
+            part: errors.of(groups[_JOINTS[group]]).compare(where[part]).raw for part in FRAME_SETS
+        }
         for group in GROUPS
     }
 
@@ -108,7 +112,7 @@ def _table(caption: str, ours: dict[str, Angles], with_printed: bool) -> Table:
 
 
 def _cells(by_part: Mapping[Part, Statistic | Printed]) -> list[str]:
-    return [cell for part in PARTS for cell in statistic_cells(by_part[part])]
+    return [cell for part in FRAME_SETS for cell in statistic_cells(by_part[part])]
 
 
 def _comparisons(relative: dict[str, Angles]) -> list[Verdict]:
@@ -121,7 +125,7 @@ def _comparisons(relative: dict[str, Angles]) -> list[Verdict]:
         )
         for name, angles in relative.items()
         for group in GROUPS
-        for part in PARTS
+        for part in FRAME_SETS
     ]
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from topview_lab.reproduce.runs import Counterpart
+from topview_lab.seeds import report_seed
 from topview_lab.sim.looks import Look
-
-SEEDS: Final = 6000
-"""The report's scenes have seeds from here on, which nothing was tuned on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +45,7 @@ class Context:
         look: Look | None = None,
     ) -> Counterpart:
         """A simulated recording; its number tells it from others of the same scene."""
-        seed = SEEDS + 100 * self.seed + number
+        seed = report_seed(self.seed, number)
         return Counterpart(self.out / "recordings", scene, seed, frames, start_s, body, look)
 
     def own_sequences(self) -> list[Counterpart]:

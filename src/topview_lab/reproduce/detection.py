@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from topview_lab.metrics.heads import GATE_M, LONGEST_HIDDEN_S, VISIBLE
+from topview_lab.metrics.heads import HEAD_GATE_M, LEAST_VISIBLE_SHARE, LONGEST_HIDDEN_S
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.finding import (
     AUTO,
-    DETECTORS,
-    SKIN_TONES,
+    DETECTOR_NAMES,
     SPECIAL,
+    TONE_GROUPS,
     Case,
     Finding,
     Search,
@@ -26,17 +26,16 @@ from topview_lab.reproduce.section import (
     percent,
 )
 from topview_lab.reproduce.tally import HEADER, Tally
+from topview_lab.seeds import detection_seed
 
-SEEDS: Final = 7000
-"""This section's scenes have seeds from here on, which nothing was tuned on."""
 LEAST_RECALL, MOST_FALSE = 0.98, 1.0
 """Of person-frames, and in 1000 frames, for "users are found" (ours)."""
 
-ONE_PERSON: Final = (
+SCENES_WITH_ONE: Final = (
     "walking", "turning", "looking_around", "sitting", "behind_table", "bending", "kneeling",
     "sit_down_stand_up",
 )  # fmt: skip
-SEVERAL: Final = (
+SCENES_WITH_SEVERAL: Final = (
     "two_users", "crossing", "pass_by", "stand_in_front", "handshake", "hug", "throw_between",
     "enter_and_leave", "dummy_occluder",
 )  # fmt: skip
@@ -45,7 +44,7 @@ CROWDS: Final = (("crossing", 3), ("four_users", 4), ("enter_and_leave", 5), ("f
 
 def cases(context: Context) -> list[Case]:
     """One to six people, then what is special."""
-    seed = SEEDS + 100 * context.seed
+    seed = detection_seed(context.seed, 0)
     if context.quick:
         return [
             Case("walking", seed, 30),
@@ -53,8 +52,8 @@ def cases(context: Context) -> list[Case]:
             Case("four_users", seed, 20, people=6),
             Case("crossing", seed, 20, conditions=SPECIAL[-1]),
         ]
-    plain = [Case(scene, seed, 150) for scene in ONE_PERSON]
-    plain += [Case(scene, seed + 1, 300) for scene in SEVERAL]
+    plain = [Case(scene, seed, 150) for scene in SCENES_WITH_ONE]
+    plain += [Case(scene, seed + 1, 300) for scene in SCENES_WITH_SEVERAL]
     plain += [Case(scene, seed + 2, 150, people=people) for scene, people in CROWDS]
     plain += [Case("four_users", seed + 3, 210, start_s=38.5)]
     special = [
@@ -65,7 +64,9 @@ def cases(context: Context) -> list[Case]:
 
 def searches(context: Context) -> list[Search]:
     """All detectors on what is not special."""
-    return [Search(case, (AUTO,) if case.conditions.name else DETECTORS) for case in cases(context)]
+    return [
+        Search(case, (AUTO,) if case.conditions.name else DETECTOR_NAMES) for case in cases(context)
+    ]
 
 
 def detection(context: Context, measured: Measured) -> Section:
@@ -74,8 +75,8 @@ def detection(context: Context, measured: Measured) -> Section:
     tables = {
         "by scene": _by(plain, lambda search: search.case.scene),
         "by number of people": _by(plain, lambda search: str(len(done[search].tones))),
-        "by skin": {tone: Tally.of(plain.values(), tone=tone) for tone in SKIN_TONES},
-        "by detector": {name: Tally.of(plain.values(), name) for name in DETECTORS},
+        "by skin": {tone: Tally.of(plain.values(), tone=tone) for tone in TONE_GROUPS},
+        "by detector": {name: Tally.of(plain.values(), name) for name in DETECTOR_NAMES},
         "special cases": _by(
             {search: done[search] for search in done if search.case.conditions.name},
             lambda search: search.case.conditions.name,
@@ -87,13 +88,13 @@ def detection(context: Context, measured: Measured) -> Section:
         title="Sections 4.1 and 5.3.1: users found",
         text=(
             "The people finder alone, on colour and depth of simulated scenes: people of all "
-            "sizes, skins and clothes among furniture. Somebody counts in the frames in which "
-            f"{VISIBLE:.0%} or more of the body is in view and unhidden, and is found by a user "
-            f"whose head is within {GATE_M:g} m of the true one. False: users whose head is "
-            "further than that from everybody's, per 1000 frames; of hidden: those of them that "
-            "were not seen, but expected where somebody is hidden. Within 0.5 s: people who were "
-            "users so soon after they came into view. Ids kept: of those who were hidden for up to "
-            f"{LONGEST_HIDDEN_S:g} s and came back.",
+            "sizes, skins and clothes among furniture. Recall: somebody counts in the frames in "
+            f"which {LEAST_VISIBLE_SHARE:.0%} or more of the body is in view and unhidden, and is "
+            f"found by a user whose head is within {HEAD_GATE_M:g} m of the true one. False: users "
+            "whose head is further than that from everybody's, per 1000 frames. Of hidden: those "
+            "of the false ones that were not seen, but expected where somebody is hidden. Within "
+            "0.5 s: people who were users so soon after they came into view. Ids kept: by people "
+            f"who were hidden for up to {LONGEST_HIDDEN_S:g} s and came back.",
         ),
         tables=tuple(
             Table(("", *HEADER), tuple(tally.row(name) for name, tally in tallies.items()), caption)

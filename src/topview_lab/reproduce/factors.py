@@ -10,7 +10,7 @@ from topview_lab.metrics import DIRECTION_GROUPS, Statistic, direction_errors, p
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import BANDS, is_in_band, is_subject, torso_hidden
 from topview_lab.reproduce.printed import OCCLUSIONS, TABLE_6_3, Occlusion, Printed
-from topview_lab.reproduce.runs import DEFAULT, THESIS, Measured, Run, Variant
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Kind,
     Row,
@@ -24,12 +24,12 @@ from topview_lab.reproduce.section import (
     statistic_cells,
 )
 
-FULL: Final = "all (f_uTVR)"
+ALL_FACTORS: Final = "all (f_uTVR)"
 VARIANTS: Final[dict[str, Variant]] = {
     "reproj × align": Variant(UtvrSettings(factors=("reproj", "align"))),
     "align × discr": Variant(UtvrSettings(factors=("align", "discr"))),
     "reproj × discr": Variant(UtvrSettings(factors=("reproj", "discr"))),
-    FULL: THESIS,
+    ALL_FACTORS: THESIS_RECIPE,
 }
 TOPVIEW: Final = "topview, the default"
 
@@ -39,7 +39,7 @@ Statistics = dict[Occlusion, Statistic]
 def runs_6_3(context: Context) -> list[Run]:
     return [
         Run(variant, recording)
-        for variant in (*VARIANTS.values(), DEFAULT)
+        for variant in (*VARIANTS.values(), DEFAULT_VARIANT)
         for recording in context.own_sequences()
     ]
 
@@ -47,7 +47,7 @@ def runs_6_3(context: Context) -> list[Run]:
 def table_6_3(context: Context, measured: Measured) -> Section:
     ours = {
         name: torso_errors(context, measured, variant)
-        for name, variant in (*VARIANTS.items(), (TOPVIEW, DEFAULT))
+        for name, variant in (*VARIANTS.items(), (TOPVIEW, DEFAULT_VARIANT))
     }
     rows = []
     for name, printed in TABLE_6_3.items():
@@ -94,19 +94,19 @@ def _row(name: str, by_level: Mapping[Occlusion, Statistic | Printed], kind: Kin
 
 
 def _comparisons(ours: dict[str, Statistics]) -> list[Verdict]:
-    printed = TABLE_6_3[FULL]
+    printed = TABLE_6_3[ALL_FACTORS]
     return [
         compared(
             f"Table 6.3, torso {level} occluded, {name}", ours[key][level], printed[level], "°"
         )
-        for name, key in (("the recipe of Sec. 5.3", FULL), ("topview", TOPVIEW))
+        for name, key in (("the recipe of Sec. 5.3", ALL_FACTORS), ("topview", TOPVIEW))
         for level in OCCLUSIONS
     ]
 
 
 def _conclusions(ours: dict[str, Statistics]) -> list[Verdict]:
     means = {name: {level: s.mean for level, s in found.items()} for name, found in ours.items()}
-    full = means[FULL]
+    full = means[ALL_FACTORS]
 
     def cost(left_out: str, level: Occlusion) -> float:
         return means[left_out][level] - full[level]

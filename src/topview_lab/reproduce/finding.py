@@ -18,7 +18,7 @@ from topview.people.users import User, by_depth
 from topview.records import Frame
 from topview_lab.metrics.heads import PeopleFound, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.light import Light
 from topview_lab.sim.looks import SKINS
 from topview_lab.sim.scene import Mount
@@ -26,10 +26,10 @@ from topview_lab.sim.truth import FrameTruth
 
 Image = NDArray[np.uint8]
 Colour = Literal["as it is", "none", "grey", "dark", "bright"]
-DETECTORS: Final[tuple[DetectorName, ...]] = ("auto", "depth", "skin", "cascade")
+DETECTOR_NAMES: Final[tuple[DetectorName, ...]] = ("auto", "depth", "skin", "cascade")
 AUTO: Final[DetectorName] = "auto"
-SKIN_TONES: Final = ("light", "middle", "dark")
-HEAD: Final = JOINT_NAMES.index("head")
+TONE_GROUPS: Final = ("light", "middle", "dark")
+HEAD_JOINT: Final = SIM_JOINT_NAMES.index("head")
 
 DARK, BRIGHT = 0.2, 2.5
 """Factors on the grey levels of an under- and an over-exposed picture (ours)."""
@@ -114,7 +114,7 @@ class Search:
     """Find the people of a case with each of some detectors, in any process."""
 
     case: Case
-    detectors: tuple[DetectorName, ...] = DETECTORS
+    detectors: tuple[DetectorName, ...] = DETECTOR_NAMES
 
     def __call__(self) -> Finding:
         scene = self.case.make()
@@ -155,7 +155,7 @@ def compared_with_truth(
             found_camera[f, column] = user.head_camera
             is_seen[f, column] = user.head_is_seen
     return measure_heads(
-        np.array([truth.joints[:, HEAD] for truth in truths]),
+        np.array([truth.joints[:, HEAD_JOINT] for truth in truths]),
         np.array([visible_shares(truth) for truth in truths]),
         np.arange(len(users)) / fps,
         found_camera,
@@ -180,4 +180,4 @@ def changed(color: Image, colour: Colour) -> Image | None:
 
 
 def _tone(skin: tuple[float, float, float]) -> str:
-    return SKIN_TONES[SKINS.index(skin) * len(SKIN_TONES) // len(SKINS)]
+    return TONE_GROUPS[SKINS.index(skin) * len(TONE_GROUPS) // len(SKINS)]

@@ -12,7 +12,7 @@ from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import is_subject
-from topview_lab.reproduce.plots import OCCLUDED, OVERALL, drawn
+from topview_lab.reproduce.plots import OCCLUDED_COLOR, OVERALL_COLOR, drawn
 from topview_lab.reproduce.runs import Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Picture,
@@ -24,9 +24,9 @@ from topview_lab.reproduce.section import (
     number,
 )
 
-HIDDEN_FROM: Final = 0.3
+HIDDEN_PART_SHARE: Final = 0.3
 """Share of a part's joints that others hide in the frames with significant occlusion (ours)."""
-FEW: Final = 3
+FEW_HYPOTHESES: Final = 3
 """The effect is the mean error of up to so many hypotheses against that of more (ours)."""
 MOBILE: Final = ("upper arms", "forearms", "lower legs")
 STIFF: Final = ("upper torso", "lower torso", "upper legs")
@@ -57,15 +57,15 @@ def figure_6_3(context: Context, measured: Measured) -> Section:
         subject = is_subject(pooled)[:, None]
         for group, bones in PART_GROUPS.items():
             errors = direction_errors(pooled).of(bones)
-            hidden = total_share(errors.hidden[..., _OTHERS]) >= HIDDEN_FROM
+            hidden = total_share(errors.hidden[..., _OTHERS]) >= HIDDEN_PART_SHARE
             overall[group][n] = errors.compare(np.broadcast_to(subject, hidden.shape)).raw.mean
             occluded[group][n] = errors.compare(subject & hidden).raw.mean
     path = context.picture("figure-6.3.png")
     with drawn(path, 3, 2, (3.6, 2.1)) as axes:
         for ax, group in zip(axes.flat, PART_GROUPS, strict=True):
             for curves, color, label in (
-                (overall, OVERALL, "all frames"),
-                (occluded, OCCLUDED, "occluded"),
+                (overall, OVERALL_COLOR, "all frames"),
+                (occluded, OCCLUDED_COLOR, "occluded"),
             ):
                 ax.plot(*zip(*curves[group].items(), strict=True), "o-", color=color, label=label,
                         markersize=3)  # fmt: skip
@@ -88,7 +88,7 @@ def figure_6_3(context: Context, measured: Measured) -> Section:
             "The thesis's recipe with N hypotheses of every part propagated from frame to frame, "
             "on the sequences of Table 6.4. Mean angle between estimated and true directions of a "
             "part's bones (upper torso: with the line of the shoulders). Occluded: frames in which "
-            f"others hide {HIDDEN_FROM:.0%} or more of the part's joints.",
+            f"others hide {HIDDEN_PART_SHARE:.0%} or more of the part's joints.",
         ),
         tables=(Table(("mean error, °, with N =", *ns), tuple(rows)),),
         pictures=(Picture(path, "Mean error over N; the thesis prints curves without numbers."),),
@@ -99,8 +99,8 @@ def figure_6_3(context: Context, measured: Measured) -> Section:
 
 def gain(curve: dict[int, float]) -> float:
     """Degrees by which more than a few hypotheses beat a few."""
-    few = [error for n, error in curve.items() if n <= FEW]
-    many = [error for n, error in curve.items() if n > FEW]
+    few = [error for n, error in curve.items() if n <= FEW_HYPOTHESES]
+    many = [error for n, error in curve.items() if n > FEW_HYPOTHESES]
     return float(np.mean(few) - np.mean(many))
 
 
@@ -115,7 +115,7 @@ def _conclusions(overall: Curves, occluded: Curves) -> tuple[Verdict, ...]:
         conclusion(
             "errors drop with the number of hypotheses (Sec. 6.1.2)",
             mean_gain > 0,
-            f"more than {FEW} against up to {FEW}: {told}",
+            f"more than {FEW_HYPOTHESES} against up to {FEW_HYPOTHESES}: {told}",
             [mean_gain],
         ),
         conclusion(

@@ -19,10 +19,11 @@ from topview_lab.reproduce.catalogue import Experiment, chosen
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.page import Report, as_html, as_markdown
 from topview_lab.reproduce.plots import require_matplotlib
+from topview_lab.reproduce.provenance import provenance, seeds_of
 from topview_lab.reproduce.runs import Measured, Run, track_runs, with_findings
 from topview_lab.reproduce.section import Section
 
-MARKDOWN, PAGE, NUMBERS = "report.md", "report.html", "report.json"
+MARKDOWN_FILE, PAGE_FILE, NUMBERS_FILE = "report.md", "report.html", "report.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,7 @@ def make_report(
     start = perf_counter()
     wanted = {name: list(experiment.runs(context)) for name, experiment in experiments.items()}
     sought = {name: list(experiment.searches(context)) for name, experiment in experiments.items()}
+    seeds = {name: seeds_of(wanted[name], sought[name]) for name in experiments}
     tracked = track_runs([run for runs in wanted.values() for run in runs], workers, console)
     if not tracked.interrupted:
         searches = [search for searches in sought.values() for search in searches]
@@ -74,6 +76,7 @@ def make_report(
         preface=_preface(context, perf_counter() - start),
         sections=tuple(sections),
         problems=(*tracked.problems, *left_out),
+        appendix=(provenance(seeds),),
     )
     write(report, context)
     return Made(report, tracked.interrupted)
@@ -87,11 +90,13 @@ def write(report: Report, context: Context) -> None:
             "numbers": section.numbers,
             "verdicts": [(v.word, v.claim, v.evidence) for v in section.verdicts],
         }
-        for section in report.sections
+        for section in (*report.sections, *report.appendix)
     }
-    write_atomically(out / MARKDOWN, as_markdown(report, out).encode())
-    write_atomically(out / PAGE, as_html(report, out).encode())
-    write_atomically(out / NUMBERS, msgspec.json.format(msgspec.json.encode(numbers), indent=1))
+    write_atomically(out / MARKDOWN_FILE, as_markdown(report, out).encode())
+    write_atomically(out / PAGE_FILE, as_html(report, out).encode())
+    write_atomically(
+        out / NUMBERS_FILE, msgspec.json.format(msgspec.json.encode(numbers), indent=1)
+    )
 
 
 def _is_complete(runs: Sequence[Run], measured: Measured) -> bool:
@@ -130,10 +135,14 @@ def _preface(context: Context, seconds: float) -> tuple[str, ...]:
     size = "a quick form with shorter and fewer recordings" if context.quick else "the full form"
     return (
         "Numbers of the thesis are as printed, on its own recordings; ours are measured. "
-        f"{data} on simulated counterparts (topview simulate, a Kinect at 320 x 240) of bodies, "
-        "motions and seeds that nothing was tuned on. Numbers of different recordings do not prove "
-        "who is better; they say whether the method behaves as described. Rows in grey are the "
-        "thesis's or still to come.",
+        f"{data} on simulated counterparts (topview simulate, a Kinect at 320 x 240). Numbers of "
+        "different recordings do not prove who is better; they say whether the method behaves as "
+        "described. Rows in grey are the thesis's or still to come.",
+        "The simulated people are not unseen data: the last section says which of them were looked "
+        "at while something was built. Nor are they neutral. Simulator and tracker take the places "
+        "of hips, knees, ankles and shoulders and the forearm's length from the same shares of the "
+        "stature (Drillis and Contini, as in Winter), which flatters distances that have no "
+        "offsets out.",
         f"topview {version('topview')}, {size}, seed {context.seed}; made in "
         f"{seconds / 60:.0f} minutes on {os.cpu_count()} cores of {platform.machine()}, Python "
         f"{platform.python_version()}.",

@@ -11,7 +11,7 @@ from topview_lab.metrics import Comparison, summarise
 from topview_lab.metrics.summary import ALL
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.printed import TABLE_6_1, TABLE_6_2, Printed
-from topview_lab.reproduce.runs import DEFAULT, THESIS, Measured, Run, Variant
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -24,16 +24,16 @@ from topview_lab.rivals.swarm import SwarmSettings, perturbed_swarm
 from topview_lab.sim import TWELVE_LOOKS
 from topview_lab.sim.actions import MHAD_ACTIONS
 
-METHODS: Final[dict[str, Variant]] = {
-    "topview, the default": DEFAULT,
-    "utvr, the thesis's recipe": THESIS,
+POSITION_METHODS: Final[dict[str, Variant]] = {
+    "topview, the default": DEFAULT_VARIANT,
+    "utvr, the thesis's recipe": THESIS_RECIPE,
 }
-RIVALS: Final[dict[str, Variant]] = {
+SWARMS: Final[dict[str, Variant]] = {
     "bPSO, as topview has it": Variant(SwarmSettings()),
     "pPSO, as topview has it": Variant(perturbed_swarm()),
 }
 """Swarms as `topview_lab.rivals.swarm` has them; left out of the quick form."""
-OPEN: Final = ("HYBRID on our recordings: wants NiTE, a closed binary",)
+OPEN_RIVALS: Final = ("HYBRID on our recordings: wants NiTE, a closed binary",)
 SUBJECT: Final = 9
 """Of Table 6.2, counted from 1."""
 
@@ -64,7 +64,7 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
 
 
 def methods(context: Context) -> dict[str, Variant]:
-    return METHODS if context.quick else METHODS | RIVALS
+    return POSITION_METHODS if context.quick else POSITION_METHODS | SWARMS
 
 
 def runs_6_1(context: Context) -> list[Run]:
@@ -111,7 +111,7 @@ def _section(
     for method, total in totals.items():
         rows.append(Row((method, *statistic_cells(total.raw))))
         rows.append(Row((f"{method}, offsets out", *statistic_cells(total.offset_out))))
-    rows += [Row((rival, "", "", ""), "open") for rival in OPEN]
+    rows += [Row((rival, "", "", ""), "open") for rival in OPEN_RIVALS]
     default = summaries["topview, the default"]
     data = "Berkeley MHAD, Kinect 1" if context.mhad else "simulated counterparts of Berkeley MHAD"
     return Section(
@@ -129,7 +129,7 @@ def _section(
         ),
         verdicts=tuple(
             compared(f"{title}: {method}", totals[method].raw, printed["uTVR"], " cm")
-            for method in METHODS
+            for method in POSITION_METHODS
         ),
         numbers={
             method: {"raw": as_json(total.raw), "offset_out": as_json(total.offset_out)}

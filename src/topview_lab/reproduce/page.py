@@ -13,12 +13,13 @@ from topview_lab.reproduce.section import Section, Table, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Sections and what goes before them."""
+    """Sections, what goes before them, and what comes after them all."""
 
     title: str
     preface: tuple[str, ...]
     sections: tuple[Section, ...]
     problems: tuple[str, ...] = ()
+    appendix: tuple[Section, ...] = ()
 
     @property
     def verdicts(self) -> list[Verdict]:
@@ -34,7 +35,7 @@ def as_markdown(report: Report, folder: Path) -> str:
         lines.append("")
     if report.problems:
         lines += ["## Problems", "", *(f"- {problem}" for problem in report.problems), ""]
-    for section in report.sections:
+    for section in (*report.sections, *report.appendix):
         lines += [f"## {section.title}", "", *_paragraphs(section.text)]
         for table in section.tables:
             lines += [*_markdown_table(table), ""]
@@ -76,7 +77,7 @@ def _markdown_table(table: Table) -> list[str]:
     return [*caption, line(rows[0]), f"{rule}|", *(line(row) for row in rows[1:])]
 
 
-STYLE: Final = """
+PAGE_STYLE: Final = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2330; max-width: 62rem; margin: 2rem auto;
        padding: 0 1.2rem; }
 h1 { font-size: 1.7rem; } h2 { font-size: 1.25rem; margin-top: 2.4rem; }
@@ -112,7 +113,7 @@ def as_html(report: Report, folder: Path) -> str:
     title = html.escape(report.title)
     links = "".join(
         f'<a href="#{section.name}">{html.escape(section.title.split(":")[0])}</a>'
-        for section in report.sections
+        for section in (*report.sections, *report.appendix)
     )
     body = [f"<h1>{title}</h1>", *_html_paragraphs(report.preface), f"<nav>{links}</nav>"]
     for heading, verdicts in _summary(report.verdicts):
@@ -122,7 +123,7 @@ def as_html(report: Report, folder: Path) -> str:
     if report.problems:
         items = "".join(f"<li>{html.escape(problem)}</li>" for problem in report.problems)
         body.append(f"<h2>Problems</h2><ul>{items}</ul>")
-    for section in report.sections:
+    for section in (*report.sections, *report.appendix):
         body.append(f'<h2 id="{section.name}">{html.escape(section.title)}</h2>')
         body += _html_paragraphs(section.text)
         body += [_html_table(table) for table in section.tables]
@@ -134,7 +135,7 @@ def as_html(report: Report, folder: Path) -> str:
     return (
         '<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{title}</title><style>{STYLE}</style></head>\n<body>\n"
+        f"<title>{title}</title><style>{PAGE_STYLE}</style></head>\n<body>\n"
         + "\n".join(body)
         + "\n</body>\n</html>\n"
     )

@@ -12,11 +12,11 @@ from topview.records import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OVERALL: Final = "#1f6fb2"
-OCCLUDED: Final = "#c8402f"
+OVERALL_COLOR: Final = "#1f6fb2"
+OCCLUDED_COLOR: Final = "#c8402f"
 """Blue and red as in Fig. 6.3."""
 
-STYLE: Final[dict[Any, Any]] = {
+PLOT_STYLE: Final[dict[Any, Any]] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -55,7 +55,7 @@ def figure(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with rc_context(STYLE):
+    with rc_context(PLOT_STYLE):
         fig = Figure(figsize=size)
         FigureCanvasAgg(fig)
         yield fig

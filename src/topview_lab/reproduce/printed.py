@@ -63,6 +63,8 @@ TABLE_6_3: Final[dict[str, dict[Occlusion, Printed]]] = {
 Group = Literal["torso", "arms", "legs"]
 GROUPS: Final[tuple[Group, ...]] = ("torso", "arms", "legs")
 Part = Literal["overall", "occluded"]
+FRAME_SETS: Final[tuple[Part, ...]] = ("overall", "occluded")
+"""All frames, and those in which another person occludes the user."""
 
 TABLE_6_4: Final[dict[Group, dict[str, dict[Part, Printed]]]] = {
     "torso": {

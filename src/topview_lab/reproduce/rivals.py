@@ -12,7 +12,14 @@ from topview_lab.evaluate.predictions import PredictedJob, Predictions
 from topview_lab.metrics import ALL, Evaluation, Summary, hidden_split, summarise
 from topview_lab.metrics.statistics import Comparison
 from topview_lab.reproduce.context import Context
-from topview_lab.reproduce.runs import DEFAULT, THESIS, Counterpart, Measured, Run, Variant
+from topview_lab.reproduce.runs import (
+    DEFAULT_VARIANT,
+    THESIS_RECIPE,
+    Counterpart,
+    Measured,
+    Run,
+    Variant,
+)
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -26,7 +33,7 @@ from topview_lab.rivals.ellipsoids import EllipsoidSettings
 from topview_lab.rivals.forest.tracker import ForestSettings
 from topview_lab.rivals.swarm import EQUAL_TIME
 
-OCCLUDED: Final = hidden_split(0.3, "another person")
+OCCLUDED_SPLIT: Final = hidden_split(0.3, "another person")
 UPPER: Final = (
     "head", "neck", "torso", "left_shoulder", "left_elbow", "left_hand", "right_shoulder",
     "right_elbow", "right_hand",
@@ -50,8 +57,8 @@ OURS: Final = "topview, the default"
 BPSO: Final = "bPSO, as much time as topview"
 PPSO: Final = "pPSO, as much time as topview"
 RIVALS: Final[dict[str, Rival]] = {
-    OURS: Rival(DEFAULT, "hands' colour helps"),
-    "utvr, the recipe of Sec. 5.3": Rival(THESIS),
+    OURS: Rival(DEFAULT_VARIANT, "hands' colour helps"),
+    "utvr, the recipe of Sec. 5.3": Rival(THESIS_RECIPE),
     "bTVR, upper body (Sec. 5.1)": Rival(Variant(BtvrSettings()), "hands' colour helps"),
     "ellipsoids, upper body (Sec. 2.2)": Rival(Variant(EllipsoidSettings())),
     BPSO: Rival(Variant(EQUAL_TIME)),
@@ -59,7 +66,7 @@ RIVALS: Final[dict[str, Rival]] = {
     "forest (Shotton et al.)": Rival(Variant(ForestSettings()), "training: the simulator's bodies"),
 }
 BRIDGE: Final = "bridge: another system's skeletons"
-OPEN: Final = "bridge: MediaPipe Pose, lifted by depth"
+OPEN_BRIDGE: Final = "bridge: MediaPipe Pose, lifted by depth"
 
 
 def recordings(context: Context) -> list[Counterpart]:
@@ -92,7 +99,9 @@ def rivals(context: Context, measured: Measured) -> Section:
     rows = [Row((name, *_cells(s), RIVALS[name].needs)) for name, s in summaries.items()]
     bridged = _bridged(context)
     if bridged is None:
-        rows.append(Row((OPEN, *[""] * 7, "an environment of its own; --bridge FOLDER"), "open"))
+        rows.append(
+            Row((OPEN_BRIDGE, *[""] * 7, "an environment of its own; --bridge FOLDER"), "open")
+        )
     else:
         summaries[BRIDGE] = bridged
         rows.append(Row((BRIDGE, *_cells(bridged), str(context.bridge))))
@@ -119,7 +128,7 @@ def rivals(context: Context, measured: Measured) -> Section:
         numbers={
             name: {
                 "joints_cm": as_json(s.joints_cm[ALL][ALL].offset_out),
-                "occluded_cm": as_json(s.joints_cm[OCCLUDED][ALL].offset_out),
+                "occluded_cm": as_json(s.joints_cm[OCCLUDED_SPLIT][ALL].offset_out),
                 "recall": s.recall,
                 "frames_per_second": s.frames_per_second,
             }
@@ -143,8 +152,8 @@ def _cells(summary: Summary) -> tuple[str, ...]:
         number(whole.mean),
         percent(whole.within_10),
         number(_upper_cm(summary.joints_cm[ALL])),
-        number(summary.joints_cm[OCCLUDED][ALL].offset_out.mean),
-        number(_upper_cm(summary.joints_cm[OCCLUDED])),
+        number(summary.joints_cm[OCCLUDED_SPLIT][ALL].offset_out.mean),
+        number(_upper_cm(summary.joints_cm[OCCLUDED_SPLIT])),
         percent(summary.recall),
         number(summary.frames_per_second),
     )
@@ -160,7 +169,7 @@ def _upper_cm(joints: dict[str, Comparison]) -> float:
 def _beats(summaries: dict[str, Summary], swarm: str) -> Verdict:
     (ours, others), (our_occluded, their_occluded) = (
         [summaries[name].joints_cm[split][ALL].offset_out.mean for name in (OURS, swarm)]
-        for split in (ALL, OCCLUDED)
+        for split in (ALL, OCCLUDED_SPLIT)
     )
     is_ahead = {ours <= others, our_occluded <= their_occluded}
     known = all(map(isfinite, (ours, others, our_occluded, their_occluded)))

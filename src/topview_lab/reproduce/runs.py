@@ -36,8 +36,8 @@ class Variant:
         return track_recording(recording, tracker=Tracker(settings, body=self.body))
 
 
-DEFAULT = Variant(TopviewSettings())
-THESIS = Variant(UtvrSettings())
+DEFAULT_VARIANT = Variant(TopviewSettings())
+THESIS_RECIPE = Variant(UtvrSettings())
 
 
 @dataclass(frozen=True, slots=True)

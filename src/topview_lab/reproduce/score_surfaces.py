@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 ANGLES_DEG: Final = np.arange(-60.0, 60.1, 4.0)
 """Distance of the hypotheses from the truth, in pitch and in roll."""
-CLOTHING_M: Final = 0.02
+ADDED_RADIUS_M: Final = 0.02
 """Added to the radii, so that the points on the surface lie inside (ours)."""
 MOST_M: Final = 0.3
 """How far the trunk's surface lies from the line between shoulders and hips, at most (ours)."""
@@ -160,7 +160,7 @@ def surface(recording: SimulatedRecording, truth: GroundTruth, frame: int) -> Su
     points = (pixel_rays(camera) * depth_m[..., None])[(simulated.mask == 1) & (depth_m > 0)]
     joints = dict(zip(truth.names, truth.joints[frame, 0].astype(np.float64), strict=True))
     model = BodyModel.of(float(truth.stature[0]), THESIS)
-    radii_m = model.radii_m[UPPER_TORSO] + CLOTHING_M
+    radii_m = model.radii_m[UPPER_TORSO] + ADDED_RADIUS_M
     R_true, top, length_m = _true_torso(joints)
     top = top + _to_surface(points, R_true, top, length_m, radii_m)
 

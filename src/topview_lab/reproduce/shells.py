@@ -12,7 +12,7 @@ from scipy.signal import find_peaks
 from topview.geometry.rotations import rotations_from_angles
 from topview.score.definition import Cylinder, top_view_cells
 from topview_lab.reproduce.context import Context
-from topview_lab.reproduce.plots import OVERALL, drawn
+from topview_lab.reproduce.plots import OVERALL_COLOR, drawn
 from topview_lab.reproduce.section import (
     Picture,
     Row,
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 LENGTH_M: Final = 0.5
 SPACING_M: Final = 0.01
 """Between neighbouring points: a Kinect's at 2.6 m, every second pixel (ours); and the cells."""
-TILTS_DEG: Final = np.arange(-90.0, 90.1, 3.0)
+VIEW_TILTS_DEG: Final = np.arange(-90.0, 90.1, 3.0)
 DEEP: Final = 0.25
 """A second minimum counts if it is this deep, as a share of the first one's depth (ours)."""
 
@@ -81,10 +81,10 @@ SHELLS: Final[tuple[Shell, ...]] = (
 
 
 def ratios(shell: Shell, rng: np.random.Generator) -> Array:
-    """[T] f_reproj (Eq. 3.1) seen along axes that are tilted about x by `TILTS_DEG`."""
+    """[T] f_reproj (Eq. 3.1) seen along axes that are tilted about x by `VIEW_TILTS_DEG`."""
     points = shell.points(rng)
-    tilts = np.zeros((len(TILTS_DEG), 3))
-    tilts[:, 0] = np.radians(TILTS_DEG)
+    tilts = np.zeros((len(VIEW_TILTS_DEG), 3))
+    tilts[:, 0] = np.radians(VIEW_TILTS_DEG)
     result = []
     for R in rotations_from_angles(tilts):
         T = np.eye(4)
@@ -109,8 +109,8 @@ def figure_3_2(context: Context) -> Section:
     with drawn(path, 2, 4, (2.6, 2.3)) as axes:
         for ax, (shell, ratio) in zip(axes.flat, curves.items(), strict=True):
             best = int(ratio.argmin())
-            ax.plot(TILTS_DEG, ratio, color=OVERALL)
-            ax.plot(TILTS_DEG[best], ratio[best], "o", color=OVERALL)
+            ax.plot(VIEW_TILTS_DEG, ratio, color=OVERALL_COLOR)
+            ax.plot(VIEW_TILTS_DEG[best], ratio[best], "o", color=OVERALL_COLOR)
             ax.set(title=shell.name, xticks=range(-90, 91, 45), ylim=(0, 1))
         for ax in axes[-1]:
             ax.set_xlabel("view to axis, degrees")
@@ -119,11 +119,11 @@ def figure_3_2(context: Context) -> Section:
     rows, is_single = [], True
     for shell, ratio in curves.items():
         found = minima(ratio)
-        is_single &= len(found) == 1 and bool(abs(TILTS_DEG[found[0]]) <= 3.0)
+        is_single &= len(found) == 1 and bool(abs(VIEW_TILTS_DEG[found[0]]) <= 3.0)
         rows.append(
             Row((
                 shell.name,
-                f"{TILTS_DEG[found[0]]:+.0f}°",
+                f"{VIEW_TILTS_DEG[found[0]]:+.0f}°",
                 str(len(found)),
                 number(float(ratio.min()), 2),
                 number(float(ratio.max()), 2),
@@ -151,7 +151,7 @@ def figure_3_2(context: Context) -> Section:
             ),
         ),
         numbers={
-            "tilts_deg": TILTS_DEG.tolist(),
+            "tilts_deg": VIEW_TILTS_DEG.tolist(),
             "f_reproj": {shell.name: ratio.tolist() for shell, ratio in curves.items()},
         },
     )

@@ -18,8 +18,8 @@ from topview_lab.metrics import (
 from topview_lab.metrics.errors import total_share
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import INTERACTION, is_occluded, is_subject
-from topview_lab.reproduce.printed import TABLE_5_2, Part, Printed
-from topview_lab.reproduce.runs import DEFAULT, THESIS, Measured, Run, Variant
+from topview_lab.reproduce.printed import FRAME_SETS, TABLE_5_2, Part, Printed
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -31,23 +31,22 @@ from topview_lab.reproduce.section import (
 
 BTVR: Final = "topview, btvr"
 TOPVIEW: Final = "topview, the default"
-METHODS: Final[dict[str, Variant]] = {
+TORSO_METHODS: Final[dict[str, Variant]] = {
     BTVR: Variant(BtvrSettings()),
-    "topview, thesis's full-body recipe": THESIS,
-    TOPVIEW: DEFAULT,
+    "topview, thesis's full-body recipe": THESIS_RECIPE,
+    TOPVIEW: DEFAULT_VARIANT,
 }
 BESIDE: Final = (BTVR, TOPVIEW)
 """The methods that are compared part by part."""
-HIDDEN: Final = 0.3
-PARTS: Final[tuple[Part, ...]] = ("overall", "occluded")
+HIDDEN_JOINT_SHARE: Final = 0.3
 
 
 def runs_5_2(context: Context) -> list[Run]:
-    return [Run(v, r) for v in METHODS.values() for r in context.own_sequences()]
+    return [Run(v, r) for v in TORSO_METHODS.values() for r in context.own_sequences()]
 
 
 def table_5_2(context: Context, measured: Measured) -> Section:
-    ours = {name: _torso_errors(context, measured, v) for name, v in METHODS.items()}
+    ours = {name: _torso_errors(context, measured, v) for name, v in TORSO_METHODS.items()}
     rows = [
         *(Row(_cells(f"thesis: {who}", parts), "printed") for who, parts in TABLE_5_2.items()),
         *(Row(_cells(name, parts)) for name, parts in ours.items()),
@@ -80,13 +79,18 @@ def _torso_errors(context: Context, measured: Measured, variant: Variant) -> dic
     errors = direction_errors(pooled).of(DIRECTION_GROUPS["torso joints"])
     subject = is_subject(pooled)
     where = {"overall": subject, "occluded": subject & is_occluded(pooled)}
-    return {part: errors.compare(where[part]).raw for part in PARTS}
+    return {part: errors.compare(where[part]).raw for part in FRAME_SETS}
 
 
 def _by_part(context: Context, measured: Measured) -> Table:
     """Upper-body and full-body tracker, sequence by sequence."""
     rows = [
-        Row((f"{recording.name}, {name}", *_parts(measured.of([Run(METHODS[name], recording)]))))
+        Row(
+            (
+                f"{recording.name}, {name}",
+                *_parts(measured.of([Run(TORSO_METHODS[name], recording)])),
+            )
+        )
         for recording in context.own_sequences()
         for name in BESIDE
     ]
@@ -95,9 +99,9 @@ def _by_part(context: Context, measured: Measured) -> Table:
         "occluded", "ms per person",
     )  # fmt: skip
     caption = (
-        "μE by part; for the torso occluded as above, for joints those of which "
-        f"{HIDDEN:.0%} or more is hidden by whatever it may be, against all others. Milliseconds "
-        "with everything, as finding people."
+        "μE by part. Occluded: for the torso as above; for palms and elbows, those of which "
+        f"{HIDDEN_JOINT_SHARE:.0%} or more is hidden by anything, and the column before has the "
+        "others. Milliseconds include finding people."
     )
     return Table(header, tuple(rows), caption)
 
@@ -111,7 +115,7 @@ def _parts(evaluation: Evaluation) -> tuple[str, ...]:
     cells = [torso.compare(subject).raw, torso.compare(subject & occluded).raw]
     for joint in ("hand", "elbow"):
         errors = position_errors(pooled).of([f"{side}_{joint}" for side in ("left", "right")])
-        hidden = total_share(errors.hidden) >= HIDDEN
+        hidden = total_share(errors.hidden) >= HIDDEN_JOINT_SHARE
         cells += [errors.compare(subject[:, None] & where).raw for where in (~hidden, hidden)]
     seconds = sum(sequence.seconds for sequence in evaluation.sequences)
     found = max(int(pooled.samples.found.sum()), 1)
@@ -119,5 +123,5 @@ def _parts(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def _cells(name: str, parts: Mapping[Part, Statistic | Printed]) -> tuple[str, ...]:
-    numbers = (number(v, 2) for part in PARTS for v in (parts[part].mean, parts[part].std))
+    numbers = (number(v, 2) for part in FRAME_SETS for v in (parts[part].mean, parts[part].std))
     return name, *numbers

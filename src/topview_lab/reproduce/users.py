@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from topview_lab.metrics import ALL, Summary, hidden_split, summarise
 from topview_lab.reproduce.context import Context
-from topview_lab.reproduce.runs import DEFAULT, Counterpart, Measured, Run
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, Counterpart, Measured, Run
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -15,7 +15,7 @@ from topview_lab.reproduce.section import (
     percent,
 )
 
-OCCLUDED = hidden_split(0.3, "another person")
+OCCLUDED_SPLIT = hidden_split(0.3, "another person")
 THESIS_FPS = (3.0, 4.0)
 """Frames per second on one core, as the thesis says."""
 
@@ -30,12 +30,12 @@ def sequences(context: Context) -> dict[str, Counterpart]:
 
 
 def runs_of_users(context: Context) -> list[Run]:
-    return [Run(DEFAULT, recording) for recording in sequences(context).values()]
+    return [Run(DEFAULT_VARIANT, recording) for recording in sequences(context).values()]
 
 
 def users(context: Context, measured: Measured) -> Section:
     summaries = {
-        name: summarise(measured.of([Run(DEFAULT, recording)]))
+        name: summarise(measured.of([Run(DEFAULT_VARIANT, recording)]))
         for name, recording in sequences(context).items()
     }
     rows = tuple(Row((name, *_cells(summary))) for name, summary in summaries.items())
@@ -85,7 +85,7 @@ def users(context: Context, measured: Measured) -> Section:
 
 def _cells(summary: Summary) -> tuple[str, ...]:
     joints = summary.joints_cm[ALL][ALL]
-    occluded = summary.joints_cm[OCCLUDED][ALL]
+    occluded = summary.joints_cm[OCCLUDED_SPLIT][ALL]
     return (
         str(summary.people.frames),
         number(joints.raw.mean),

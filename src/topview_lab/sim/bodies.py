@@ -17,7 +17,7 @@ from topview_lab.sim.materials import HAIR, SHIRT, TROUSERS, fold_amplitudes, ma
 from topview_lab.sim.primitives import RoundCones
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS
 
-PART_NAMES: Final[tuple[str, ...]] = (
+SIM_PART_NAMES: Final[tuple[str, ...]] = (
     "head", "upper_torso", "lower_torso",
     "upper_arm_l", "forearm_l", "hand_l", "upper_arm_r", "forearm_r", "hand_r",
     "upper_leg_l", "lower_leg_l", "foot_l", "upper_leg_r", "lower_leg_r", "foot_r",
@@ -31,7 +31,7 @@ _PART_OF_STEM: Final = {
     "thigh": "upper_leg", "calf": "lower_leg", "foot": "foot",
 }  # fmt: skip
 
-JOINT_NAMES: Final[tuple[str, ...]] = (
+SIM_JOINT_NAMES: Final[tuple[str, ...]] = (
     "head_top", "head", "neck", "torso", "pelvis",
     "shoulder_l", "elbow_l", "wrist_l", "hand_l", "shoulder_r", "elbow_r", "wrist_r", "hand_r",
     "hip_l", "knee_l", "ankle_l", "foot_l", "hip_r", "knee_r", "ankle_r", "foot_r",
@@ -50,7 +50,7 @@ class Body:
         start_segments, starts_m, start_radii_m: [N], [N, 3], [N] first ball of each piece.
         end_segments, ends_m, end_radii_m: the same for its second ball.
         scales: [N, 3] stretch of its cross-section along the axes of its first ball's segment.
-        parts: [N] uint8 index into `PART_NAMES`.
+        parts: [N] uint8 index into `SIM_PART_NAMES`.
         materials: [N] uint8 index into `materials.MATERIALS`.
         colors: [N, 3] linear colours in 0..1.
         folds: irregularities of the surface, over places in the standing body.
@@ -137,9 +137,9 @@ def build_body(look: Look) -> Body:
     body = Body(
         look=look,
         offsets_m=offsets_m,
-        joint_segments=np.array([SEGMENT_INDEX[joints[name][0]] for name in JOINT_NAMES]),
-        joint_offsets_m=stature * np.array([joints[name][1] for name in JOINT_NAMES]),
-        joint_radii_m=stature * np.array([joints[name][2] for name in JOINT_NAMES]),
+        joint_segments=np.array([SEGMENT_INDEX[joints[name][0]] for name in SIM_JOINT_NAMES]),
+        joint_offsets_m=stature * np.array([joints[name][1] for name in SIM_JOINT_NAMES]),
+        joint_radii_m=stature * np.array([joints[name][2] for name in SIM_JOINT_NAMES]),
         start_segments=np.array([SEGMENT_INDEX[piece.start_segment] for piece in flesh]),
         starts_m=stature * np.array([piece.start for piece in flesh]),
         start_radii_m=stature * np.array([piece.start_radius for piece in flesh]),
@@ -147,7 +147,9 @@ def build_body(look: Look) -> Body:
         ends_m=stature * np.array([piece.end for piece in flesh]),
         end_radii_m=stature * np.array([piece.end_radius for piece in flesh]),
         scales=np.array([piece.scales for piece in flesh]),
-        parts=np.array([PART_NAMES.index(_part(piece.end_segment)) for piece in flesh], np.uint8),
+        parts=np.array(
+            [SIM_PART_NAMES.index(_part(piece.end_segment)) for piece in flesh], np.uint8
+        ),
         materials=materials,
         colors=np.array(material_colors(look))[materials],
         folds=folds,
@@ -178,7 +180,8 @@ def _rumpled(body: Body) -> Body:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         standing = places[segments] + points
         at = [
-            body.folds.at((standing + shift).astype(np.float32), amplitudes)[0] for shift in SHIFTS
+            body.folds.at((standing + shift).astype(np.float32), amplitudes)[0]
+            for shift in FOLD_SHIFTS
         ]
         askew = np.stack([at[1], np.zeros_like(at[1]), at[2]], -1)
         return points + 0.5 * askew, radii + 0.5 * (amplitudes + at[0])
@@ -190,7 +193,7 @@ def _rumpled(body: Body) -> Body:
     )
 
 
-SHIFTS: Final = (0.0, 10.0, 20.0)
+FOLD_SHIFTS: Final = (0.0, 10.0, 20.0)
 """Metres between the places at which the folds are read for radius, side and depth (ours): far
 enough for the three to have nothing to do with each other."""
 

@@ -20,7 +20,7 @@ from topview_lab.sim.primitives import Window
 
 LAMP_ROOM: Final = (-0.45, -0.62, 0.64)
 """Direction towards the lamp in the room frame: above, to the left, behind the camera (ours)."""
-NOISE_LEVELS: Final = 2.2
+COLOR_NOISE_LEVELS: Final = 2.2
 """Standard deviation of the colour camera's noise in grey levels of 255 (ours)."""
 BLUR_PX: Final = 0.45
 """Blur of the colour camera's lens and mosaic (ours)."""
@@ -107,7 +107,7 @@ class ColorCamera:
             self._add_ghosts(gray, rendering.depth_m, window)
         gray = cv2.GaussianBlur(gray, (3, 3), BLUR_PX)
         noise = self._noise.draw(rng)
-        return cv2.scaleAdd(noise, NOISE_LEVELS, gray).clip(0.0, 255.0).astype(np.uint8)
+        return cv2.scaleAdd(noise, COLOR_NOISE_LEVELS, gray).clip(0.0, 255.0).astype(np.uint8)
 
     def _shares(
         self, normals: NDArray[np.float32], albedo: NDArray[np.float32]

@@ -23,7 +23,7 @@ class Rendering:
     Attributes:
         depth_m: [H, W] float32 along the optical axis, inf where there is nothing.
         instance: [H, W] uint8, 0 room, k = person k, 255 furniture.
-        part: [H, W] uint8 index into `bodies.PART_NAMES`, 255 off the people.
+        part: [H, W] uint8 index into `bodies.SIM_PART_NAMES`, 255 off the people.
         material: [H, W] uint8 index into `materials.MATERIALS`, 255 off the people.
         normals: [H, W, 3] float32 outward units in the camera frame.
         albedo: [H, W, 3] float32 linear colour in 0..1.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from topview.camera.projection import pixel_rays, project
 from topview.records import Camera, InputError
-from topview_lab.sim.bodies import JOINT_NAMES, Body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, Body
 from topview_lab.sim.flesh import EYES
 from topview_lab.sim.images import FURNITURE, NO_MATERIAL, NO_PART, Rendering
 from topview_lab.sim.looks import Rgb
@@ -28,7 +28,7 @@ from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS, Pose, segment_pose
 from topview_lab.sim.write import write_scene
 
 MARKED_JOINTS: Final[tuple[str, ...]] = tuple(
-    name for name in JOINT_NAMES if not name.startswith(("head_top", "wrist", "foot"))
+    name for name in SIM_JOINT_NAMES if not name.startswith(("head_top", "wrist", "foot"))
 )
 """The joints that the tracker reports too."""
 
@@ -102,7 +102,7 @@ def _alike(setup: MarkerSetup) -> tuple[Furniture, ...]:
 
 def with_markers(body: Body, setup: MarkerSetup = MarkerSetup()) -> Body:
     """The same body with a ball in front of and behind each of `MARKED_JOINTS`."""
-    joints = [JOINT_NAMES.index(name) for name in MARKED_JOINTS]
+    joints = [SIM_JOINT_NAMES.index(name) for name in MARKED_JOINTS]
     segments = np.repeat(body.joint_segments[joints], 2)
     places = marker_offsets(body).reshape(-1, 3)
     donor = int(np.flatnonzero(body.materials == EYES)[0])  # even, without pattern or loss
@@ -144,7 +144,7 @@ ABDUCTION_RAD: Final = radians(45)
 def marker_offsets(body: Body) -> NDArray[np.float64]:
     """[M, 2, 3] metres in the frame of each joint's segment: the surface in front of and behind
     the joint of the standing body."""
-    joints = [JOINT_NAMES.index(name) for name in MARKED_JOINTS]
+    joints = [SIM_JOINT_NAMES.index(name) for name in MARKED_JOINTS]
     angles_rad = np.zeros((len(SEGMENTS), 3))
     for side in ("l", "r"):  # nothing hides another part
         angles_rad[SEGMENT_INDEX[f"upper_arm_{side}"], 1] = ABDUCTION_RAD

@@ -24,8 +24,8 @@ from topview_lab.sim.bodies import Body
 from topview_lab.sim.limbs import reaching_angles
 from topview_lab.sim.paths import COMFORTABLE_MPS, Path, Route, smooth_step
 from topview_lab.sim.skeleton import (
-    LIMITS_RAD,
     SEGMENT_INDEX,
+    SEGMENT_LIMITS_RAD,
     Pose,
     angles_array,
     heading_rotation,
@@ -147,7 +147,7 @@ class Performance:
 
 
 def _within_limits(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.clip(angles, LIMITS_RAD[..., 0], LIMITS_RAD[..., 1])
+    return np.clip(angles, SEGMENT_LIMITS_RAD[..., 0], SEGMENT_LIMITS_RAD[..., 1])
 
 
 def _with_hand(

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from topview.camera.projection import project
 from topview.records import Camera, read_only
-from topview_lab.sim.bodies import JOINT_NAMES, PART_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.images import FURNITURE, Rendering
-from topview_lab.sim.primitives import NEAREST_M, RoundCones
+from topview_lab.sim.primitives import NEAREST_DRAWN_M, RoundCones
 
 RAYS_PER_SIDE: Final = 12
 """Of the grid over a part's bounds (ours): a part is hit by some 70 of its 144 rays."""
@@ -42,12 +42,12 @@ _PARTS_OF_JOINT: Final = {
 
 def _carriers() -> NDArray[np.bool_]:
     """[J, 256] True for the part labels that a joint belongs to."""
-    table = np.zeros((len(JOINT_NAMES), 256), np.bool_)
-    for j, name in enumerate(JOINT_NAMES):
+    table = np.zeros((len(SIM_JOINT_NAMES), 256), np.bool_)
+    for j, name in enumerate(SIM_JOINT_NAMES):
         stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
         for part in _PARTS_OF_JOINT[stem]:
-            label = part if part in PART_NAMES else part + side
-            table[j, PART_NAMES.index(label)] = True
+            label = part if part in SIM_PART_NAMES else part + side
+            table[j, SIM_PART_NAMES.index(label)] = True
     return table
 
 
@@ -64,9 +64,9 @@ def _disc(rings: int = 4) -> NDArray[np.float64]:
 
 def _part_margins(carriers: NDArray[np.bool_]) -> NDArray[np.float64]:
     """[B, 256] see `Samples.margins_m`."""
-    of_part = carriers[:, : len(PART_NAMES)].astype(int)
-    margins_m = np.full((len(PART_NAMES), 256), TOUCH_M)
-    margins_m[:, : len(PART_NAMES)] = np.where(of_part.T @ of_part > 0, ROOT_M, TOUCH_M)
+    of_part = carriers[:, : len(SIM_PART_NAMES)].astype(int)
+    margins_m = np.full((len(SIM_PART_NAMES), 256), TOUCH_M)
+    margins_m[:, : len(SIM_PART_NAMES)] = np.where(of_part.T @ of_part > 0, ROOT_M, TOUCH_M)
     np.fill_diagonal(margins_m, np.inf)
     return margins_m
 
@@ -170,7 +170,7 @@ def _bounds(
     """[B, 2] least and greatest x / z, y / z of each part, a little too wide; empty where a part
     lies behind the camera."""
     reach = np.linalg.norm(solids.axes * solids.scales[:, None, :], axis=-1)
-    low = np.full((len(PART_NAMES), 2), np.inf)
+    low = np.full((len(SIM_PART_NAMES), 2), np.inf)
     high = -low
     for centres, radii in (
         (solids.starts, solids.start_radii),
@@ -178,7 +178,7 @@ def _bounds(
     ):
         extent = reach * radii[:, None]
         near, far = (
-            np.maximum(centres[:, 2] + sign * extent[:, 2], NEAREST_M)[:, None]
+            np.maximum(centres[:, 2] + sign * extent[:, 2], NEAREST_DRAWN_M)[:, None]
             for sign in (-1.0, 1.0)
         )
         first, last = centres[:, :2] - extent[:, :2], centres[:, :2] + extent[:, :2]
@@ -222,7 +222,7 @@ def _first_root(
     """The lesser root of k2 t^2 + 2 k1 t + k0 where it lies in front of the camera, else inf."""
     with np.errstate(invalid="ignore", divide="ignore"):
         t = (-k1 - np.sqrt(k1 * k1 - k0 * k2)) / k2
-        return np.where(t > NEAREST_M, t, np.inf)
+        return np.where(t > NEAREST_DRAWN_M, t, np.inf)
 
 
 def hidden_shares(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from topview.records import Camera
 
-NEAREST_M = 0.05
+NEAREST_DRAWN_M = 0.05
 """Surfaces nearer than this are not drawn (ours)."""
 
 Window = tuple[slice, slice]
@@ -141,7 +141,7 @@ def _entry(
     discriminant = k1 * k1 - quadrics.k0[n] * k2
     with np.errstate(invalid="ignore", divide="ignore"):
         t = (-k1 - np.sqrt(discriminant)) / k2
-        return np.where(t > NEAREST_M, t, np.inf)
+        return np.where(t > NEAREST_DRAWN_M, t, np.inf)
 
 
 def surface_normals(

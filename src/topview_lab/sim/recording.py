@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import Camera, Frame
-from topview_lab.sim.bodies import JOINT_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.colour import ColorCamera
 from topview_lab.sim.images import FURNITURE, NO_PART, ROOM
 from topview_lab.sim.noise import noise_generator
@@ -18,8 +18,8 @@ from topview_lab.sim.scene import Scene
 from topview_lab.sim.sensor import KINECT_V1, DepthCamera, Sensor
 from topview_lab.sim.truth import FrameTruth, frame_truth
 
-_ANKLES = [JOINT_NAMES.index(name) for name in ("ankle_l", "ankle_r")]
-_BALLS = [JOINT_NAMES.index(name) for name in ("foot_l", "foot_r")]
+_ANKLES = [SIM_JOINT_NAMES.index(name) for name in ("ankle_l", "ankle_r")]
+_BALLS = [SIM_JOINT_NAMES.index(name) for name in ("foot_l", "foot_r")]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +31,7 @@ class SimulatedFrame:
         depth_mm: [H, W] uint16, 0 = no reading.
         color: [H, W, 3] uint8 RGB.
         mask: [H, W] uint8, person k, 0 elsewhere; without noise.
-        part: [H, W] uint8, 1 + index into `bodies.PART_NAMES`, 0 elsewhere; without noise.
+        part: [H, W] uint8, 1 + index into `bodies.SIM_PART_NAMES`, 0 elsewhere; without noise.
         truth: joints and what hides them.
     """
 

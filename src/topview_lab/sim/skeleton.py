@@ -83,7 +83,7 @@ SEGMENTS: Final[tuple[Segment, ...]] = (
 
 SEGMENT_NAMES: Final[tuple[str, ...]] = tuple(segment.name for segment in SEGMENTS)
 SEGMENT_INDEX: Final[dict[str, int]] = {name: s for s, name in enumerate(SEGMENT_NAMES)}
-LIMITS_RAD: Final = read_only(np.radians([segment.limits_deg for segment in SEGMENTS]))
+SEGMENT_LIMITS_RAD: Final = read_only(np.radians([segment.limits_deg for segment in SEGMENTS]))
 """[S, 3, 2] least and greatest flexion, abduction, twist."""
 
 _SIGNS = np.array([segment.signs for segment in SEGMENTS], np.float64)

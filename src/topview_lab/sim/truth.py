@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from topview.geometry.rotations import transform, unit
 from topview.records import Camera, read_only
-from topview_lab.sim.bodies import JOINT_NAMES, PART_NAMES, Body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES, Body
 from topview_lab.sim.images import Rendering
 from topview_lab.sim.occlusion import Hidden, hidden_shares, joint_samples, part_samples
 from topview_lab.sim.render import Renderer
@@ -37,10 +37,12 @@ _LIMBS: Final = {
 def _part_table() -> NDArray[np.intp]:
     """[B, 3] indices of these joints and of the segment."""
     rows = []
-    for part in PART_NAMES:
+    for part in SIM_PART_NAMES:
         stem, side = (part[:-2], part[-2:]) if part[:-2] in _LIMBS else (part, "")
         first, last, segment = (name + side for name in (_LIMBS | _MIDDLE)[stem])
-        rows.append((JOINT_NAMES.index(first), JOINT_NAMES.index(last), SEGMENT_INDEX[segment]))
+        rows.append(
+            (SIM_JOINT_NAMES.index(first), SIM_JOINT_NAMES.index(last), SEGMENT_INDEX[segment])
+        )
     return np.array(rows)
 
 
@@ -157,7 +159,7 @@ def frame_truth(
 
 
 def _nobody() -> FrameTruth:
-    J, B = len(JOINT_NAMES), len(PART_NAMES)
+    J, B = len(SIM_JOINT_NAMES), len(SIM_PART_NAMES)
     joints, parts = (Hidden(np.zeros((0, n, 0)), *np.zeros((3, 0, n))) for n in (J, B))
     return FrameTruth(np.zeros((0, J, 3)), np.zeros((0, B, 4, 4)), joints, parts, np.zeros((0, B)))
 
@@ -200,14 +202,14 @@ def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
     }
     del shares["person_occ_by"]
     return GroundTruth(
-        names=np.array(JOINT_NAMES),
+        names=np.array(SIM_JOINT_NAMES),
         joints=np.array([frame.joints for frame in frames], np.float32),
         ids=np.arange(1, len(actors) + 1, dtype=np.int64),
         stature=np.array([actor.body.look.stature_m for actor in actors], np.float32),
         bodies=np.array([actor.body.look.label for actor in actors], np.str_),
         actions=_actions(scene, len(frames)),
         present=np.any(shares["part_outside"] < 1.0, axis=-1),
-        part_names=np.array(PART_NAMES),
+        part_names=np.array(SIM_PART_NAMES),
         Ts_camera_part=np.array([frame.Ts_camera_part for frame in frames], np.float32),
         **shares,
     )

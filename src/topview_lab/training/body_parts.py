@@ -23,7 +23,7 @@ from topview_lab.datasets.joints import RENDERED_JOINTS
 from topview_lab.rivals.forest.growing import NO_CLASS, LabelledBody
 from topview_lab.rivals.forest.model import person_depth
 from topview_lab.sim.actions import ACTIONS
-from topview_lab.sim.bodies import JOINT_NAMES as SIM_JOINTS
+from topview_lab.sim.bodies import SIM_JOINT_NAMES as SIM_JOINTS
 from topview_lab.sim.bodies import Body
 from topview_lab.sim.furniture import furnished
 from topview_lab.sim.images import Rendering
@@ -35,7 +35,7 @@ from topview_lab.sim.scene import Mount
 from topview_lab.sim.scenes import KINECT_V1_HALF
 from topview_lab.sim.scenes.stage import TO_CAMERA, Casting, varied_room
 from topview_lab.sim.sensor import DepthCamera
-from topview_lab.sim.skeleton import LIMITS_RAD, SEGMENT_INDEX, Pose, segment_poses
+from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, Pose, segment_poses
 from topview_lab.sim.truth import part_frames
 from topview_lab.training.part_classes import part_classes
 
@@ -46,7 +46,7 @@ PER_ROOM: Final = 40
 """Images that share a room, whose drawing takes as long as five of them."""
 DISTANCES_M: Final = (1.5, 4.3)
 CAMERA_HEIGHTS_M: Final = (0.7, 2.2)
-AIM_M: Final = (2.8, 0.95)
+VARIED_AIM_M: Final = (2.8, 0.95)
 """How far away and how high the camera looks, and by how much that varies, in radians."""
 AIM_SPREAD_RAD: Final = 0.06
 PAIR_SHARE: Final = 0.5
@@ -56,7 +56,7 @@ FACING_SPREAD_RAD: Final = radians(40.0)
 """People who more or less face the camera, as most do before one; the others face anywhere."""
 SECOND_CLIP_SHARE: Final = 0.3
 WALK_SHARE: Final = 0.15
-WALK_M: Final = 2.0
+WALKED_M: Final = 2.0
 """People walk so far before they are at their place, and on."""
 MIDWAY_S: Final = (1.5, 2.4)
 INTO_ACTION_S: Final = (0.3, 6.0)
@@ -69,7 +69,7 @@ SPREAD_RAD: Final = 0.12
 """Standard deviation of what is added to every angle."""
 FEET_LOST_M: Final = 0.06
 """Of the floor's neighbourhood, at most so much is lost with the floor."""
-LEAST_PIXELS: Final = 250
+LEAST_PERSON_PIXELS: Final = 250
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +97,9 @@ def simulated_bodies(
         rng = np.random.default_rng((seed, room_number))
         room, _ = varied_room(rng)
         height_m = rng.uniform(*CAMERA_HEIGHTS_M)
-        tilt_rad = atan2(height_m - AIM_M[1], AIM_M[0]) + rng.normal(0.0, AIM_SPREAD_RAD)
+        tilt_rad = atan2(height_m - VARIED_AIM_M[1], VARIED_AIM_M[0]) + rng.normal(
+            0.0, AIM_SPREAD_RAD
+        )
         mount = Mount(height_m, tilt_rad)
         background = render_room(room, furnished(rng, room), camera, mount)
         sensor = DepthCamera(camera, int(rng.integers(2**31)))
@@ -151,8 +153,8 @@ def _somebody(casting: Casting, x: float, y: float, rng: np.random.Generator) ->
     points, times_s = ((x, y),), (0.0, 12.0)
     if rng.random() < WALK_SHARE:
         points = (
-            (x - WALK_M * ahead_x, y - WALK_M * ahead_y),
-            (x + WALK_M * ahead_x, y + WALK_M * ahead_y),
+            (x - WALKED_M * ahead_x, y - WALKED_M * ahead_y),
+            (x + WALKED_M * ahead_x, y + WALKED_M * ahead_y),
         )
         times_s = MIDWAY_S
     time_s = float(rng.uniform(*times_s))
@@ -174,8 +176,12 @@ def _varied(pose: Pose, rng: np.random.Generator) -> Pose:
         for side in "lr":
             for name in ("upper_arm", "forearm"):
                 row = SEGMENT_INDEX[f"{name}_{side}"]
-                angles[row] = rng.uniform(LIMITS_RAD[row, :, 0], LIMITS_RAD[row, :, 1])
-    return replace(pose, angles_rad=np.clip(angles, LIMITS_RAD[..., 0], LIMITS_RAD[..., 1]))
+                angles[row] = rng.uniform(
+                    SEGMENT_LIMITS_RAD[row, :, 0], SEGMENT_LIMITS_RAD[row, :, 1]
+                )
+    return replace(
+        pose, angles_rad=np.clip(angles, SEGMENT_LIMITS_RAD[..., 0], SEGMENT_LIMITS_RAD[..., 1])
+    )
 
 
 def _cut_out(
@@ -200,7 +206,7 @@ def _cut_out(
     """
     is_body = (drawn.instance == person) & (seen.depth_m > 0.0) & (heights_m > floor_m)
     v, u = np.nonzero(is_body)
-    if len(v) < LEAST_PIXELS:
+    if len(v) < LEAST_PERSON_PIXELS:
         return None
     z = seen.depth_m[v, u].astype(np.float64)
     points = np.stack([(u - seen.cx) * z / seen.fx, (v - seen.cy) * z / seen.fy, z], axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview_lab.rivals.forest.classes import CLASS_INDEX
-from topview_lab.sim.bodies import JOINT_NAMES, PART_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 
 Array = NDArray[np.float64]
 
@@ -51,20 +51,22 @@ def part_classes(
         Ts_camera_part: [15, 4, 4].
     """
     out = np.empty(len(points), np.uint8)
-    for index, name in enumerate(PART_NAMES):
+    for index, name in enumerate(SIM_PART_NAMES):
         own = np.flatnonzero(part == index)
         stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
         origin = Ts_camera_part[index, :3, 3]
         local = (points[own] - origin) @ Ts_camera_part[index, :3, :3]
-        length_m = np.linalg.norm(joints_camera[JOINT_NAMES.index(_FAR_ENDS[stem] + side)] - origin)
+        length_m = np.linalg.norm(
+            joints_camera[SIM_JOINT_NAMES.index(_FAR_ENDS[stem] + side)] - origin
+        )
         is_left = np.full(len(own), side == "_l") if side else local[:, 0] < 0.0
         ends, kinds = zip(*_ALONG[stem], strict=True)
         which = np.searchsorted(ends, local[:, 1] / length_m)
         codes = np.array([[_code(kind, prefix) for kind in kinds] for prefix in ("right", "left")])
         out[own] = codes[is_left.astype(int), which]
-    trunk = np.flatnonzero(part == PART_NAMES.index("upper_torso"))
+    trunk = np.flatnonzero(part == SIM_PART_NAMES.index("upper_torso"))
     for joint, kind, radius_m in _AROUND:
-        gaps = np.linalg.norm(points[trunk] - joints_camera[JOINT_NAMES.index(joint)], axis=1)
+        gaps = np.linalg.norm(points[trunk] - joints_camera[SIM_JOINT_NAMES.index(joint)], axis=1)
         out[trunk[gaps < radius_m]] = CLASS_INDEX[kind]
     return out
 

@@ -11,13 +11,13 @@ import numpy as np
 from topview.records import Frame
 from topview_lab.sim import SCENES as SCENE_NAMES
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES, build_body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
 from topview_lab.sim.flesh import SKIN as SKIN_MATERIAL
 from topview_lab.sim.looks import CLOTHS, DENIMS, Rgb
 from topview_lab.sim.render import Renderer
 from topview_lab.sim.scene import Actor
 from topview_lab.training.hands import KIND_OF_JOINT, LabelledFrame
-from topview_lab.training.skin import NOT_SKIN, SKIN, UNKNOWN, LabelledImage
+from topview_lab.training.skin import IS_SKIN, NOT_SKIN, UNKNOWN, LabelledImage
 from topview_lab.training.tones import SKIN_TONES, in_other_light, random_tone
 
 # Ours: of the simulated room, every so many pixels count as what is no skin, so that people and
@@ -55,7 +55,7 @@ def _with_places(scene: Scene) -> Iterator[LabelledFrame]:
         depth_m = made.depth_mm.astype(np.float32) / np.float32(1000.0)
         frame = Frame(index, index / scene.fps, depth_m, scene.camera, made.color)
         places = {
-            kind: made.truth.joints[:, JOINT_NAMES.index(name)]
+            kind: made.truth.joints[:, SIM_JOINT_NAMES.index(name)]
             for name, kind in KIND_OF_JOINT.items()
         }
         yield LabelledFrame(frame, places, made.mask > 0)
@@ -74,7 +74,7 @@ def _render(tone: str, rng: np.random.Generator) -> LabelledImage:
     label = np.full(truth.material.shape, UNKNOWN, np.uint8)
     label[::ROOM_STRIDE, ::ROOM_STRIDE] = NOT_SKIN
     label[made.mask > 0] = NOT_SKIN
-    label[truth.material == SKIN_MATERIAL] = SKIN
+    label[truth.material == SKIN_MATERIAL] = IS_SKIN
     rgb = in_other_light(made.color, rng)
     depth_m = made.depth_mm.astype(np.float32) / np.float32(1000.0)
     return LabelledImage(rgb, label, tone, Frame(0, 0.0, depth_m, scene.camera, rgb), made.mask > 0)

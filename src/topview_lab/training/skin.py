@@ -22,13 +22,13 @@ from topview.records import Camera, Frame
 
 Mask = NDArray[np.bool_]
 
-NOT_SKIN, UNKNOWN, SKIN = 0, 128, 255
+NOT_SKIN, UNKNOWN, IS_SKIN = 0, 128, 255
 """The values of a label image."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledImage:
-    """[H, W, 3] RGB, [H, W] of `NOT_SKIN`, `UNKNOWN`, `SKIN`, and the class of the skin's tone.
+    """[H, W, 3] RGB, [H, W] of `NOT_SKIN`, `UNKNOWN`, `IS_SKIN`, and the class of the skin's tone.
 
     `frame` has its depth, where that is known; `is_foreground` [H, W] where skin is sought, None:
     everywhere.
@@ -58,7 +58,7 @@ def learn_skin(images: Iterable[LabelledImage], trained_on: str) -> SkinHistogra
         label = _small(image.label, view)
         is_known = label != UNKNOWN
         total = max(int(np.count_nonzero(is_known)), 1)
-        skin += count_colors(view.yuv, label == SKIN) / total
+        skin += count_colors(view.yuv, label == IS_SKIN) / total
         known += count_colors(view.yuv, is_known) / total
         count += 1
     return SkinHistograms(skin / max(count, 1), known / max(count, 1), trained_on)
@@ -113,8 +113,8 @@ def score_skin(histograms: SkinHistograms, images: Iterable[LabelledImage]) -> l
         label = _small(image.label, view)
         of_tone = counts.setdefault(image.tone, np.zeros(3, np.int64))
         of_tone += (
-            np.count_nonzero(is_found & (label == SKIN)),
-            np.count_nonzero(label == SKIN),
+            np.count_nonzero(is_found & (label == IS_SKIN)),
+            np.count_nonzero(label == IS_SKIN),
             np.count_nonzero(is_found & (label != UNKNOWN)),
         )
     return [

@@ -20,8 +20,8 @@ from topview.detect.skin import (
 )
 from topview.records import InputError
 from topview_lab.training.skin import (
+    IS_SKIN,
     NOT_SKIN,
-    SKIN,
     UNKNOWN,
     LabelledImage,
     corrected,
@@ -112,7 +112,7 @@ def test_skin_follows_a_change_of_light() -> None:
 
 def _labelled() -> LabelledImage:
     view = view_of(frame_of([(80, 60, 20, 2.0, SHIRT_RGB)]))
-    label = np.where(view.depth_m < 2.5, SKIN, NOT_SKIN).astype(np.uint8)
+    label = np.where(view.depth_m < 2.5, IS_SKIN, NOT_SKIN).astype(np.uint8)
     label[:, :40] = UNKNOWN
     return LabelledImage(view.rgb, label)
 

@@ -14,7 +14,7 @@ from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.users import User
 from topview.records import Frame, InputError
 from topview_lab.sim import SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 
 FRAMES = 8
 
@@ -32,7 +32,7 @@ def filmed(recording: SimulatedRecording) -> list[Frame]:
 @pytest.fixture(scope="module")
 def true_heads(recording: SimulatedRecording) -> NDArray[np.float64]:
     """[2, 3] in the last frame."""
-    return recording.simulate(FRAMES - 1).truth.joints[:, JOINT_NAMES.index("head")]
+    return recording.simulate(FRAMES - 1).truth.joints[:, SIM_JOINT_NAMES.index("head")]
 
 
 def last_users(frames: list[Frame], detector: DetectorName) -> list[User]:

@@ -17,7 +17,7 @@ from topview.people.scene import Scene, SceneSettings
 from topview.people.settings import PeopleSettings
 from topview.people.stillness import Stillness
 from topview_lab.sim import SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 
 GROUND_Y = 1.1
 UP = np.array([0.0, -1.0, 0.0])
@@ -77,7 +77,7 @@ def test_one_who_walks_in_profile_is_found_by_his_head(seed: int) -> None:
     recording = SimulatedRecording(scene_by_name("walking", seed=seed, frames=30))
     finder = PeopleFinder(PeopleSettings(detector="depth"))
     found = [finder.update(Pyramid(each)) for each in recording]
-    head = recording.simulate(29).truth.joints[0, JOINT_NAMES.index("head")]
+    head = recording.simulate(29).truth.joints[0, SIM_JOINT_NAMES.index("head")]
     assert [len(users) for users in found[15:]] == [1] * 15  # within half a second
     assert np.linalg.norm(found[-1][0].head_camera - head) < 0.1
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview_lab.annotate.landmarks import INDEX, NAMES, standing
 from topview_lab.annotate.twists import (
-    STEPS,
+    TWIST_STEPS,
     across_bone,
     cheapest_path,
     fronts_of_bent_limbs,
@@ -113,4 +113,4 @@ def test_a_bent_arm_shows_its_front_and_a_straight_one_does_not() -> None:
     assert bent[ELBOW] == 1.0
     upper = unit(joints[ELBOW] - joints[SHOULDER])
     np.testing.assert_allclose(fronts[SHOULDER], unit(np.array([0, 0, -1]) + upper * upper[2]))
-    assert STEPS % 4 == 0
+    assert TWIST_STEPS % 4 == 0

@@ -16,10 +16,9 @@ from topview.io import open_recording
 from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview_lab.datasets import find_itop, find_msr_action3d
-from topview_lab.datasets.itop import CAMERA as ITOP_CAMERA
-from topview_lab.datasets.itop import JOINTS as ITOP_JOINTS
+from topview_lab.datasets.itop import ITOP_CAMERA, ITOP_JOINTS
 from topview_lab.datasets.joints import facing_sides
-from topview_lab.datasets.msr_action3d import JOINTS as MSR_JOINTS
+from topview_lab.datasets.msr_action3d import MSR_JOINTS
 from topview_lab.evaluate.run import run_evaluation
 
 W, H, Z_M = 32, 24, 2.6

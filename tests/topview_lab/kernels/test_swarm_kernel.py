@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from topview.geometry.quadrics import closed_cylinder_depths
 from topview.geometry.rotations import rotations_from_vectors, transform
-from topview_lab.kernels.swarm import BOTH, DIFFERENCE, EITHER, UNITS_PER_M, compare_bodies
+from topview_lab.kernels.swarm import BOTH, DEPTH_DIFFERENCE, EITHER, UNITS_PER_M, compare_bodies
 
 H, W, FOCAL, CX, CY = 48, 64, 60.0, 31.0, 23.0
 CLAMP_M, MATCH_M = 0.1, 0.05
@@ -78,7 +78,7 @@ def test_the_kernel_counts_what_the_definition_counts(seed):
         difference_m, both, either = definition(drawn, seen, mine)
         pixels = np.isfinite(drawn).sum() + mine.sum()
         assert_allclose(
-            counts[DIFFERENCE] / UNITS_PER_M,
+            counts[DEPTH_DIFFERENCE] / UNITS_PER_M,
             difference_m,
             atol=1e-4 * pixels + BORDER_PIXELS * CLAMP_M,
         )
@@ -89,7 +89,7 @@ def test_the_kernel_counts_what_the_definition_counts(seed):
 def test_the_pose_that_is_seen_differs_least():
     for seed in range(5):
         terms = compared(random_scene(seed))
-        assert (terms[:, DIFFERENCE] / terms[:, EITHER]).argmin() == 0
+        assert (terms[:, DEPTH_DIFFERENCE] / terms[:, EITHER]).argmin() == 0
         assert (terms[:, BOTH] / terms[:, EITHER]).argmax() == 0
 
 
@@ -102,7 +102,7 @@ def test_counts_do_not_depend_on_how_the_work_is_dealt(chunks):
 def test_a_body_out_of_sight_leaves_every_pixel_of_the_user_unexplained():
     Rs, origins, seen, mine = random_scene(4)
     aside = compared((Rs, origins + np.array([50, 0, 0], np.float32), seen, mine))
-    assert_allclose(aside[:, DIFFERENCE] / UNITS_PER_M, CLAMP_M * mine.sum(), rtol=1e-6)
+    assert_allclose(aside[:, DEPTH_DIFFERENCE] / UNITS_PER_M, CLAMP_M * mine.sum(), rtol=1e-6)
     assert_array_equal(aside[:, BOTH], 0)
     assert_array_equal(aside[:, EITHER], mine.sum())
 
@@ -114,5 +114,5 @@ def test_what_something_else_hides_has_no_difference():
     assert_array_equal(behind_a_wall, 0)
     for far in (9.0, 0.0):  # a far wall, and no reading at all
         in_free_space = compared((Rs, origins, np.full_like(seen, far), nobody))
-        assert (in_free_space[:, DIFFERENCE] > 0).all()
+        assert (in_free_space[:, DEPTH_DIFFERENCE] > 0).all()
         assert_array_equal(in_free_space[:, EITHER], 0)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from topview_lab.metrics.heads import GATE_M, PeopleFound, measure_heads
+from topview_lab.metrics.heads import HEAD_GATE_M, PeopleFound, measure_heads
 
 F = 30
 TWO = np.broadcast_to(np.array([[0.0, 0.0, 3.0], [1.0, 0.0, 3.0]]), (F, 2, 3))
@@ -18,7 +18,7 @@ def measured(found, visible=None, heads=TWO) -> PeopleFound:
     return measure_heads(heads, visible, np.arange(F) / 30, found, is_seen)
 
 
-@given(order=st.permutations([0, 1]), error_m=st.floats(0.0, 0.9 * GATE_M))
+@given(order=st.permutations([0, 1]), error_m=st.floats(0.0, 0.9 * HEAD_GATE_M))
 def test_whoever_is_near_is_found_whatever_the_ids(order, error_m):
     result = measured(TWO[:, order] + [0.0, error_m, 0.0])
     assert (result.false, result.swaps) == (0, 0)

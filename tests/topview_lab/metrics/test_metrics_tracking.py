@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from skeleton_sequences import people_standing, predicted_of, reference_of
 from topview_lab.metrics import (
-    GATE_M,
+    PERSON_GATE_M,
     Evaluation,
     PeopleCounts,
     TrackingCounts,
@@ -188,7 +188,7 @@ class TestAgainstLibraries:
         hota = pytest.importorskip("trackeval.metrics.hota", reason="needs TrackEval")
         predicted, truth = wandering(seed, frames=30)
         distances_m = people_distances(truth, predicted)
-        alike = np.maximum(1.0 - distances_m / (2.0 * GATE_M), 0.0)
+        alike = np.maximum(1.0 - distances_m / (2.0 * PERSON_GATE_M), 0.0)
         of_truth, of_predicted = is_there(truth), is_there(predicted)
         ids = [[np.flatnonzero(frame) for frame in of] for of in (of_truth, of_predicted)]
         result = hota.HOTA().eval_sequence(
@@ -219,7 +219,7 @@ class TestAgainstLibraries:
         ):
             r, c = np.flatnonzero(t), np.flatnonzero(p)
             cost = distances_m[np.ix_(r, c)]
-            accumulator.update(r, c, np.where(cost <= GATE_M, cost, np.nan))
+            accumulator.update(r, c, np.where(cost <= PERSON_GATE_M, cost, np.nan))
         result = mm.metrics.create().compute(accumulator, metrics=["mota", "motp", "num_switches"])
         people, counts = measured(predicted, truth)
         ours = score_tracking(people, counts)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from skeleton_sequences import people_standing, predicted_of, reference_of
 from topview_lab.metrics import (
-    GATE_M,
+    PERSON_GATE_M,
     PeopleCounts,
     evaluate_sequence,
     match_people,
@@ -38,10 +38,10 @@ def test_matches_are_one_to_one_and_within_the_gate(seed: int, R: int, P: int) -
     for f, distances in enumerate(distances_m):
         matched = matches[f][matches[f] >= 0]
         assert len(set(matched.tolist())) == len(matched)
-        assert all(distances[r, p] <= GATE_M for r, p in enumerate(matches[f]) if p >= 0)
+        assert all(distances[r, p] <= PERSON_GATE_M for r, p in enumerate(matches[f]) if p >= 0)
         # Nobody is left over who could still be matched.
         left = distances[np.ix_(matches[f] < 0, np.setdiff1d(np.arange(P), matched))]
-        assert (left > GATE_M).all()
+        assert (left > PERSON_GATE_M).all()
 
 
 def test_mean_distance_leaves_out_joints_that_only_one_has() -> None:

@@ -17,8 +17,8 @@ from topview_lab.metrics import measure_sequence
 from topview_lab.reproduce import make
 from topview_lab.reproduce.catalogue import EXPERIMENTS
 from topview_lab.reproduce.context import Context
-from topview_lab.reproduce.make import MARKDOWN, NUMBERS, PAGE, make_report
-from topview_lab.reproduce.runs import DEFAULT, Measured, Run, Tracked
+from topview_lab.reproduce.make import MARKDOWN_FILE, NUMBERS_FILE, PAGE_FILE, make_report
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, Measured, Run, Tracked
 
 
 def test_a_figure_that_needs_no_recording_is_made_alone(tmp_path):
@@ -26,7 +26,7 @@ def test_a_figure_that_needs_no_recording_is_made_alone(tmp_path):
     assert [section.name for section in made.report.sections] == ["figure-3.2"]
     assert not made.interrupted
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        [MARKDOWN, PAGE, NUMBERS, "pictures"]
+        [MARKDOWN_FILE, PAGE_FILE, NUMBERS_FILE, "pictures"]
     )
 
 
@@ -35,7 +35,7 @@ def test_what_ctrl_c_left_undone_is_named_and_the_rest_is_reported(tmp_path, mon
     made = make_report(["figure-3.2", "table-6.1"], Context(tmp_path, quick=True))
     assert made.interrupted
     assert [section.name for section in made.report.sections] == ["figure-3.2"]
-    assert "table-6.1 was not finished" in (tmp_path / MARKDOWN).read_text()
+    assert "table-6.1 was not finished" in (tmp_path / MARKDOWN_FILE).read_text()
 
 
 def test_a_folder_that_is_a_file_is_refused(tmp_path):
@@ -47,7 +47,7 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
 
 def test_what_was_measured_is_evaluated_in_the_order_asked_for():
     people = people_standing(2, 0.0)
-    runs = [Run(DEFAULT, FolderRecording(Path(name))) for name in "abcd"]
+    runs = [Run(DEFAULT_VARIANT, FolderRecording(Path(name))) for name in "abcd"]
     errors = [measure_sequence(predicted_of(people), reference_of(people), name) for name in "ab"]
     outcomes = {run: Outcome(each, ()) for run, each in zip(runs, errors, strict=False)}
     measured = Measured({**outcomes, runs[2]: Outcome(None, ("c cannot be read",))})
@@ -63,11 +63,11 @@ def test_the_quick_form_reproduces_everything(tmp_path):
     for section in made.report.sections:
         for table in section.tables:
             assert all(len(row.cells) == len(table.header) for row in table.rows)
-    page = (tmp_path / PAGE).read_text()
+    page = (tmp_path / PAGE_FILE).read_text()
     pictures = re.findall(r'src="([^"]+)"', page)
     assert len(pictures) >= 3
     assert all((tmp_path / picture).stat().st_size > 5000 for picture in pictures)
-    numbers = msgspec.json.decode((tmp_path / NUMBERS).read_bytes())
+    numbers = msgspec.json.decode((tmp_path / NUMBERS_FILE).read_bytes())
     # The few frames of the quick form gave 4.0 and 10.2 cm, 95 and 66 % within 10 cm; the bounds
     # are a fourth over that.
     default, thesis = (method["raw"] for method in numbers["table-6.1"]["numbers"].values())

@@ -9,7 +9,7 @@ from topview_lab.reproduce.shells import (
     LENGTH_M,
     SHELLS,
     SPACING_M,
-    TILTS_DEG,
+    VIEW_TILTS_DEG,
     Shell,
     minima,
     ratios,
@@ -25,7 +25,7 @@ def rng() -> np.random.Generator:
 def test_the_ratio_has_one_minimum_and_it_is_the_top_view(shell, rng):
     found = minima(ratios(shell, rng))
     assert len(found) == 1
-    assert abs(TILTS_DEG[found[0]]) <= 3.0
+    assert abs(VIEW_TILTS_DEG[found[0]]) <= 3.0
 
 
 @pytest.mark.parametrize("shell", SHELLS, ids=lambda shell: shell.name)
@@ -53,11 +53,11 @@ def test_points_are_as_dense_as_the_cells(rng):
 
 
 def test_two_valleys_count_as_two_minima():
-    ratio = np.ones(len(TILTS_DEG))
+    ratio = np.ones(len(VIEW_TILTS_DEG))
     ratio[[10, 40]] = 0.2, 0.1
     assert minima(ratio) == [40, 10]
 
 
 def test_ripples_do_not_count_as_minima():
-    ratio = np.abs(TILTS_DEG) / 90 + 0.02 * np.sin(TILTS_DEG)
+    ratio = np.abs(VIEW_TILTS_DEG) / 90 + 0.02 * np.sin(VIEW_TILTS_DEG)
     assert len(minima(ratio)) == 1

@@ -10,7 +10,7 @@ from topview_lab.evaluate.run import Outcome
 from topview_lab.metrics import measure_sequence
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.runs import Measured, Run
-from topview_lab.reproduce.upper_body import BESIDE, METHODS, table_5_2
+from topview_lab.reproduce.upper_body import BESIDE, TORSO_METHODS, table_5_2
 
 HANDS = [JOINT_NAMES.index(f"{side}_hand") for side in ("left", "right")]
 
@@ -31,7 +31,7 @@ def test_both_trackers_stand_side_by_side_part_by_part():
     )  # fmt: skip
     errors = measure_sequence(predicted_of(told), reference, first.name, seconds=0.2)
     outcome = Outcome(errors, ())
-    measured = Measured({Run(method, first): outcome for method in METHODS.values()})
+    measured = Measured({Run(method, first): outcome for method in TORSO_METHODS.values()})
     table = table_5_2(context, measured).tables[1]
     assert len(table.rows) == len(BESIDE) * len(context.own_sequences())
     name, *cells = table.rows[0].cells

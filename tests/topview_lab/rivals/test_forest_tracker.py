@@ -15,7 +15,7 @@ from topview.track import Tracker, TrackerSettings
 from topview_lab.rivals.forest import default_forest, propose_joints
 from topview_lab.rivals.forest.tracker import ForestSettings, rigid_fit
 from topview_lab.sim import SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES as SIM_JOINTS
+from topview_lab.sim.bodies import SIM_JOINT_NAMES as SIM_JOINTS
 from topview_lab.sim.recording import SimulatedFrame
 
 SCENE = scene_by_name("waving_two_hands", seed=2950, frames=30)

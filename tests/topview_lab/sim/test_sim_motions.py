@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from topview_lab.sim.actions import ACTIONS, MHAD_ACTIONS, Moment, Style, stepping_round
-from topview_lab.sim.bodies import JOINT_NAMES, build_body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
 from topview_lab.sim.limbs import limb_angles, two_bones
 from topview_lab.sim.looks import random_look
 from topview_lab.sim.motions import Clip, Performance
@@ -20,8 +20,8 @@ from topview_lab.sim.scene import Actor, Box, Scene
 from topview_lab.sim.scenes import SCENES, scene_by_name
 from topview_lab.sim.scenes.stage import TO_CAMERA, stands
 from topview_lab.sim.skeleton import (
-    LIMITS_RAD,
     SEGMENT_INDEX,
+    SEGMENT_LIMITS_RAD,
     heading_rotation,
     segment_poses,
     segment_rotation,
@@ -29,16 +29,16 @@ from topview_lab.sim.skeleton import (
 
 FPS = 30.0
 VARIED = [name for name, kind in SCENES.items() if kind.has_varied_room]
-FEET = [j for j, name in enumerate(JOINT_NAMES) if name.startswith(("ankle", "foot", "knee"))]
-HANDS = [j for j, name in enumerate(JOINT_NAMES) if name.startswith(("hand", "wrist", "elbow"))]
-OTHERS = [j for j in range(len(JOINT_NAMES)) if j not in FEET + HANDS]
+FEET = [j for j, name in enumerate(SIM_JOINT_NAMES) if name.startswith(("ankle", "foot", "knee"))]
+HANDS = [j for j, name in enumerate(SIM_JOINT_NAMES) if name.startswith(("hand", "wrist", "elbow"))]
+OTHERS = [j for j in range(len(SIM_JOINT_NAMES)) if j not in FEET + HANDS]
 FAST = ("throwing", "throw_to", "catch_from", "boxing")
 FLYING = ("jumping_in_place", "jumping_jacks")
 MAY_LEAVE = {("enter_and_leave", 1), ("enter_and_leave", 2), ("dummy_occluder", 1)}
 
 
 def joint(name: str) -> int:
-    return JOINT_NAMES.index(name)
+    return SIM_JOINT_NAMES.index(name)
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ def test_every_motion_is_human(motions: list[Motion]) -> None:
     12 cm, a walker's swinging foot 17, hands 14, those that throw or punch 28 (J. Atha et al.,
     Br. Med. J. 291, 1985, measured 30)."""
     for m in motions:
-        assert (m.angles >= LIMITS_RAD[..., 0] - 1e-9).all()
-        assert (m.angles <= LIMITS_RAD[..., 1] + 1e-9).all()
+        assert (m.angles >= SEGMENT_LIMITS_RAD[..., 0] - 1e-9).all()
+        assert (m.angles <= SEGMENT_LIMITS_RAD[..., 1] + 1e-9).all()
         moved = np.linalg.norm(np.diff(m.joints, axis=1), axis=-1)
         walks = any("walk" in block for block in m.actions)
         is_fast = any(action in FAST for block in m.actions for action in block)

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from topview.records import InputError
 from topview_lab.sim.anthropometry import hip_share
-from topview_lab.sim.bodies import JOINT_NAMES, build_body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
 from topview_lab.sim.looks import Proportions, random_look
 from topview_lab.sim.paths import Path
 from topview_lab.sim.scene import Actor
 from topview_lab.sim.scenes import scene_by_name
 from topview_lab.sim.scenes.classic import CLASSIC
-from topview_lab.sim.skeleton import LIMITS_RAD, SEGMENTS, Pose, segment_poses
+from topview_lab.sim.skeleton import SEGMENT_LIMITS_RAD, SEGMENTS, Pose, segment_poses
 
 LIMBS = (("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot"))
 BONES = [
@@ -54,7 +54,7 @@ def actor(request: pytest.FixtureRequest) -> Actor:
 def test_bones_keep_their_length(actor: Actor) -> None:
     joints = joints_over_time(actor, 100)
     for a, b in BONES:
-        bone = joints[:, JOINT_NAMES.index(a)] - joints[:, JOINT_NAMES.index(b)]
+        bone = joints[:, SIM_JOINT_NAMES.index(a)] - joints[:, SIM_JOINT_NAMES.index(b)]
         length = np.linalg.norm(bone, axis=-1)
         np.testing.assert_allclose(length, length[0], rtol=1e-9, err_msg=f"{a} to {b}")
 
@@ -67,8 +67,8 @@ def test_motion_is_smooth_and_human(actor: Actor) -> None:
     assert acceleration.max() < 150.0
     for f in range(0, 120, 7):
         angles = actor.performance.pose(actor.body, f / FPS).angles_rad
-        assert (angles >= LIMITS_RAD[..., 0]).all()
-        assert (angles <= LIMITS_RAD[..., 1]).all()
+        assert (angles >= SEGMENT_LIMITS_RAD[..., 0]).all()
+        assert (angles <= SEGMENT_LIMITS_RAD[..., 1]).all()
 
 
 def test_feet_stand_on_the_floor(actor: Actor) -> None:
@@ -91,7 +91,7 @@ def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> No
     hips = np.array([0.0, 0.0, stature_m * hip_share(look)])
     upright = Pose(hips, 0.0, np.zeros((len(SEGMENTS), 3)))
     joints = dict(
-        zip(JOINT_NAMES, body.joints(segment_poses(body.offsets_m, upright)), strict=True)
+        zip(SIM_JOINT_NAMES, body.joints(segment_poses(body.offsets_m, upright)), strict=True)
     )
     assert joints["head_top"][2] == pytest.approx(stature_m, rel=1e-3)
     assert joints["torso"][2] - joints["pelvis"][2] == pytest.approx(0.1 * stature_m)
@@ -108,7 +108,7 @@ def test_adults_have_the_published_segment_lengths() -> None:
     joints = body.joints(segment_poses(body.offsets_m, upright))
 
     def share(a: str, b: str) -> float:
-        bone = joints[JOINT_NAMES.index(a)] - joints[JOINT_NAMES.index(b)]
+        bone = joints[SIM_JOINT_NAMES.index(a)] - joints[SIM_JOINT_NAMES.index(b)]
         return float(np.linalg.norm(bone)) / 1.756
 
     # Winter (2009), Fig. 4.1; hips: Bell et al. (1989)
@@ -135,10 +135,10 @@ def test_walking_feet_stay_where_they_stand() -> None:
     """Of the lower foot's ball, half of the steps move less than a third of what the body does."""
     scene = scene_by_name("pass_by", seed=2)
     joints = joints_over_time(scene.actors[1], 75)[25:]
-    balls = joints[:, [JOINT_NAMES.index("foot_l"), JOINT_NAMES.index("foot_r")]]
+    balls = joints[:, [SIM_JOINT_NAMES.index("foot_l"), SIM_JOINT_NAMES.index("foot_r")]]
     lower = balls[:-1, :, 2].argmin(1)
     moved = np.linalg.norm(np.diff(balls, axis=0), axis=-1)[np.arange(len(lower)), lower]
-    pelvis = np.linalg.norm(np.diff(joints[:, JOINT_NAMES.index("pelvis")], axis=0), axis=-1)
+    pelvis = np.linalg.norm(np.diff(joints[:, SIM_JOINT_NAMES.index("pelvis")], axis=0), axis=-1)
     assert np.median(moved) < 0.34 * np.median(pelvis)
 
 

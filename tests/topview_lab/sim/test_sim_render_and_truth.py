@@ -8,7 +8,7 @@ import pytest
 from topview.camera.projection import project
 from topview.records import Camera
 from topview_lab.sim import GroundTruth, Scene, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES, PART_NAMES, build_body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES, build_body
 from topview_lab.sim.images import FURNITURE
 from topview_lab.sim.render import Renderer, draw_people
 from topview_lab.sim.room import render_room
@@ -25,8 +25,10 @@ def test_a_mirrored_pose_gives_the_mirrored_image(tiny_camera: Camera, render_pl
     body = build_body(scene.actors[0].body.look.even())
     empty = render_plain(np.full((tiny_camera.height, tiny_camera.width), np.inf, np.float32))
     swap = [
-        PART_NAMES.index(name[:-1] + {"l": "r", "r": "l"}[name[-1]] if name[-2] == "_" else name)
-        for name in PART_NAMES
+        SIM_PART_NAMES.index(
+            name[:-1] + {"l": "r", "r": "l"}[name[-1]] if name[-2] == "_" else name
+        )
+        for name in SIM_PART_NAMES
     ]
     swap = np.array([*swap, *range(len(swap), 256)])
     for time_s in (1.3, 3.1, 5.5):
@@ -100,7 +102,7 @@ def test_passing_by_hides_person_1_for_a_while(pass_by_truth: GroundTruth) -> No
     assert hidden.max() > 0.4
     assert 15 <= (hidden > 0.05).sum() <= 60  # about a second
     assert truth.person_occ_person[:, 1].max() == 0.0
-    torso = JOINT_NAMES.index("torso")
+    torso = SIM_JOINT_NAMES.index("torso")
     assert truth.joint_occ_person[:, 0, torso].max() == 1.0
     assert truth.present.all()
 
@@ -115,7 +117,7 @@ def test_furniture_hides_what_stands_behind_it() -> None:
     drawing = Renderer(hidden).draw(0)
     bodies = [actor.body for actor in hidden.actors]
     truth = frame_truth(bodies, drawing.Ts_camera_segment, drawing.rendering, hidden.camera)
-    by_table = dict(zip(JOINT_NAMES, truth.joint_hidden.by_furniture[0], strict=True))
+    by_table = dict(zip(SIM_JOINT_NAMES, truth.joint_hidden.by_furniture[0], strict=True))
     assert by_table["ankle_l"] == by_table["ankle_r"] == 1.0
     assert by_table["head"] == by_table["neck"] == 0.0
     assert (truth.joint_hidden.by == 0.0).all()
@@ -129,7 +131,7 @@ def test_in_profile_the_own_trunk_hides_the_far_side() -> None:
     background = render_room(scene.room, (), scene.camera, scene.mount)
     rendering = draw_people([actor.body], [Ts], background, scene.camera)
     truth = frame_truth([actor.body], [Ts], rendering, scene.camera)
-    by_self = dict(zip(JOINT_NAMES, truth.joint_hidden.by_self[0], strict=True))
+    by_self = dict(zip(SIM_JOINT_NAMES, truth.joint_hidden.by_self[0], strict=True))
     assert by_self["shoulder_l"] > 0.7
     assert by_self["hip_l"] > 0.7
     assert by_self["shoulder_r"] < 0.2

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from topview_lab.sim import GroundTruth, Scene, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES, PART_NAMES, Body, build_body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES, Body, build_body
 from topview_lab.sim.looks import random_look
 from topview_lab.sim.render import Renderer, draw_people
 from topview_lab.sim.room import render_room
@@ -25,7 +25,7 @@ FAR_END = {
 
 
 def by_part(shares: NDArray[np.float64]) -> dict[str, float]:
-    return dict(zip(PART_NAMES, shares.tolist(), strict=True))
+    return dict(zip(SIM_PART_NAMES, shares.tolist(), strict=True))
 
 
 def first_frame(scene: Scene) -> FrameTruth:
@@ -45,7 +45,7 @@ def test_part_frames_are_right_handed_and_point_to_the_far_joint(
     np.testing.assert_allclose(np.linalg.det(Rs), 1.0, atol=1e-5)
     assert (Ts[..., 3, :] == (0, 0, 0, 1)).all()
     for part, joint in FAR_END.items():
-        b, j = PART_NAMES.index(part), JOINT_NAMES.index(joint)
+        b, j = SIM_PART_NAMES.index(part), SIM_JOINT_NAMES.index(joint)
         end_part = np.einsum("fpij,fpi->fpj", Rs[:, :, b], joints[:, :, j] - Ts[:, :, b, :3, 3])
         np.testing.assert_allclose(end_part[..., (0, 2)], 0.0, atol=1e-5)
         assert (end_part[..., 1] > 0.03).all()
@@ -53,8 +53,8 @@ def test_part_frames_are_right_handed_and_point_to_the_far_joint(
 
 def test_who_faces_the_camera_has_the_right_side_at_the_images_left() -> None:
     Rs = first_frame(scene_by_name("stand", seed=2)).Ts_camera_part[0, :, :3, :3]
-    feet = [PART_NAMES.index(f"foot_{side}") for side in "lr"]
-    others = np.setdiff1d(np.arange(len(PART_NAMES)), feet)
+    feet = [SIM_PART_NAMES.index(f"foot_{side}") for side in "lr"]
+    others = np.setdiff1d(np.arange(len(SIM_PART_NAMES)), feet)
     assert (Rs[:, 0, 0] < -0.6).all()  # +x to the person's right
     assert (Rs[others, 2, 2] < -0.6).all()  # +z to the front
     assert (Rs[others, 1, 1] > 0.7).all()  # +y down the part
@@ -65,8 +65,10 @@ def test_a_mirrored_pose_has_mirrored_part_frames() -> None:
     body = build_body(random_look(np.random.default_rng(3)).even())
     performance = scene_by_name("all_actions", seed=4).actors[0].performance
     swap = [
-        PART_NAMES.index(name[:-1] + {"l": "r", "r": "l"}[name[-1]] if name[-2] == "_" else name)
-        for name in PART_NAMES
+        SIM_PART_NAMES.index(
+            name[:-1] + {"l": "r", "r": "l"}[name[-1]] if name[-2] == "_" else name
+        )
+        for name in SIM_PART_NAMES
     ]
     flip = np.diag([-1.0, 1.0, 1.0])
     for time_s in (1.3, 3.1, 5.5):
@@ -88,7 +90,7 @@ def test_alone_and_facing_the_camera_hardly_anything_is_hidden() -> None:
     assert (hidden.by == 0.0).all()
     assert (hidden.by_furniture == 0.0).all()
     assert (hidden.outside == 0.0).all()
-    upper_arms = [PART_NAMES.index(f"upper_arm_{side}") for side in "lr"]
+    upper_arms = [SIM_PART_NAMES.index(f"upper_arm_{side}") for side in "lr"]
     assert (np.delete(hidden.by_self[0], upper_arms) < 0.15).all()
     assert (hidden.by_self[0, upper_arms] < 0.3).all()  # the shoulders' flesh
 
@@ -104,7 +106,7 @@ def test_the_trunk_is_hidden_from_behind_a_wall_and_the_head_above_it_is_not() -
     assert by_wall["head"] == 0.0
     assert all(by_wall[f"{part}_leg_{s}"] == 1.0 for part in ("upper", "lower") for s in "lr")
     assert 0.0 < by_wall["upper_torso"] < 1.0
-    assert (truth.part_hidden.by_self[0, [PART_NAMES.index("lower_leg_l")]] == 0.0).all()
+    assert (truth.part_hidden.by_self[0, [SIM_PART_NAMES.index("lower_leg_l")]] == 0.0).all()
 
 
 def test_a_whole_wall_hides_all() -> None:
@@ -162,7 +164,7 @@ def test_sampled_shares_are_those_of_the_pixels() -> None:
         drawing = renderer.draw(frame)
         poses = drawing.Ts_camera_segment
         truth = frame_truth(bodies, poses, drawing.rendering, scene.camera)
-        for b in range(len(PART_NAMES)):
+        for b in range(len(SIM_PART_NAMES)):
             alone = draw_people([only(bodies[0], b)], poses[:1], room, scene.camera)
             covered = (drawing.rendering.instance[alone.instance == 1] == 2).mean()
             share = truth.part_hidden.by[0, b, 1]

@@ -13,7 +13,7 @@ from cyclopts import App, CycloptsError
 from topview.records import InputError
 from topview_lab.cli.simulate import simulate
 from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth, write_scene
-from topview_lab.sim.bodies import PART_NAMES
+from topview_lab.sim.bodies import SIM_PART_NAMES
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_images_are_those_of_the_recording(folder: Path) -> None:
         np.testing.assert_array_equal(mask, frame.mask)
         np.testing.assert_array_equal(part, frame.part)
         np.testing.assert_array_equal(frame.part > 0, frame.mask > 0)
-        assert frame.part.max() <= len(PART_NAMES)
+        assert frame.part.max() <= len(SIM_PART_NAMES)
         assert len(np.unique(frame.part)) > 10
         assert set(np.unique(frame.mask)) == {0, 1, 2}
 

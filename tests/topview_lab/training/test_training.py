@@ -22,7 +22,7 @@ from topview_lab.training.hands import (
     score_beliefs,
 )
 from topview_lab.training.renders import simulated_skin
-from topview_lab.training.skin import NOT_SKIN, SKIN, learn_skin, score_skin
+from topview_lab.training.skin import IS_SKIN, NOT_SKIN, learn_skin, score_skin
 from topview_lab.training.tones import SKIN_TONES, linear_rgb
 
 
@@ -97,7 +97,7 @@ def hand_files(tmp_path: Path) -> tuple[Path, Path]:
     assert frame.color is not None
     image, mask = tmp_path / "image.png", tmp_path / "mask.png"
     cv2.imwrite(str(image), frame.color[..., ::-1])
-    cv2.imwrite(str(mask), np.where(frame.depth_m < 2.5, SKIN, NOT_SKIN).astype(np.uint8))
+    cv2.imwrite(str(mask), np.where(frame.depth_m < 2.5, IS_SKIN, NOT_SKIN).astype(np.uint8))
     return image, mask
 
 

@@ -159,8 +159,12 @@ def _grown(
         is_split = gain[np.arange(N), best] > 1e-6
         owner = np.repeat(np.arange(N), np.diff(nodes))
 
-        at = np.where(is_split[:, None], candidates[chosen // kernel.BINS], 0.0).astype(np.float32)
-        edge = np.where(is_split, kernel.threshold_m(chosen % kernel.BINS), 0.0).astype(np.float32)
+        at = np.where(is_split[:, None], candidates[chosen // kernel.THRESHOLD_BINS], 0.0).astype(
+            np.float32
+        )
+        edge = np.where(is_split, kernel.threshold_m(chosen % kernel.THRESHOLD_BINS), 0.0).astype(
+            np.float32
+        )
         left = n_nodes + 2 * (np.cumsum(is_split) - 1)
         leaf = -1 - (n_leaves + np.cumsum(~is_split) - 1)
         offsets.append(at)
@@ -173,7 +177,7 @@ def _grown(
         goes_on = np.flatnonzero(is_split[owner])
         samples, owner = samples[goes_on], owner[goes_on]
         value = np.empty(len(owner), np.float32)
-        place = (chosen // kernel.BINS).astype(np.int32)[owner]
+        place = (chosen // kernel.THRESHOLD_BINS).astype(np.int32)[owner]
         kernel.differences(
             depths, crops, samples.image, samples.u, samples.v, place, candidates, fx, fy, value
         )

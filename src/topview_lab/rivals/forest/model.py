@@ -153,7 +153,7 @@ class Forest:
     def npz(self) -> bytes:
         """A compressed .npz file: offsets in whole millimetres, thresholds as their bins."""
         trees = self.trees
-        thresholds = kernel.threshold_m(np.arange(kernel.BINS))
+        thresholds = kernel.threshold_m(np.arange(kernel.THRESHOLD_BINS))
         bins = np.abs(trees.thresholds[:, None] - thresholds).argmin(1)
         file = BytesIO()
         np.savez_compressed(

@@ -64,7 +64,7 @@ _LIMBS = tuple(
 
 LEAST_BODY_PIXELS: Final = 100
 """A person with fewer pixels stays as last seen (ours)."""
-APART_M: Final = 0.1
+OTHER_SIDE_APART_M: Final = 0.1
 """A joint and the one of the other side are further apart than this (ours)."""
 MEMORY_WEIGHT: Final = 0.03
 """Weight of where a joint of the trunk was, against a proposal's confidence (ours)."""
@@ -129,7 +129,7 @@ class ForestTracker:
         for candidate in sorted(found, key=lambda c: -c.confidence):
             j = JOINT_NAMES.index(candidate.joint)
             other = places[_OTHER_SIDE[j]]
-            is_taken = np.linalg.norm(other - candidate.place_camera) < APART_M
+            is_taken = np.linalg.norm(other - candidate.place_camera) < OTHER_SIDE_APART_M
             if (
                 candidate.confidence > self.settings.least_confidence
                 and not confidence[j]

@@ -8,7 +8,7 @@ from math import atan2
 import numpy as np
 
 from topview.records import Camera
-from topview_lab.sim.bodies import PART_NAMES
+from topview_lab.sim.bodies import SIM_PART_NAMES
 from topview_lab.sim.paths import Path, Route
 from topview_lab.sim.render import draw_people
 from topview_lab.sim.room import render_room
@@ -178,7 +178,7 @@ def _hiding_x(user: Actor, dummy: Actor, share: float) -> float:
     """Where the dummy, from the left, hides that share of the user's trunk, by rendering."""
     background = render_room(Room(), (), TINY, Mount())
     T_camera_room = Mount().T_camera_room()
-    trunk = [PART_NAMES.index(part) for part in ("upper_torso", "lower_torso")]
+    trunk = [SIM_PART_NAMES.index(part) for part in ("upper_torso", "lower_torso")]
 
     def seen(*xs: float) -> int:
         """Pixels of the user's trunk, with a dummy at x if one is given."""

@@ -101,7 +101,7 @@ def chair_of(actor: Actor, seat_m: float, color: Rgb = WOODS[0]) -> tuple[Furnit
 def varied_room(rng: np.random.Generator) -> tuple[Room, Mount]:
     """A room and a camera in it that sees people who stand about 3 m away."""
     height_m = rng.uniform(0.9, 1.6)
-    tilt_rad = atan2(height_m - AIM_M[1], AIM_M[0]) + radians(rng.uniform(-1.0, 1.0))
+    tilt_rad = atan2(height_m - CAMERA_AIM_M[1], CAMERA_AIM_M[0]) + radians(rng.uniform(-1.0, 1.0))
     tone = rng.uniform(0.85, 1.15)
     room = Room(
         far_wall_m=rng.uniform(4.6, 5.3),
@@ -110,5 +110,5 @@ def varied_room(rng: np.random.Generator) -> tuple[Room, Mount]:
     return room, Mount(height_m, tilt_rad)
 
 
-AIM_M: Final = (3.0, 1.0)
+CAMERA_AIM_M: Final = (3.0, 1.0)
 """The camera looks at a point so far away and so high (ours)."""
