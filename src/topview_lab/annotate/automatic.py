@@ -1,4 +1,4 @@
-"""All that goes by itself: from two recordings and a colour to named markers in both views."""
+"""The automatic part: from two recordings and a colour to named markers in both views."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from topview.detect.cloud import Cloud
 from topview.io.readers.folder import FolderRecording
 from topview.people.floor import FloorPlane, FloorSettings, find_floor
 from topview.records import Frame, InputError
-from topview_lab.annotate.blobs import Blobs, MarkerLook, find_blobs
+from topview_lab.annotate.blobs import Blobs, MarkerAppearance, find_blobs
 from topview_lab.annotate.boards import Board, board_extrinsics
 from topview_lab.annotate.cameras import (
     Extrinsics,
@@ -23,27 +23,27 @@ from topview_lab.annotate.cameras import (
     time_offset_frames,
 )
 from topview_lab.annotate.joints import marker_points
-from topview_lab.annotate.starting import Start, start_of_view
+from topview_lab.annotate.starting import NamedPerson, start_of_view
 from topview_lab.annotate.tracks import Tracks, View, follow
 
-Report = Callable[[str, int, int], None]
-"""Told what is being done, how much of it is done, and of how much."""
+OnProgress = Callable[[str, int, int], None]
+"""Progress callback: what is being done, how much is done, and of how much."""
 
 EARLY_S: Final = 3.0
-"""In which people stand facing the front camera (ours)."""
+"""At the start of the recording, during which people stand facing the front camera (ours)."""
 CAMERA_ROUNDS: Final = 3
-"""Of following markers and placing the camera by them, in turn (ours)."""
+"""Alternations of following the markers and placing the rear camera by them (ours)."""
 FLOOR_TRIES: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
-    """What may be said about the recordings.
+class FindOptions:
+    """What the user knows of the recordings.
 
     Attributes:
-        people: how many wear markers.
-        board: that both cameras see, or None to place the rear camera by the markers.
-        offset_s: how much later the same moment comes in the rear recording; None to find out.
+        people: number of people who wear markers.
+        board: the board that both cameras see, or None to place the rear camera by the markers.
+        offset_s: delay of the rear recording; None to estimate it.
     """
 
     people: int = 1
@@ -52,23 +52,23 @@ class Wishes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class FoundMarkers:
     """What the automatic part found; both views over the front recording's F frames.
 
     Attributes:
         blobs: of the front and the rear view.
         rear_frames: [F] the rear recording's frame of the same moment, -1 for none.
-        start_frame: in which the people were named.
-        starts: the people there.
-        offset_frames: by which the rear recording is late.
-        extrinsics: where the rear camera is.
-        tracks: names of the spots.
+        start_frame: the frame in which the markers were first named.
+        starts: the people in that frame.
+        offset_frames: delay of the rear recording.
+        extrinsics: pose of the rear camera.
+        tracks: the marker of each spot.
     """
 
     blobs: tuple[Sequence[Blobs], Sequence[Blobs]]
     rear_frames: NDArray[np.intp]
     start_frame: int
-    starts: Sequence[Start]
+    starts: Sequence[NamedPerson]
     offset_frames: int
     extrinsics: Extrinsics
     tracks: Tracks
@@ -79,7 +79,7 @@ class Found:
 
     @property
     def eyes_front(self) -> NDArray[np.float64]:
-        """[2, 3] where the cameras are, in the front camera's frame."""
+        """[2, 3] positions of the cameras in the front camera's frame."""
         return np.stack([np.zeros(3), self.extrinsics.T_front_rear[:3, 3]])
 
     @property
@@ -91,10 +91,10 @@ class Found:
 def find_markers(
     front: FolderRecording,
     rear: FolderRecording,
-    looks: Sequence[MarkerLook],
-    wishes: Wishes,
-    report: Report,
-) -> Found:
+    looks: Sequence[MarkerAppearance],
+    wishes: FindOptions,
+    report: OnProgress,
+) -> FoundMarkers:
     """Find, name and follow the markers, and place the rear camera in space and time.
 
     Raises:
@@ -116,7 +116,7 @@ def find_markers(
     T = np.eye(4)
     if wishes.board is None:
         T = rough_extrinsics(of_front, _shifted(of_rear, offset, len(spots[0])))
-    found = Found(
+    found = FoundMarkers(
         blobs=(spots[0], ()),
         rear_frames=np.zeros(0, np.intp),
         start_frame=start_frame,
@@ -125,30 +125,30 @@ def find_markers(
         extrinsics=Extrinsics(T, np.inf, 0),
         tracks=of_front,
     )
-    found = _in_step(found, front, rear, spots[1], offset)
+    found = _with_offset(found, front, rear, spots[1], offset)
     if wishes.board is not None:
         pairs = _pairs(front, rear, found.rear_frames)
         found = replace(found, extrinsics=board_extrinsics(pairs, wishes.board))
     for k in range(CAMERA_ROUNDS):
         report("following the markers", k, CAMERA_ROUNDS)
-        found = followed(found, fps)
+        found = follow_again(found, fps)
         if wishes.board is None:
             extrinsics = refined_extrinsics(found.views(), found.tracks, found.statures_m, floors)
             found = replace(found, extrinsics=extrinsics)
         if wishes.offset_s is None:
             more = remaining_offset_frames(marker_points(found.views(), found.tracks.spots), fps)
-            found = _in_step(found, front, rear, spots[1], found.offset_frames + more)
-    return followed(found, fps)
+            found = _with_offset(found, front, rear, spots[1], found.offset_frames + more)
+    return follow_again(found, fps)
 
 
-def _in_step(
-    found: Found,
+def _with_offset(
+    found: FoundMarkers,
     front: FolderRecording,
     rear: FolderRecording,
     rear_blobs: Sequence[Blobs],
     offset_frames: int,
-) -> Found:
-    """The same with the rear view taken so many frames later."""
+) -> FoundMarkers:
+    """The same with the rear view shifted by a number of frames."""
     rear_frames = _rear_frames(front, rear, offset_frames / front.fps)
     blobs = [rear_blobs[r] if r >= 0 else Blobs.none() for r in rear_frames]
     return replace(
@@ -159,14 +159,16 @@ def _in_step(
     )
 
 
-def followed(found: Found, fps: float, views: Sequence[View] | None = None) -> Found:
-    """The markers followed again, in views that may hold what the user said."""
+def follow_again(
+    found: FoundMarkers, fps: float, views: Sequence[View] | None = None
+) -> FoundMarkers:
+    """Follow the markers again, in views that may hold the user's decisions."""
     tracks = follow(views or found.views(), found.start_frame, found.starts, np.eye(4), fps)
     return replace(found, tracks=tracks)
 
 
 def _all_blobs(
-    recording: FolderRecording, looks: Sequence[MarkerLook], report: Report
+    recording: FolderRecording, looks: Sequence[MarkerAppearance], report: OnProgress
 ) -> list[Blobs]:
     blobs = [Blobs.none()] * (recording.indices[-1] + 1)
     coloured = 0
@@ -180,7 +182,7 @@ def _all_blobs(
 
 
 def _floor(recording: FolderRecording) -> FloorPlane | None:
-    """As seen in one of a few frames over the recording."""
+    """The floor, from the first of a few frames over the recording that show it."""
     indices = recording.indices
     for k in range(FLOOR_TRIES):
         frame = recording.frame(indices[k * (len(indices) - 1) // FLOOR_TRIES])
@@ -203,7 +205,7 @@ def _offset(
     of_front: Tracks,
     of_rear: Tracks,
     floors: Sequence[FloorPlane | None],
-    wishes: Wishes,
+    wishes: FindOptions,
     fps: float,
 ) -> int:
     if wishes.offset_s is not None:
@@ -212,7 +214,7 @@ def _offset(
 
 
 def _shifted(tracks: Tracks, shift: int, frames: int) -> Tracks:
-    """Frame f + shift at f, for so many frames; unseen where there is none."""
+    """Frame f + shift at index f, for a number of frames; empty where there is none."""
     wanted = np.arange(frames) + shift
     inside = (wanted >= 0) & (wanted < len(tracks.joints_front))
     at = np.clip(wanted, 0, len(tracks.joints_front) - 1)
@@ -231,7 +233,7 @@ def _rear_frames(
 def _pairs(
     front: FolderRecording, rear: FolderRecording, rear_frames: NDArray[np.intp]
 ) -> Iterator[tuple[Frame, Frame]]:
-    """Every few frames of both."""
+    """Pairs of simultaneous frames, a few over the recording."""
     for f in range(0, len(rear_frames), max(len(rear_frames) // 60, 1)):
         a, b = front.frame(f), rear.frame(int(rear_frames[f]))
         if a is not None and b is not None:

@@ -16,13 +16,13 @@ from topview.records import Camera, Frame, InputError, read_only
 GREY: Final = 1.0 / 3.0
 """Share of red (green, blue) in the brightness of everything grey."""
 LEAST_CHROMA: Final = 0.10
-"""How far a marker's colour must be from grey in the plane of the shares of red and green, to be
-told from everything else (ours); pure red is at 0.75, skin at about 0.1."""
+"""Least distance of a marker's colour from grey, in the plane of the shares of red and green
+(ours). Pure red has 0.75, skin about 0.1."""
 COLOR_REACH: Final = 0.45
-"""Pixels are the marker's where their colour is nearer to it than this share of its distance from
-grey (ours)."""
+"""A pixel belongs to a marker if their colours are closer than this share of the marker's distance
+from grey (ours)."""
 LEAST_COLOR_LEVEL: Final = 25.0
-"""Mean of red, green and blue below which colours cannot be told (ours)."""
+"""Mean of red, green and blue below which a pixel has no reliable colour (ours)."""
 LEAST_SPOT_PIXELS: Final = 4
 """Smaller spots are no markers (ours)."""
 LEAST_RADIUS_RATIO, GREATEST_RADIUS_RATIO = 0.35, 1.6
@@ -33,8 +33,8 @@ GREATEST_STRETCH: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class MarkerLook:
-    """What a marker looks like: its colour (0..255) and its radius."""
+class MarkerAppearance:
+    """Appearance of a marker: its colour (0..255) and its radius."""
 
     red: int
     green: int
@@ -66,7 +66,7 @@ class Blobs:
         return cls(np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0))
 
 
-def find_blobs(frame: Frame, looks: Sequence[MarkerLook]) -> Blobs:
+def find_blobs(frame: Frame, looks: Sequence[MarkerAppearance]) -> Blobs:
     """The spots of the markers' colours that have a marker's size in metres."""
     if frame.color is None:
         return Blobs.none()
@@ -83,8 +83,8 @@ def find_blobs(frame: Frame, looks: Sequence[MarkerLook]) -> Blobs:
     return Blobs(table[:, :2].copy(), table[:, 2:5].copy(), table[:, 5].copy())
 
 
-def pick_look(frame: Frame, u: float, v: float) -> MarkerLook:
-    """The look of the marker at a pixel.
+def pick_marker(frame: Frame, u: float, v: float) -> MarkerAppearance:
+    """The appearance of the marker at a pixel.
 
     Raises:
         InputError: outside the image, no colour there to tell, no depth, or no marker's size.
@@ -98,7 +98,7 @@ def pick_look(frame: Frame, u: float, v: float) -> MarkerLook:
     row, column = int(v), int(u)
     patch = frame.color[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
     red, green, blue = (int(value) for value in np.median(patch.reshape(-1, 3), axis=0))
-    unsized = MarkerLook(red, green, blue, 1.0)
+    unsized = MarkerAppearance(red, green, blue, 1.0)
     if chroma_of(unsized) < LEAST_CHROMA:
         raise InputError(
             f"{where} is rgb({red}, {green}, {blue}), which is nearly grey; "
@@ -116,7 +116,7 @@ def pick_look(frame: Frame, u: float, v: float) -> MarkerLook:
             f"the spot at ({u:.0f}, {v:.0f}) has a radius of {100 * radius_m:.1f} cm; a marker's "
             f"must be {100 * LEAST_RADIUS_M:g} to {100 * GREATEST_RADIUS_M:g} cm"
         )
-    return MarkerLook(red, green, blue, round(radius_m, 4))
+    return MarkerAppearance(red, green, blue, round(radius_m, 4))
 
 
 LEAST_RADIUS_M: Final = 0.005
@@ -124,13 +124,13 @@ GREATEST_RADIUS_M: Final = 0.06
 """Of markers that fit a wrist and can be seen from 3 m (ours)."""
 
 
-def chroma_of(look: MarkerLook) -> float:
+def chroma_of(look: MarkerAppearance) -> float:
     """How far the colour is from grey, in shares of red and green."""
     total = max(sum(look.rgb), 1)
     return float(np.hypot(look.red / total - GREY, look.green / total - GREY))
 
 
-def color_mask(color: NDArray[np.uint8], look: MarkerLook) -> NDArray[np.bool_]:
+def color_mask(color: NDArray[np.uint8], look: MarkerAppearance) -> NDArray[np.bool_]:
     """[H, W] True where the colour is the marker's, however bright."""
     levels = color.astype(np.float32)
     total = levels.sum(-1)
@@ -163,11 +163,11 @@ def _spots(frame: Frame, mask: NDArray[np.bool_]) -> list[tuple[float, ...]]:
 
 
 def _depth(depth_m: NDArray[np.float32], inside: NDArray[np.bool_]) -> float:
-    """Mean of the readings in a spot, or of the nearer ones around it; 0 where there is none.
+    """Mean depth of the readings in a spot, or of the nearer ones around it; 0 if there is none.
 
-    At outlines, part of a spot may show the depth of what is behind it: the nearer half counts. Of
-    the rest what is near the median counts: over the curve of a ball, a sensor's coarse steps of
-    depth average out.
+    Readings at the outline may belong to the background: only the nearer ones are used. Of these,
+    the ones near the median are averaged, so that the sensor's depth steps average out over the
+    curve of the ball.
     """
     readings = depth_m[inside & (depth_m > 0.0)]
     if readings.size < 2:
@@ -185,12 +185,12 @@ DEPTH_STEP_M: Final = 0.04
 """Height of a ball, and a Kinect's step of depth at 3 m (ours)."""
 
 BULGE: Final = 2.0 / 3.0
-"""Mean height of a half ball over its base, in radii: markers are taken to be balls half sunk in
-the clothes, and what is wanted is their middle. (Of a flat marker on each side, both errors cancel
-in the joint.)"""
+"""Mean height of a half ball over its base, in radii. Markers are modelled as balls half sunk in
+the clothes, and the centre of the ball is wanted. (Flat markers on both sides: the errors
+cancel.)"""
 
 MIXED_DEPTHS_M: Final = 0.12
-"""Readings further apart than this do not belong to one marker, noise included (ours)."""
+"""Greatest spread of the readings of one marker, noise included (ours)."""
 
 
 def ray(camera: Camera, u: float, v: float) -> NDArray[np.float64]:

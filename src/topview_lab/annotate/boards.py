@@ -1,4 +1,4 @@
-"""The rear camera's place from a chessboard or a ChArUco board that both cameras see."""
+"""Pose of the rear camera from a chessboard or ChArUco board that both cameras see."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MARKERS: Final = cv2.aruco.DICT_5X5_100
 """Of ChArUco boards: OpenCV's dictionary of 100 markers of 5 x 5 bits."""
 LEAST_BOARDS: Final = 3
 MOST_RESIDUAL_M: Final = 0.05
-"""Beyond this the boards of different frames contradict each other (ours)."""
+"""Greatest residual; beyond it the boards of different frames contradict each other (ours)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +91,10 @@ class Board:
 
 
 def board_extrinsics(pairs: Iterable[tuple[Frame, Frame]], board: Board) -> Extrinsics:
-    """Where the rear camera is, from frames of both cameras of the same moments.
+    """Pose of the rear camera, from simultaneous frames of both cameras.
 
-    A chessboard looks the same upside down: of the two ways to read it, the one that leaves both
-    cameras upright counts.
+    A chessboard looks the same upside down. Of its two readings, the one with both cameras upright
+    is used.
 
     Raises:
         InputError: both cameras see the board too seldom, or its frames contradict each other.

@@ -1,4 +1,4 @@
-"""How the rear camera stands to the front camera, in space and in time."""
+"""Pose and delay of the rear camera relative to the front camera."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from topview.people.floor import FloorPlane
 from topview.records import InputError
 from topview_lab.annotate.landmarks import BACK, DEPTHS, FRONT, NAMES
 from topview_lab.annotate.starting import similarity
-from topview_lab.annotate.tracks import NO_SPOT, J, Tracks, View, moved, trunk_axes
+from topview_lab.annotate.tracks import NO_SPOT, J, Tracks, View, transform_points, trunk_axes
 
 LEAST_LIKENESS: Final = 0.4
 """Correlation of the two views' motion below which they cannot be aligned (ours)."""
@@ -24,15 +24,14 @@ MOST_OFFSET_S: Final = 4.0
 SPEED_SMOOTHING_S: Final = 0.05
 """Width of the filter over joint speeds (ours)."""
 LEAST_SPEED_MPS: Final = 0.3
-"""Of the fastest joint: if nothing is faster, nobody moves and the views cannot be aligned."""
+"""Least speed of the fastest joint; below it nobody moves and the views cannot be aligned."""
 
 
 def time_offset_frames(
     front: Tracks, rear: Tracks, floors: Sequence[FloorPlane | None], fps: float
 ) -> int:
-    """How many frames later the same moment comes in the rear recording, from the speeds at which
-    joints rise and sink over the floor, or from their speeds where there is no floor: both are the
-    same from everywhere.
+    """Delay of the rear recording in frames, by correlating the vertical speeds of the joints, or
+    their speeds where no floor is seen. Both are independent of the viewpoint.
 
     Raises:
         InputError: nobody moves, or the motions are not alike at any offset.
@@ -59,8 +58,7 @@ def time_offset_frames(
 
 
 def remaining_offset_frames(points: NDArray[np.float64], fps: float) -> int:
-    """By how many frames the rear view is still late, told by the velocities of the markers
-    themselves, directions and all.
+    """Remaining delay of the rear view in frames, estimated from the markers' velocity vectors.
 
     Args:
         points: [2, F, P, J, 2, 3] markers in front and rear view, in the front camera's frame, NaN
@@ -92,7 +90,7 @@ def _motion(tracks: Tracks, floor: FloorPlane | None, fps: float) -> NDArray[np.
 
 
 def _velocities(tracks: Tracks, fps: float) -> NDArray[np.float64]:
-    """[F, P, J, 3] m/s, NaN where a joint is not seen or jumps, as one does that is found again."""
+    """[F, P, J, 3] m/s, NaN where a joint is not seen or jumps, as after it was lost."""
     places = gaussian_filter1d(tracks.joints_front, SPEED_SMOOTHING_S * fps, axis=0)
     speeds = np.gradient(places, axis=0) * fps
     seen = (tracks.spots[0] != NO_SPOT).any(-1)
@@ -101,7 +99,7 @@ def _velocities(tracks: Tracks, fps: float) -> NDArray[np.float64]:
 
 
 MOST_SPEED_MPS: Final = 6.0
-"""Of a hand that throws, about (ours)."""
+"""About the speed of a throwing hand (ours)."""
 
 
 def _likeness(a: NDArray[np.float64], b: NDArray[np.float64], shift: int) -> float:
@@ -118,12 +116,12 @@ def _likeness(a: NDArray[np.float64], b: NDArray[np.float64], shift: int) -> flo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extrinsics:
-    """Where the rear camera is.
+    """Pose of the rear camera.
 
     Attributes:
         T_front_rear: [4, 4].
-        residual_m: root mean square of what does not fit.
-        pairs: how many pairs of markers (or corners of boards) it rests on.
+        residual_m: root mean square of the residuals.
+        pairs: number of marker pairs (or board corners) that it is estimated from.
     """
 
     T_front_rear: NDArray[np.float64]
@@ -133,23 +131,23 @@ class Extrinsics:
 
 LEAST_PAIRS: Final = 60
 GIRTH_SPREAD: Final = 0.30
-"""Standard deviation of how much thicker people are than the mean (ours)."""
+"""Relative standard deviation of people's girth (ours)."""
 DEPTH_SPREAD: Final = 0.08
-"""The same for each joint, apart from the girth of the whole (ours)."""
+"""The same for each joint, beyond the girth of the whole body (ours)."""
 FLOOR: Final = 3.0
-"""What the floor counts more than all markers: it is a plane of many thousand readings (ours)."""
+"""Weight of the floor against all markers: it is a plane through thousands of readings (ours)."""
 SIDE_SPREAD: Final = 0.03
-"""The same of left against right (ours)."""
+"""The same between left and right (ours)."""
 KIND: Final = [NAMES.index(name.replace("_r", "_l")) for name in NAMES]
-"""[J] the joint itself, or the left one of a pair."""
+"""[J] index of the joint itself, or of the left one of a pair."""
 OTHER_SIDE_WEIGHT: Final = 0.2
-"""What two markers of one joint count against one that both cameras see (ours)."""
+"""Weight of two different markers of one joint against one that both cameras see (ours)."""
 FULL_RADIUS_SHARE: Final = 0.85
-"""Share of a marker's radius from which all of it is seen (ours)."""
+"""A marker whose spot has at least this share of its radius is fully visible (ours)."""
 PARTLY_SEEN_WEIGHT: Final = 0.1
-"""What a marker counts of which one camera sees a part, with the depth of what hides it (ours)."""
+"""Weight of a partly visible marker, whose depth is contaminated by the occluder (ours)."""
 FACING: Final = np.array([not name.startswith(("shoulder", "elbow", "hand")) for name in NAMES])
-"""[J] True for joints whose markers lie before and behind them as seen from the trunk."""
+"""[J] True for joints whose markers lie in front of and behind them in the trunk's frame."""
 RESIDUAL_M: Final = 0.02
 MOST_FRAMES: Final = 100
 
@@ -187,7 +185,7 @@ def refined_extrinsics(
     statures_m: NDArray[np.float64],
     floors: Sequence[FloorPlane | None] = (None, None),
 ) -> Extrinsics:
-    """The rear camera's place and the people's depths at the joints that fit all markers seen.
+    """Fit the rear camera's pose and the people's depths at the joints to all visible markers.
 
     The same marker in both views lies in one place; the front and the back marker of a joint lie a
     depth apart along the direction in which the trunk faces, which is nearly so for trunk and legs
@@ -240,7 +238,7 @@ def refined_extrinsics(
         girths, shapes, lopsided = np.split(x[6:], [P, P + P * J])
         shapes = (1.0 + shapes.reshape(P, J))[:, KIND] + lopsided.reshape(P, J)
         depths = (depths0 * (1.0 + girths)[:, None] * shapes).ravel()
-        off = p - moved(T, q) - (sign * depths[joint])[:, None] * outwards
+        off = p - transform_points(T, q) - (sign * depths[joint])[:, None] * outwards
         off[sign != 0.0] = off[sign != 0.0] @ level
         off *= weight[:, None]
         priors = x[6:] / spreads
@@ -270,9 +268,9 @@ def refined_extrinsics(
 
 
 def _trunk_fronts(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[F, P, 3] units in which trunks face, told by the front camera's markers [F, P, J, 2, 3]
-    alone, NaN where it does not see shoulders or hips, neck and pelvis from one side. (With the
-    rear camera's, an error of its place would confirm itself.)"""
+    """[F, P, 3] unit vectors in which trunks face, from the front camera's markers [F, P, J, 2, 3]
+    alone; NaN where it does not see shoulders or hips, neck and pelvis from one side. (With the
+    rear camera's markers, an error of its pose would confirm itself.)"""
     fronts = np.full((*points.shape[:2], 3), np.nan)
     for f, p in np.ndindex(*points.shape[:2]):
         for side in (BACK, FRONT):
@@ -291,8 +289,8 @@ TRUNK_JOINTS: Final = [
 def _floors_apart(
     floors: Sequence[FloorPlane | None], T_front_rear: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[4] metres by which the floors differ in height below the rear camera, and in slope over
-    3 m; zeros where one is not known."""
+    """[4] differences between both cameras' floors: height below the rear camera, and slope over
+    3 m, in metres; zeros where a floor is unknown."""
     front, rear = floors
     if front is None or rear is None:
         return np.zeros(4)

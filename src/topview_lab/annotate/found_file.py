@@ -1,4 +1,4 @@
-"""What the automatic part found, kept beside the project so that it is there at once next time."""
+"""Cache of the automatic part's result, kept beside the project file."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.io import write_atomically
-from topview_lab.annotate.automatic import Found
-from topview_lab.annotate.blobs import Blobs, MarkerLook
+from topview_lab.annotate.automatic import FoundMarkers
+from topview_lab.annotate.blobs import Blobs, MarkerAppearance
 from topview_lab.annotate.cameras import Extrinsics
-from topview_lab.annotate.starting import Start
+from topview_lab.annotate.starting import NamedPerson
 from topview_lab.annotate.tracks import Tracks
 
 FOUND_FILE: Final = "annotation-found.npz"
 VERSION: Final = 1
 
 
-def save_found(found: Found, looks: Sequence[MarkerLook], path: Path) -> None:
+def save_found(found: FoundMarkers, looks: Sequence[MarkerAppearance], path: Path) -> None:
     arrays: dict[str, Any] = {
         "version": VERSION,
         "looks": _looks(looks),
@@ -47,8 +47,9 @@ def save_found(found: Found, looks: Sequence[MarkerLook], path: Path) -> None:
     write_atomically(path, buffer.getvalue())
 
 
-def load_found(path: Path, looks: Sequence[MarkerLook], frames: int) -> Found | None:
-    """None where there is none, or one of other colours, another version or another recording."""
+def load_found(path: Path, looks: Sequence[MarkerAppearance], frames: int) -> FoundMarkers | None:
+    """The cached result; None if it is missing, or of other colours, recordings or another
+    version."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             data = dict(archive)
@@ -61,7 +62,7 @@ def load_found(path: Path, looks: Sequence[MarkerLook], frames: int) -> Found | 
         return None
 
 
-def _found(data: dict[str, NDArray[Any]]) -> Found:
+def _found(data: dict[str, NDArray[Any]]) -> FoundMarkers:
     blobs = [
         [
             Blobs(pixels, points, radii)
@@ -76,12 +77,12 @@ def _found(data: dict[str, NDArray[Any]]) -> Found:
         for view in range(2)
     ]
     starts = [
-        Start(spots, markers, float(stature_m), float(cost_m))
+        NamedPerson(spots, markers, float(stature_m), float(cost_m))
         for spots, markers, (stature_m, cost_m) in zip(
             data["start_spots"], data["start_markers"], data["start_sizes"], strict=True
         )
     ]
-    return Found(
+    return FoundMarkers(
         blobs=(blobs[0], blobs[1]),
         rear_frames=data["rear_frames"],
         start_frame=int(data["start_frame"]),
@@ -92,5 +93,5 @@ def _found(data: dict[str, NDArray[Any]]) -> Found:
     )
 
 
-def _looks(looks: Sequence[MarkerLook]) -> NDArray[np.float64]:
+def _looks(looks: Sequence[MarkerAppearance]) -> NDArray[np.float64]:
     return np.array([(*look.rgb, look.radius_m) for look in looks]).reshape(-1, 4)

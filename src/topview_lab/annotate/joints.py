@@ -14,19 +14,20 @@ from scipy.signal import savgol_filter
 from topview.geometry.rotations import unit
 from topview_lab.annotate.landmarks import PLACES
 from topview_lab.annotate.tracks import NO_SPOT, Tracks, View, mean_of_views
-from topview_lab.annotate.twists import settle_limbs
+from topview_lab.annotate.twists import resolve_twists
 
 MOST_GAP_S: Final = 0.4
-"""Gaps up to this are interpolated without being asked (ours)."""
+"""Gaps up to this length are interpolated automatically (ours)."""
 JOINT_SMOOTHING_S: Final = 0.2
 """Window of the filter over time (Savitzky and Golay 1964, quadratic): a waving hand is not
 flattened, and half of the depth sensor's noise goes (ours)."""
 SAME_GAP: Final = 0.35
-"""By what share the distance between front and back marker may differ from its median (ours)."""
+"""Greatest relative deviation of the distance between front and back marker from its median
+(ours)."""
 
 
-class Seen(IntEnum):
-    """What a joint's position rests on."""
+class JointBasis(IntEnum):
+    """The source of a joint's position."""
 
     MISSING = 0
     BOTH_SIDES = 1
@@ -40,7 +41,7 @@ class Joints:
 
     Attributes:
         places_front: [F, P, J, 3] metres in the front camera's frame, NaN where missing.
-        seen: [F, P, J] uint8, a `Seen` each.
+        seen: [F, P, J] uint8, a `JointBasis` each.
         depths_m: [P, J] median distance of front and back marker, NaN where never both are seen.
     """
 
@@ -51,7 +52,7 @@ class Joints:
 
 @dataclass(frozen=True, slots=True)
 class Interpolation:
-    """Frames first..last (both included) of a joint that are told from those around them."""
+    """Frames first..last (both included) of a joint that are interpolated from their neighbours."""
 
     person: int
     joint: int
@@ -77,14 +78,15 @@ def joints_from_markers(
     fps: float,
     interpolations: Iterable[Interpolation] = (),
 ) -> Joints:
-    """Each joint from the markers that are seen of it, smoothed, with short gaps closed.
+    """Estimate each joint from its visible markers, smooth it, and close short gaps.
 
     Args:
         points: [V, F, P, J, 2, 3] markers in the front camera's frame, NaN where unseen.
-        eyes: [V, 3] where the cameras are in that frame.
-        tracks: as followed; where only one marker is seen, they tell where the other one is.
+        eyes: [V, 3] positions of the cameras in that frame.
+        tracks: the followed markers; they give the direction to the hidden one where only one is
+            visible.
         fps: frames per second.
-        interpolations: where the user asked for it; whatever is seen there is not used.
+        interpolations: requested by the user; markers in those frames are not used.
     """
     front, back = mean_of_views(points)
     gap = front - back
@@ -102,23 +104,23 @@ def joints_from_markers(
     places = np.where(np.isnan(both), one, both)
     seen = np.where(
         np.isnan(places[..., 0]),
-        Seen.MISSING,
-        np.where(np.isnan(both[..., 0]), Seen.ONE_SIDE, Seen.BOTH_SIDES),
+        JointBasis.MISSING,
+        np.where(np.isnan(both[..., 0]), JointBasis.ONE_SIDE, JointBasis.BOTH_SIDES),
     ).astype(np.uint8)
     for p in range(places.shape[1]):
-        missing = seen[:, p] == Seen.MISSING
+        missing = seen[:, p] == JointBasis.MISSING
         likely = np.where(np.isnan(places[:, p]), tracks.joints_front[:, p], places[:, p])
-        rests_on_two = seen[:, p] == Seen.BOTH_SIDES
-        settled, rests_on_two = settle_limbs(
+        rests_on_two = seen[:, p] == JointBasis.BOTH_SIDES
+        settled, rests_on_two = resolve_twists(
             points[:, :, p], eyes, likely, rests_on_two, depths_m[p], fps
         )
         places[:, p] = np.where(missing[..., None], np.nan, settled)
-        sides = np.where(rests_on_two, Seen.BOTH_SIDES, Seen.ONE_SIDE)
-        seen[:, p] = np.where(missing, Seen.MISSING, sides)
+        sides = np.where(rests_on_two, JointBasis.BOTH_SIDES, JointBasis.ONE_SIDE)
+        seen[:, p] = np.where(missing, JointBasis.MISSING, sides)
     asked = np.zeros(seen.shape, np.bool_)
     for wish in interpolations:
         asked[wish.first : wish.last + 1, wish.person, wish.joint] = True
-    places[asked], seen[asked] = np.nan, Seen.MISSING
+    places[asked], seen[asked] = np.nan, JointBasis.MISSING
     _close_gaps(places, seen, asked, max(round(MOST_GAP_S * fps), 1))
     _smooth(places, fps)
     return Joints(places, seen, depths_m)
@@ -138,16 +140,16 @@ def _close_gaps(
     asked: NDArray[np.bool_],
     most_frames: int,
 ) -> None:
-    """Fill what is asked for, and short gaps, with a cubic through both sides; in place."""
+    """Fill requested and short gaps with a cubic through both sides; in place."""
     F = len(places)
     for p, j in np.ndindex(places.shape[1:3]):
-        known = np.flatnonzero(seen[:, p, j] != Seen.MISSING)
+        known = np.flatnonzero(seen[:, p, j] != JointBasis.MISSING)
         for a, b in zip(known[:-1], known[1:], strict=True):
             inside = slice(a + 1, b)
             if b - a < 2 or (b - a - 1 > most_frames and not asked[inside, p, j].any()):
                 continue
             places[inside, p, j] = hermite(places[:, p, j], int(a), int(b))
-            seen[inside, p, j] = Seen.INTERPOLATED
+            seen[inside, p, j] = JointBasis.INTERPOLATED
         for end, edge in (
             ((slice(0, known[0]), known[0]), (slice(known[-1] + 1, F), known[-1]))
             if (len(known))
@@ -155,7 +157,7 @@ def _close_gaps(
         ):
             hold = asked[end, p, j]
             places[end, p, j][hold] = places[edge, p, j]
-            seen[end, p, j][hold] = Seen.INTERPOLATED
+            seen[end, p, j][hold] = JointBasis.INTERPOLATED
 
 
 def hermite(places: NDArray[np.float64], a: int, b: int) -> NDArray[np.float64]:

@@ -1,9 +1,9 @@
-"""The joints that wear markers, and where they are in a standing person.
+"""The joints that carry markers, and their places in a standing person.
 
 Heights are those of R. Drillis and R. Contini, Body Segment Parameters (1966), as printed in D.
 Winter, Biomechanics and Motor Control of Human Movement (2009), Fig. 4.1; depths follow C. Gordon
 et al., 1988 Anthropometric Survey of U.S. Army Personnel (1989), with 2 cm of clothes: all as
-shares of the stature. They start the search for names; what is measured replaces them.
+shares of the stature. They initialise the naming of markers; measurements replace them.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Landmark:
     Attributes:
         name: as in rendered recordings, _l is the person's left.
         parent: index of the joint towards the pelvis at the other end of its bone, -1 for none.
-        follows: index of the joint whose bone with this one turns its markers, -1 where the trunk
-            does.
+        follows: index of the joint at the other end of the bone that the markers turn with, -1 for
+            the trunk.
         height: above the floor.
         aside: to the person's left.
         depth: from the front marker to the back marker.
@@ -74,7 +74,7 @@ DEPTHS: Final = read_only(np.array([landmark.depth for landmark in LANDMARKS]))
 PLACES: Final = read_only(np.array([landmark.place for landmark in LANDMARKS]))
 
 ARMS_DEG: Final = (8.0, 35.0, 90.0)
-"""How far the arms may be held away from the body when the names are found (ours)."""
+"""Abduction of the arms that is tried when markers are named (ours)."""
 
 
 def standing(arms_deg: float) -> NDArray[np.float64]:

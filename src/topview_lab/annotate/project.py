@@ -1,4 +1,4 @@
-"""The project file: what the user chose and changed, saved whole after every step."""
+"""The project file: the user's choices and edits, saved as a whole after every step."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Look(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One thing that the user did.
+    """One edit by the user.
 
     Attributes:
         kind: place a marker at a pixel, delete it from a view's frame, or interpolate a joint.
@@ -57,14 +57,14 @@ class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Project(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """All that cannot be found again by itself.
+    """Everything that cannot be recomputed.
 
     Attributes:
         front, rear: the recordings.
-        people: how many wear markers.
-        looks: the markers' colours, as picked.
-        changes: what the user did, in order.
-        accepted: True if `groundtruth.npz` says what this file says.
+        people: number of people who wear markers.
+        looks: the picked colours of the markers.
+        changes: the user's edits, in order.
+        accepted: True if `groundtruth.npz` is up to date with this file.
     """
 
     front: str

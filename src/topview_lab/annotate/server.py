@@ -176,7 +176,7 @@ _POSTS: Final[dict[str, Route]] = {
     "/api/pick": _do_pick,
     "/api/change": _do_change,
     "/api/find": _do_simply(Session.find),
-    "/api/again": _do_simply(Session.again),
+    "/api/again": _do_simply(Session.follow_again),
     "/api/undo": _do_simply(Session.undo),
     "/api/accept": _do_simply(Session.accept),
 }

@@ -1,4 +1,4 @@
-"""One annotation in progress: two recordings, what was found in them, what the user changed."""
+"""An annotation in progress: two recordings, the markers found in them, and the user's edits."""
 
 from __future__ import annotations
 
@@ -16,14 +16,20 @@ from numpy.typing import NDArray
 from topview.io import open_recording, prepare_output_folder
 from topview.io.readers.folder import FolderRecording
 from topview.records import Frame, InputError
-from topview_lab.annotate.automatic import Found, Report, Wishes, find_markers, followed
+from topview_lab.annotate.automatic import (
+    FindOptions,
+    FoundMarkers,
+    OnProgress,
+    find_markers,
+    follow_again,
+)
 from topview_lab.annotate.blobs import (
     BULGE,
     Blobs,
-    MarkerLook,
+    MarkerAppearance,
     depth_near,
     find_blobs,
-    pick_look,
+    pick_marker,
     ray,
 )
 from topview_lab.annotate.found_file import FOUND_FILE, load_found, save_found
@@ -43,7 +49,7 @@ from topview_lab.annotate.project import (
     load_project,
     save_project,
 )
-from topview_lab.annotate.tracks import NO_SPOT, UNDECIDED, View, moved
+from topview_lab.annotate.tracks import NO_SPOT, UNDECIDED, View, transform_points
 from topview_lab.annotate.truth import TRUTH_FILE, check_own, truth_arrays, write_truth
 
 SNAP_PX: Final = 6.0
@@ -52,7 +58,7 @@ SNAP_PX: Final = 6.0
 
 @dataclass
 class Job:
-    """What runs in the background, or how it ended."""
+    """The background job, or its outcome."""
 
     running: bool = False
     doing: str = ""
@@ -62,9 +68,9 @@ class Job:
 
 
 class Session:
-    """All methods may be called from any thread. Every change is on disk when they return."""
+    """An annotation. Its methods are thread-safe; every edit is on disk when they return."""
 
-    def __init__(self, front: Path, rear: Path, out: Path | None, wishes: Wishes) -> None:
+    def __init__(self, front: Path, rear: Path, out: Path | None, wishes: FindOptions) -> None:
         self.recordings = _open(front), _open(rear)
         if _same(front, rear):
             raise InputError(f"{rear}: is the front recording too; it must be the rear camera's")
@@ -75,7 +81,7 @@ class Session:
         self.job = Job()
         self._lock = threading.RLock()
         self.project = self._project(front, rear)
-        self.found: Found | None = None
+        self.found: FoundMarkers | None = None
         self._points: NDArray[np.float64] | None = None
         self._pixels: NDArray[np.float64] | None = None
         self.joints: Joints | None = None
@@ -100,8 +106,8 @@ class Session:
             )
         return kept
 
-    def _looks(self) -> list[MarkerLook]:
-        return [MarkerLook(k.red, k.green, k.blue, k.radius_m) for k in self.project.looks]
+    def _looks(self) -> list[MarkerAppearance]:
+        return [MarkerAppearance(k.red, k.green, k.blue, k.radius_m) for k in self.project.looks]
 
     def _save(self, project: Project) -> None:
         save_project(project, self.folder / PROJECT_FILE)
@@ -114,7 +120,7 @@ class Session:
         image = self.frame(view, frame)
         if image is None:
             raise InputError(f"{VIEW_NAMES[view]}: has no frame {frame}")
-        look = pick_look(image, u, v)
+        look = pick_marker(image, u, v)
         with self._lock:
             self._idle()
             kept = self.project.looks if add else ()
@@ -125,11 +131,11 @@ class Session:
             return len(find_blobs(image, self._looks()))
 
     def find(self) -> None:
-        """Start the automatic part in the background; changes of the user stay."""
+        """Start the automatic part in the background; the user's edits stay."""
         self._start(self._find)
 
-    def again(self) -> None:
-        """Follow the markers again in the background, now with what the user said."""
+    def follow_again(self) -> None:
+        """Follow the markers again in the background, respecting the user's edits."""
         self._start(self._again)
 
     def change(self, value: Any) -> Change:
@@ -146,7 +152,7 @@ class Session:
             return change
 
     def undo(self) -> Change | None:
-        """Take the last change back."""
+        """Undo the last edit."""
         with self._lock:
             self._idle()
             if not self.project.changes:
@@ -174,7 +180,7 @@ class Session:
             self._save(msgspec.structs.replace(self.project, accepted=True))
             return path
 
-    def run(self, report: Report) -> None:
+    def run(self, report: OnProgress) -> None:
         """The automatic part, in the foreground."""
         self._find(report)
 
@@ -211,8 +217,9 @@ class Session:
         table = np.column_stack([blobs.pixels, radii])
         return np.round(table, 1).tolist()
 
-    def snapshot(self) -> tuple[Found, Joints, NDArray[np.float64]] | None:
-        """What is shown: found, joints and [V, F, P, J, 2, 2] pixels of the markers."""
+    def snapshot(self) -> tuple[FoundMarkers, Joints, NDArray[np.float64]] | None:
+        """What the page shows: the result, the joints, and [V, F, P, J, 2, 2] pixels of the
+        markers."""
         with self._lock:
             if self.found is None or self.joints is None or self._pixels is None:
                 return None
@@ -242,17 +249,17 @@ class Session:
         finally:
             self.job.running = False
 
-    def _find(self, report: Report) -> None:
+    def _find(self, report: OnProgress) -> None:
         found = find_markers(*self.recordings, self._looks(), self.wishes, report)
         self._keep(found)
 
-    def _again(self, report: Report) -> None:
+    def _again(self, report: OnProgress) -> None:
         found, _ = self._result()
         report("following the markers again", 0, 1)
-        found, views = self._said(found)
-        self._keep(followed(found, self.recordings[0].fps, views))
+        found, views = self._with_decisions(found)
+        self._keep(follow_again(found, self.recordings[0].fps, views))
 
-    def _keep(self, found: Found) -> None:
+    def _keep(self, found: FoundMarkers) -> None:
         with self._lock:
             self.found = found
             save_found(found, self._looks(), self.folder / FOUND_FILE)
@@ -263,13 +270,13 @@ class Session:
         if self.job.running:
             raise InputError(f"busy {self.job.doing}; wait until it is done")
 
-    def _result(self) -> tuple[Found, Joints]:
+    def _result(self) -> tuple[FoundMarkers, Joints]:
         if self.found is None or self.joints is None:
             raise InputError("the markers have not been found yet; click a marker, then find all")
         return self.found, self.joints
 
     def _rebuild(self) -> None:
-        """Joints from what was found and what the user changed since."""
+        """Recompute the joints from the result and the edits since."""
         found = self.found
         if found is None:
             self._points = self._pixels = self.joints = None
@@ -305,7 +312,7 @@ class Session:
         blobs = found.blobs[view][change.frame]
         spot = _nearest(blobs, change.pixel)
         if spot != NO_SPOT:
-            return blobs.pixels[spot], moved(T_front_view, blobs.points_camera[spot])
+            return blobs.pixels[spot], transform_points(T_front_view, blobs.points_camera[spot])
         u, v = change.pixel
         image = self.frame(view, change.frame)
         radius_m = self.project.looks[0].radius_m
@@ -318,15 +325,15 @@ class Session:
                 "depth; place the marker where the camera measured one, or delete it"
             )
         point = ray(image.camera, u, v) * (z + BULGE * radius_m)
-        return np.array(change.pixel), moved(T_front_view, point)
+        return np.array(change.pixel), transform_points(T_front_view, point)
 
-    def _said(self, found: Found) -> tuple[Found, Sequence[View]]:
-        """What was found with placed markers as spots of their own, and views in which they are
-        fixed and deleted ones barred."""
+    def _with_decisions(self, found: FoundMarkers) -> tuple[FoundMarkers, Sequence[View]]:
+        """The result with placed markers as spots of their own, and views in which those are fixed
+        and deleted ones rejected."""
         views = found.views()
         spots = [[*blobs] for blobs in found.blobs]
         fixed = [np.full(found.tracks.spots.shape[1:], UNDECIDED, np.intp) for _ in views]
-        barred: list[dict[int, frozenset[int]]] = [{}, {}]
+        rejected: list[dict[int, frozenset[int]]] = [{}, {}]
         for change in self.project.changes:
             if change.kind == "interpolate":
                 continue
@@ -336,11 +343,11 @@ class Session:
             if change.kind == "delete":
                 fixed[view][(f, *change.marker)] = NO_SPOT
                 if spot != NO_SPOT:
-                    barred[view][f] = barred[view].get(f, frozenset()) | {spot}
+                    rejected[view][f] = rejected[view].get(f, frozenset()) | {spot}
                 continue
             if spot == NO_SPOT:
                 pixel, place = self._placed(change)
-                point = moved(
+                point = transform_points(
                     np.asarray(np.linalg.inv(views[view].T_front_view), np.float64), place
                 )
                 spots[view][f] = _with(blobs, pixel, point, self.project.looks[0].radius_m)
@@ -348,9 +355,9 @@ class Session:
             own = fixed[view][f]
             own[own == spot] = NO_SPOT
             own[change.marker] = spot
-            barred[view][f] = barred[view].get(f, frozenset()) - {spot}
+            rejected[view][f] = rejected[view].get(f, frozenset()) - {spot}
         said = [
-            replace(view, blobs=spots[v], fixed=fixed[v], barred=barred[v])
+            replace(view, blobs=spots[v], fixed=fixed[v], rejected=rejected[v])
             for v, view in enumerate(views)
         ]
         return replace(found, blobs=(spots[0], spots[1])), said
@@ -391,7 +398,7 @@ def _with(
     )
 
 
-def _marker_pixels(found: Found) -> NDArray[np.float64]:
+def _marker_pixels(found: FoundMarkers) -> NDArray[np.float64]:
     """[V, F, P, J, 2, 2] pixels of the named spots, NaN where there is none."""
     spots = found.tracks.spots
     pixels = np.full((*spots.shape, 2), np.nan)

@@ -1,4 +1,4 @@
-"""Which spot is which joint's marker, found where people stand with their arms down or aside."""
+"""Name the markers in a frame where people stand with their arms down or aside."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from topview_lab.annotate.blobs import Blobs
 from topview_lab.annotate.landmarks import ARMS_DEG, BACK, FRONT, LANDMARKS, standing
 
 LINK_M: Final = 0.60
-"""Markers nearer than this may be one person's: a long shin, and some (ours)."""
+"""Markers closer than this may belong to one person: somewhat more than a long shin (ours)."""
 LEAST_SPOTS: Final = 10
-"""Of the 16 joints, that must be seen to name them (ours)."""
+"""Least number of joints with a spot, of 16, to name them (ours)."""
 CAMERA_TILTS_DEG: Final = (-4.0, 8.0, 20.0, 32.0)
-"""How far the camera may look down, tried in turn (ours)."""
+"""Downward tilts of the camera that are tried (ours)."""
 MISSING_M: Final = 0.15
-"""What a joint without a spot, or with one further away, counts (ours)."""
+"""Distance charged for a joint without a spot, or with one further away (ours)."""
 GOOD_M: Final = 0.07
-"""Mean distance below which the names can be trusted (ours)."""
+"""Greatest mean distance of a trusted assignment (ours)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
-    """A person whose markers have names in one frame of one view.
+class NamedPerson:
+    """A person whose markers are named in one frame of one view.
 
     Attributes:
-        spots: [J] number of each joint's spot, -1 where it has none.
-        markers_camera: [J, 2, 3] where the fitted standing person has its markers.
+        spots: [J] index of each joint's spot, -1 if it has none.
+        markers_camera: [J, 2, 3] markers of the fitted standing person.
         stature_m: of the fitted person.
         cost_m: mean distance of the spots, missing ones at `MISSING_M`.
     """
@@ -49,14 +49,14 @@ class Start:
 
 def start_of_view(
     blobs: Sequence[Blobs], people: int, sees_backs: bool, view: str, early: int
-) -> tuple[int, list[Start]]:
-    """The frame in which people's markers can be named best, and their names, left to right.
+) -> tuple[int, list[NamedPerson]]:
+    """Find the frame in which the markers can be named best, and name them, left to right.
 
     Args:
         blobs: of each frame.
-        people: how many wear markers.
+        people: number of people who wear markers.
         sees_backs: True for a view from behind.
-        view: what to call it in errors.
+        view: its name in error messages.
         early: frames at the beginning in which people face the front camera.
 
     Raises:
@@ -77,9 +77,9 @@ def start_of_view(
     return best, found[best]
 
 
-def name_standing(blobs: Blobs, people: int, sees_backs: bool) -> list[Start]:
-    """Names for the `people` largest groups of spots, left to right; empty where there are not
-    so many."""
+def name_standing(blobs: Blobs, people: int, sees_backs: bool) -> list[NamedPerson]:
+    """Name the markers of the `people` largest groups of spots, left to right; empty if there are
+    fewer."""
     if len(blobs) < LEAST_SPOTS:
         return []
     group = fclusterdata(blobs.points_camera, LINK_M, "distance", method="single")
@@ -92,7 +92,9 @@ def name_standing(blobs: Blobs, people: int, sees_backs: bool) -> list[Start]:
     return sorted(chosen, key=lambda start: float(start.markers_camera[..., 0].mean()))
 
 
-def _best_fit(points: NDArray[np.float64], spots: NDArray[np.intp], sees_backs: bool) -> Start:
+def _best_fit(
+    points: NDArray[np.float64], spots: NDArray[np.intp], sees_backs: bool
+) -> NamedPerson:
     tries = (
         _fit(points, spots, tilt, arms, sees_backs)
         for tilt, arms in product(CAMERA_TILTS_DEG, ARMS_DEG)
@@ -109,7 +111,7 @@ def _fit(
     tilt_deg: float,
     arms_deg: float,
     sees_backs: bool,
-) -> Start:
+) -> NamedPerson:
     """Iterative closest points, one to one, from an upright person who faces the camera or looks
     away from it."""
     template = standing(arms_deg)
@@ -131,7 +133,7 @@ def _fit(
     near = distances < MISSING_M
     found[rows[near]] = spots[columns[near]]
     cost = (distances[near].sum() + MISSING_M * (len(LANDMARKS) - near.sum())) / len(LANDMARKS)
-    return Start(found, scale * template @ R.T + origin, float(scale), float(cost))
+    return NamedPerson(found, scale * template @ R.T + origin, float(scale), float(cost))
 
 
 def _upright(

@@ -1,7 +1,7 @@
-"""Markers followed over time in one or both views: every spot gets the name of a marker, or none.
+"""Track the markers over time in one or both views: assign each spot to a marker, or to none.
 
-A joint is followed as a place, a velocity and the direction in which its front marker lies. Both
-markers are predicted from it, so that one that comes back after having been hidden is known again.
+The state of a joint is its position, its velocity and the direction to its front marker. Both
+markers are predicted from that state, so that a marker is recognised after an occlusion.
 """
 
 from __future__ import annotations
@@ -26,71 +26,73 @@ from topview_lab.annotate.landmarks import (
     PARENTS,
     PLACES,
 )
-from topview_lab.annotate.starting import Start
+from topview_lab.annotate.starting import NamedPerson
 
 NO_SPOT: Final = -1
 UNDECIDED: Final = -2
 J: Final = len(NAMES)
 
-# How markers are followed; all ours.
+# All ours.
 ASIDE_SIGMA_M: Final = 0.035
-"""How far across the line of sight a marker is off its prediction."""
+"""Standard deviation of a marker from its prediction, across the line of sight."""
 ALONG_SIGMA_M: Final = 0.05
 """The same along the line of sight, where the depth sensor is coarse."""
 UNSEEN_SIGMA_M: Final = 0.012
-"""By this much both grow with each frame in which the joint was not seen."""
+"""Growth of both for each frame in which the joint was not seen."""
 MOST_UNSEEN_SIGMA_M: Final = 0.10
-"""By this much they grow at most."""
+"""Greatest growth."""
 GATE_SIGMAS: Final = 3.0
-"""A spot that is further off is not the marker's."""
+"""Gate of the association."""
 TURNED_AWAY_COST: Final = 6.0
 """Cost of a marker that would be on the far side of the body, in squared standard deviations."""
 PLACE_GAIN, SPEED_GAIN = 0.75, 0.45
-"""Of the alpha-beta filter over the joints."""
+"""alpha, and beta, of the alpha-beta filter over the joints."""
 LOST_AFTER_FRAMES: Final = 2
-"""After so many frames any free spot near the parent joint will do."""
+"""After this many frames a joint is re-acquired from any free spot near its parent."""
 LOST_REACH_M: Final = 0.9
-"""How far from its prediction such a spot may be."""
+"""Greatest distance of such a spot from the prediction."""
 BONE_SLACK_SHARE, BONE_SLACK_M = 0.22, 0.04
-"""By this share, and by this much besides, a bone's length may change."""
+"""Tolerated change of a bone's length: a share of it, plus a constant."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What one camera saw: the spots of each of F frames, and where it stands.
+    """One camera's spots in each of F frames, its pose, and the user's decisions.
 
     Attributes:
-        blobs: of each frame; none where the camera has no frame at that time.
+        blobs: the spots of each frame; none where the camera has no frame at that time.
         T_front_view: [4, 4] into the front camera's frame.
-        fixed: [F, P, J, 2] what the user said: number of a marker's spot, -1 where the marker is
-            not seen, -2 where nothing was said; or None.
-        barred: of each frame, the spots that the user said are no markers.
+        fixed: [F, P, J, 2] the user's decisions: index of a marker's spot, -1 if the marker is not
+            visible, -2 if undecided; or None.
+        rejected: by frame, the spots that are no markers by the user's decision.
     """
 
     blobs: Sequence[Blobs]
     T_front_view: NDArray[np.float64]
     fixed: NDArray[np.intp] | None = None
-    barred: Mapping[int, frozenset[int]] = field(default_factory=dict)
+    rejected: Mapping[int, frozenset[int]] = field(default_factory=dict)
 
     def points(self, frame: int) -> NDArray[np.float64]:
         """[N, 3] spots in the front camera's frame."""
-        return moved(self.T_front_view, self.blobs[frame].points_camera)
+        return transform_points(self.T_front_view, self.blobs[frame].points_camera)
 
 
-def moved(T_a_b: NDArray[np.float64], points_b: NDArray[np.float64]) -> NDArray[np.float64]:
+def transform_points(
+    T_a_b: NDArray[np.float64], points_b: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """[..., 3] points in frame a."""
     return points_b @ T_a_b[:3, :3].T + T_a_b[:3, 3]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """Names of spots: V views, F frames, P people, J joints, 2 sides.
+    """Tracked markers: V views, F frames, P people, J joints, 2 sides.
 
     Attributes:
-        spots: [V, F, P, J, 2] number of each marker's spot in its frame, -1 for none.
-        joints_front: [F, P, J, 3] the joints as followed, metres in the front camera's frame.
-        outwards_front: [F, P, J, 3] units from the joints to their front markers.
-        depths_m: [P, J] from front to back marker, as followed.
+        spots: [V, F, P, J, 2] index of each marker's spot in its frame, -1 for none.
+        joints_front: [F, P, J, 3] tracked joints, metres in the front camera's frame.
+        outwards_front: [F, P, J, 3] unit vectors from the joints to their front markers.
+        depths_m: [P, J] tracked distance from front to back marker.
     """
 
     spots: NDArray[np.intp]
@@ -102,15 +104,15 @@ class Tracks:
 def follow(
     views: Sequence[View],
     start_frame: int,
-    starts: Sequence[Start],
+    starts: Sequence[NamedPerson],
     T_front_start: NDArray[np.float64],
     fps: float,
 ) -> Tracks:
-    """Follow from the start frame to the end, and back to the beginning.
+    """Track from the start frame to the end, and back to the beginning.
 
     Args:
         views: one or both.
-        start_frame: in which people stand as `starts` says.
+        start_frame: the frame of `starts`.
         starts: the people, in the frame of the camera that found them.
         T_front_start: [4, 4] from that camera into the front camera's frame.
         fps: frames per second.
@@ -133,11 +135,13 @@ class _Follower:
 
     def __init__(
         self,
-        starts: Sequence[Start],
+        starts: Sequence[NamedPerson],
         T_front_start: NDArray[np.float64],
         fps: float,
     ) -> None:
-        markers = np.stack([moved(T_front_start, start.markers_camera) for start in starts])
+        markers = np.stack(
+            [transform_points(T_front_start, start.markers_camera) for start in starts]
+        )
         self.dt = 1.0 / fps
         gap = markers[:, :, FRONT] - markers[:, :, BACK]
         self.outwards = unit(gap)
@@ -148,7 +152,7 @@ class _Follower:
         self.bones_m = np.linalg.norm(self.joints - self.joints[:, PARENTS], axis=-1)
 
     def step(self, views: Sequence[View], f: int) -> NDArray[np.intp]:
-        """[V, P, J, 2] names of one frame's spots."""
+        """[V, P, J, 2] index of each marker's spot in one frame; advances the state."""
         before = self.joints.copy()
         lasting = np.where(self.unseen > 0, 0.85, 1.0)[..., None]
         self.speeds *= lasting
@@ -156,9 +160,9 @@ class _Follower:
         lost = (self.unseen > 3) & (PARENTS >= 0)
         carried = predicted[:, PARENTS] + self.joints - self.joints[:, PARENTS]
         predicted = np.where(lost[..., None], carried, predicted)
-        spots = np.stack([self._name(view, f, predicted) for view in views])
+        spots = np.stack([self._assign(view, f, predicted) for view in views])
         points = self._points(views, f, spots)
-        spots = self._plausible(views, f, spots, points, predicted)
+        spots = self._reject_wrong_lengths(views, f, spots, points, predicted)
         self._recover(views, f, spots, predicted)
         points = self._points(views, f, spots)
         self._update(points, predicted, before)
@@ -170,8 +174,8 @@ class _Follower:
         behind = ((1.0 - PLACES) * self.depths_m)[..., None] * self.outwards
         return np.stack([joints + ahead, joints - behind], 2)
 
-    def _name(self, view: View, f: int, predicted: NDArray[np.float64]) -> NDArray[np.intp]:
-        """[P, J, 2] the cheapest one-to-one assignment of a view's spots."""
+    def _assign(self, view: View, f: int, predicted: NDArray[np.float64]) -> NDArray[np.intp]:
+        """[P, J, 2] the cheapest one-to-one assignment of a view's spots to the markers."""
         points = view.points(f)
         P = len(predicted)
         names = np.full(P * J * 2, NO_SPOT, np.intp)
@@ -188,12 +192,12 @@ class _Follower:
         turned_away = np.maximum((outwards * sight).sum(-1) + 0.1, 0.0)
         cost += TURNED_AWAY_COST * turned_away[:, None]
         cost = np.minimum(cost, GATE_SIGMAS**2)
-        cost[:, list(view.barred.get(f, ()))] = GATE_SIGMAS**2
+        cost[:, list(view.rejected.get(f, ()))] = GATE_SIGMAS**2
         if view.fixed is not None:
-            said = view.fixed[f].ravel()
-            cost[said != UNDECIDED] = GATE_SIGMAS**2
-            cost[:, said[said >= 0]] = GATE_SIGMAS**2
-            names[said >= 0] = said[said >= 0]
+            decided = view.fixed[f].ravel()
+            cost[decided != UNDECIDED] = GATE_SIGMAS**2
+            cost[:, decided[decided >= 0]] = GATE_SIGMAS**2
+            names[decided >= 0] = decided[decided >= 0]
         rows, columns = linear_sum_assignment(cost)
         good = cost[rows, columns] < GATE_SIGMAS**2
         names[rows[good]] = columns[good]
@@ -202,14 +206,14 @@ class _Follower:
     def _points(
         self, views: Sequence[View], f: int, spots: NDArray[np.intp]
     ) -> NDArray[np.float64]:
-        """[V, P, J, 2, 3] places of the named spots, NaN where there is none."""
+        """[V, P, J, 2, 3] positions of the assigned spots, NaN for none."""
         points = np.full((*spots.shape, 3), np.nan)
         for v, view in enumerate(views):
             named = spots[v] != NO_SPOT
             points[v][named] = view.points(f)[spots[v][named]]
         return points
 
-    def _plausible(
+    def _reject_wrong_lengths(
         self,
         views: Sequence[View],
         f: int,
@@ -217,7 +221,7 @@ class _Follower:
         points: NDArray[np.float64],
         predicted: NDArray[np.float64],
     ) -> NDArray[np.intp]:
-        """Without the spots whose bone to the parent would have another length."""
+        """The assignment without spots that would change the length of the bone to the parent."""
         measured = self._measured(points)
         joints = np.where(np.isnan(measured), predicted, measured)
         length = np.linalg.norm(joints - joints[:, PARENTS], axis=-1)
@@ -236,7 +240,7 @@ class _Follower:
         spots: NDArray[np.intp],
         predicted: NDArray[np.float64],
     ) -> None:
-        """Give joints that are lost a spot that nobody has, a bone's length from their parent; in
+        """Re-acquire lost joints from free spots at a bone's length from their parent; updates
         `spots` and `predicted`."""
         measured = self._measured(self._points(views, f, spots))
         lost = (self.unseen >= LOST_AFTER_FRAMES) & np.isnan(measured[..., 0]) & (PARENTS >= 0)
@@ -247,7 +251,7 @@ class _Follower:
             best = (np.inf, 0, 0, parent)
             for v, view in enumerate(views):
                 points = view.points(f)
-                taken = [*spots[v].ravel(), *view.barred.get(f, ())]
+                taken = [*spots[v].ravel(), *view.rejected.get(f, ())]
                 free = np.setdiff1d(np.arange(len(points)), taken)
                 sight = unit(points[free] - view.T_front_view[:3, 3])
                 joints = points[free] + 0.5 * self.depths_m[p, j] * sight
@@ -259,7 +263,7 @@ class _Follower:
             if not np.isfinite(cost):
                 continue
             old, new = self.joints[p, j] - self.joints[p, PARENTS[j]], joint - parent
-            outwards = smallest_turn(unit(old)[None], unit(new)[None], self.outwards[p, j][None])[0]
+            outwards = rotate_least(unit(old)[None], unit(new)[None], self.outwards[p, j][None])[0]
             side = FRONT if outwards @ (joint - views[v].T_front_view[:3, 3]) < 0.0 else BACK
             spots[v, p, j, side] = spot
             predicted[p, j] = joint
@@ -290,7 +294,7 @@ class _Follower:
         self.unseen = np.where(seen, 0.0, self.unseen + 1.0)
         self.outwards = np.stack(
             [
-                turned(outwards, old, new)
+                carry_outwards(outwards, old, new)
                 for outwards, old, new in zip(self.outwards, before, self.joints, strict=True)
             ]
         )
@@ -313,7 +317,7 @@ def mean_of_views(
     return mean[..., FRONT, :], mean[..., BACK, :]
 
 
-def turned(
+def carry_outwards(
     outwards: NDArray[np.float64], old: NDArray[np.float64], new: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """[J, 3] directions to the front markers after the body has moved from `old` to `new` [J, 3]:
@@ -323,7 +327,7 @@ def turned(
     limb = FOLLOWS >= 0
     first = unit((old[FOLLOWS] - old)[limb]) @ R.T
     second = unit((new[FOLLOWS] - new)[limb])
-    carried[limb] = smallest_turn(first, second, carried[limb])
+    carried[limb] = rotate_least(first, second, carried[limb])
     return unit(carried)
 
 
@@ -338,7 +342,7 @@ def trunk_axes(joints: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([left, up, np.cross(left, up)], -1)
 
 
-def smallest_turn(
+def rotate_least(
     a: NDArray[np.float64], b: NDArray[np.float64], vectors: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """[N, 3] vectors after the smallest rotation that brings unit a to unit b, both [N, 3]."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from topview.io import write_atomically
 from topview.records import InputError
-from topview_lab.annotate.joints import Joints, Seen
+from topview_lab.annotate.joints import JointBasis, Joints
 from topview_lab.annotate.landmarks import ANGLE_JOINTS, NAMES, relative_angles_deg
 
 TRUTH_FILE: Final = "groundtruth.npz"
@@ -41,7 +41,7 @@ def truth_arrays(
         "ids": np.arange(1, present.shape[1] + 1),
         "stature": statures_m.astype(np.float32),
         "seen": joints.seen,
-        "seen_names": np.array([seen.name.lower() for seen in Seen]),
+        "seen_names": np.array([seen.name.lower() for seen in JointBasis]),
         "relative_angles_deg": relative_angles_deg(joints.places_front).astype(np.float32),
         "angle_joints": np.array(ANGLE_JOINTS),
         "T_front_rear": T_front_rear,

@@ -1,11 +1,11 @@
-"""How limbs are twisted: on which side of a joint the marker that is seen of it lies.
+"""Resolve the twist of limbs: which of a joint's two markers is the visible one.
 
-An arm that turns shows both cameras the same marker, or each the other's. Of a limb's joints the
-names of markers are therefore not trusted: what twists explain all that is seen over the whole
-recording is found by dynamic programming (A. Viterbi, IEEE Trans. Inf. Theory 13, 1967). Markers
+A twisting arm shows both cameras the same marker, or each the other's. The tracked names of limb
+markers are therefore not trusted. The twists that best explain the whole recording are found by
+dynamic programming (A. Viterbi, IEEE Trans. Inf. Theory 13, 1967). Markers
 lie across the bone and face the cameras that see them, bones keep their lengths, elbows and knees
-bend to one side only, and limbs twist slowly. Hands are as thin as markers, which show from behind
-them too.
+bend to one side only, and limbs twist slowly. Hands are as thin as markers, so that theirs are
+visible from behind too.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 
 from topview.geometry.rotations import unit
 from topview_lab.annotate.landmarks import BACK, FOLLOWS, FRONT, INDEX, PARENTS, PLACES
-from topview_lab.annotate.tracks import mean_of_views, smallest_turn, trunk_axes
+from topview_lab.annotate.tracks import mean_of_views, rotate_least, trunk_axes
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 TWIST_STEPS: Final = 36
-"""Twists that are told apart, all round (ours)."""
+"""Discrete twists over a full turn (ours)."""
 SWEEPS: Final = 2
-"""Over all joints, whose neighbours tell about them (ours)."""
+"""Passes over all joints, each of which depends on its neighbours (ours)."""
 LEAST_FRAMES: Final = 5
-"""In which both ends of a bone are seen well, to know its length (ours)."""
+"""Least number of frames with both ends of a bone measured, to estimate its length (ours)."""
 ONE_SPOT: Final = 0.5
-"""Share of a joint's depth within which two markers are one that got both names (ours)."""
+"""Two markers closer than this share of a joint's depth are one that got both names (ours)."""
 ARM: Final = ("shoulder", "elbow", "hand")
 LEG: Final = ("hip", "knee", "ankle")
 LIMB_JOINTS: Final = [
@@ -38,38 +38,39 @@ LIMB_JOINTS: Final = [
 ]
 HANDS: Final = (INDEX["hand_l"], INDEX["hand_r"])
 STRAIGHT_LIMB_SINE, BENT_LIMB_SINE = 0.35, 0.75
-"""Sines of the angles at which a limb begins to show its twist, and shows it well (ours)."""
+"""Sines of the bends at which a limb's twist begins to be observable, and is well observable
+(ours)."""
 
 # What makes a twist likely; all ours. Costs are squares of standard deviations.
 TWIST_SIGMA_DEG_PER_S: Final = 360.0
-"""How fast a limb twists."""
+"""Standard deviation of the rate of twist."""
 ACROSS_SIGMA_DEG: Final = 20.0
-"""How far the line between a joint's two markers is off its twist."""
+"""Standard deviation of the direction between a joint's two markers from its twist."""
 LEAST_MARKER_FACING: Final = 0.3
 """Cosine between a marker's outward direction and the line to a camera that sees it; a lower one
 is less likely."""
 FACING_SIGMA: Final = 0.25
-"""Of that cosine."""
+"""Standard deviation of that cosine."""
 BONE_SIGMA_M: Final = 0.015
-"""How far a measured bone's length is off."""
+"""Standard deviation of a measured bone length."""
 OTHER_NAME_COST: Final = 0.1
-"""Of a marker that was followed as the other side's."""
+"""Cost of a marker that was tracked as the other side's."""
 BENT_COST: Final = 2.0
-"""Of a twist at right angles to that of a well bent elbow or knee."""
+"""Cost of a twist at right angles to the one that a well bent elbow or knee shows."""
 MOST_COST: Final = 12.0
-"""Of what is seen in one frame."""
+"""Greatest cost of one frame's observation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sight:
-    """What is seen of a joint in F frames.
+class MarkerObservations:
+    """The observed markers of a joint in F frames.
 
     Attributes:
-        front, back: [F, 3] its markers as they are named, metres, NaN where unseen.
-        both: [F] True where they are two.
-        one: [F] True where there is one, whatever its name.
-        spot: [F, 3] the one.
-        name: [F] +1 where it was named front, -1 back, 0 both.
+        front, back: [F, 3] the markers by tracked name, metres, NaN where unseen.
+        both: [F] True where two distinct markers are visible.
+        one: [F] True where exactly one is visible, whatever its name.
+        spot: [F, 3] that one.
+        name: [F] +1 if it was tracked as the front marker, -1 as the back marker, 0 as both.
         seen_by: [V, F] which views see any.
     """
 
@@ -82,7 +83,7 @@ class Sight:
     seen_by: Mask
 
     @classmethod
-    def of(cls, points: Array, depth_m: float) -> Sight:
+    def of(cls, points: Array, depth_m: float) -> MarkerObservations:
         """Of [V, F, 2, 3] markers, NaN where unseen."""
         front, back = (side[:, 0] for side in mean_of_views(points[:, :, None]))
         has_front, has_back = (~np.isnan(side[:, 0]) for side in (front, back))
@@ -101,7 +102,7 @@ class Sight:
         )
 
 
-def settle_limbs(
+def resolve_twists(
     points: Array,
     eyes: Array,
     joints: Array,
@@ -109,19 +110,19 @@ def settle_limbs(
     depths_m: Array,
     fps: float,
 ) -> tuple[Array, Mask]:
-    """One person's joints with those of the limbs where the likeliest twists have them, and which
-    of them rest on two markers.
+    """One person's joints, those of the limbs placed by the likeliest twists, and which of them two
+    markers determine.
 
     Args:
         points: [V, F, J, 2, 3] markers, NaN where unseen; all in metres, one camera's frame.
-        eyes: [V, 3] where the cameras are.
-        joints: [F, J, 3] as they seem at first, none missing.
-        measured: [F, J] True where they rest on two markers.
+        eyes: [V, 3] positions of the cameras.
+        joints: [F, J, 3] initial estimate, none missing.
+        measured: [F, J] True where two markers determine the joint.
         depths_m: [J] from the front to the back marker.
         fps: frames per second.
     """
     joints, measured = joints.copy(), measured.copy()
-    sights = {j: Sight.of(points[:, :, j], depths_m[j]) for j in LIMB_JOINTS}
+    sights = {j: MarkerObservations.of(points[:, :, j], depths_m[j]) for j in LIMB_JOINTS}
     steps = np.arange(TWIST_STEPS)
     step_deg = (
         360.0
@@ -160,9 +161,9 @@ def _around(axes: Array, angles_rad: NDArray[np.floating]) -> Array:
     )
 
 
-def _between_steps(sight: Sight, axes: Array, path: NDArray[np.intp]) -> Array:
-    """[F, 3] directions to the front marker along a path of twists: as far between two steps as
-    the frames before and after say in which two markers are seen."""
+def _between_steps(sight: MarkerObservations, axes: Array, path: NDArray[np.intp]) -> Array:
+    """[F, 3] directions to the front marker along a path of discrete twists, refined between the
+    steps by the nearest frames with two visible markers."""
     step_rad = 2.0 * np.pi / TWIST_STEPS
     frames = np.arange(len(path))
     two = frames[sight.both]
@@ -186,14 +187,14 @@ def across_bone(joints: Array, j: int) -> Array:
     trunk = trunk_axes(joints)
     R = trunk[1:] @ np.swapaxes(trunk[:-1], -1, -2)
     before, carried = (np.einsum("fij,fj->fi", R, units[:-1]) for units in (bone, first))
-    carried = smallest_turn(before, bone[1:], carried)
+    carried = rotate_least(before, bone[1:], carried)
     off = np.arctan2((carried * second[1:]).sum(-1), (carried * first[1:]).sum(-1))
     total = np.concatenate([[0.0], np.cumsum(off)])[:, None]
     cosine, sine = np.cos(total), np.sin(total)
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], 1)
 
 
-def _costs_of_two(sight: Sight, outwards: Array) -> Array:
+def _costs_of_two(sight: MarkerObservations, outwards: Array) -> Array:
     """[F, K] of directions [F, K, 3] to the front marker where two markers are seen, else 0."""
     gap = sight.front - sight.back
     cosine = np.einsum("fki,fi->fk", outwards, unit(np.nan_to_num(gap)))
@@ -203,7 +204,7 @@ def _costs_of_two(sight: Sight, outwards: Array) -> Array:
 
 
 def _costs_of_one(
-    sight: Sight,
+    sight: MarkerObservations,
     eyes: Array,
     outwards: Array,
     reach_m: tuple[float, float],
@@ -231,7 +232,7 @@ def _costs_of_one(
 
 
 GUESSED: Final = 0.3
-"""What a bone's length counts where its other end rests on one marker (ours)."""
+"""Weight of a bone's length whose other end is determined by one marker (ours)."""
 
 
 def _neighbours(j: int) -> list[int]:
@@ -247,7 +248,7 @@ def _bone(joints: Array, measured: Mask, j: int, k: int) -> float:
 
 
 def cheapest_path(costs: Array, turns: Array) -> NDArray[np.intp]:
-    """[F] states of the cheapest way through [F, K] costs, with [K, K] costs of each step."""
+    """[F] states of the cheapest path through costs [F, K], with transition costs [K, K]."""
     total, came = costs[0], np.zeros(costs.shape, np.intp)
     for f in range(1, len(costs)):
         ways = total[:, None] + turns

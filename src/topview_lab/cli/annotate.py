@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from topview.cli.progress import progress_bar, warn
 from topview.records import InputError
-from topview_lab.annotate.automatic import Wishes
+from topview_lab.annotate.automatic import FindOptions
 from topview_lab.annotate.boards import Board
-from topview_lab.annotate.joints import Seen
+from topview_lab.annotate.joints import JointBasis
 from topview_lab.annotate.server import AnnotationServer
 from topview_lab.annotate.session import Session
 
@@ -54,7 +54,7 @@ def annotate(
     """
     if not 1 <= people <= MOST_PEOPLE:
         raise InputError(f"--people is {people}; it must be 1 to {MOST_PEOPLE}")
-    wishes = Wishes(people, None if board is None else Board.parse(board), offset)
+    wishes = FindOptions(people, None if board is None else Board.parse(board), offset)
     session = Session(front, rear, out, wishes)
     if pick is not None:
         view, frame, u, v = _pixel(pick)
@@ -90,7 +90,7 @@ def _find(session: Session) -> None:
     found, joints = session.found, session.joints
     if found is None or joints is None:
         return
-    shares = {seen: float((joints.seen == seen).mean()) for seen in Seen}
+    shares = {seen: float((joints.seen == seen).mean()) for seen in JointBasis}
     print(
         f"{session.frames} frames; rear camera {found.offset_frames} frames late, placed to "
         f"{100 * found.extrinsics.residual_m:.1f} cm; joints: "

@@ -21,7 +21,7 @@ from topview_lab.seeds import (
     FOREST_HELD_OUT_SEED,
     FOREST_LEARNT_SEED,
 )
-from topview_lab.training.body_parts import KnownBody, simulated_bodies
+from topview_lab.training.body_parts import RenderedBody, simulated_bodies
 from topview_lab.training.forest import ForestScore, learn_forest, score_forest
 
 CALIBRATION_IMAGES = 200
@@ -93,8 +93,8 @@ def _learn(images: int, settings: GrowingSettings, seed: int) -> Forest:
         )
 
 
-def _simulated(images: int, seed: int) -> Sequence[KnownBody]:
-    bodies: list[KnownBody] = []
+def _simulated(images: int, seed: int) -> Sequence[RenderedBody]:
+    bodies: list[RenderedBody] = []
     with progress_bar() as progress:
         bar = progress.add_task("simulating", total=images)
         for of_image in simulated_bodies(images, seed):

@@ -21,7 +21,6 @@ from topview.io.readers.images import decode_color
 from topview.records import InputError
 from topview.view.detections import skin_picture
 from topview.view.drawing import png_of
-from topview.view.sight import skin_picture
 from topview_lab.seeds import SKIN_HELD_OUT_SEED, SKIN_LEARNT_SEED
 from topview_lab.training.renders import simulated_skin
 from topview_lab.training.skin import (

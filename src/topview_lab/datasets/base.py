@@ -1,4 +1,4 @@
-"""What every data set yields."""
+"""The interface that every data set yields."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class EvaluatedRecording(Protocol):
 
 @runtime_checkable
 class KnowsReference(Protocol):
-    """A recording that knows the reference of its frames once they were read."""
+    """A recording that computes the reference of its frames while they are read."""
 
     def reference(self) -> ReferenceSequence: ...
 
@@ -39,7 +39,7 @@ AnyRecording = TypeVar("AnyRecording", bound=EvaluatedRecording)
 
 
 def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
-    """The kinds of file that a data set's folder has none of, given a glob for each."""
+    """The kinds of file, each with a glob, that a data set's folder lacks."""
     return [kind for kind, glob in kinds.items() if next(root.glob(glob), None) is None]
 
 

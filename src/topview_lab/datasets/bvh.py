@@ -19,7 +19,7 @@ from topview.io.naming import naming
 from topview.records import InputError
 
 END_SITE: Final = " end"
-"""An end site is named after its joint, with this behind."""
+"""Suffix of an end site's name, after its joint's."""
 _CHANNELS: Final = tuple(axis + kind for kind in ("position", "rotation") for axis in "XYZ")
 _RIGHT: Final = "it must be a BVH file: HIERARCHY, then MOTION"
 

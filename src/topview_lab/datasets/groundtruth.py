@@ -43,7 +43,7 @@ def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence
 
     Args:
         path: of the file.
-        action: what everybody does all the time, for files that do not tell.
+        action: of everybody in all frames, for files without actions.
 
     Raises:
         InputError: the file is missing or damaged, keys are missing, shapes do not fit, or a
@@ -58,7 +58,7 @@ def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence
 
 
 def reference_from(arrays: Arrays, source: str, action: str | None = None) -> ReferenceSequence:
-    """The reference that the arrays of a `groundtruth.npz` tell.
+    """The reference from the arrays of a `groundtruth.npz`.
 
     Args:
         arrays: by their keys.

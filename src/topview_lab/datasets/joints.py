@@ -1,4 +1,4 @@
-"""The joint names of the references, told in ours (`topview.body.JOINT_NAMES`)."""
+"""Map the references' joint names to ours (`topview.body.JOINT_NAMES`)."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _KNOWN: Final[Mapping[str, str | None]] = (
 
 
 def select_joints(names: Sequence[str], source: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-    """Our names of the joints that we have too, and their places in `names`.
+    """Select the joints that we have too: our names, and their indices in `names`.
 
     Args:
         names: joint names of a reference.
@@ -70,15 +70,14 @@ def select_joints(names: Sequence[str], source: str) -> tuple[tuple[str, ...], N
 
 
 def our_part_name(name: str) -> str | None:
-    """Our name of a part whose side is told as `_l` or `_r`; None for hands and feet."""
+    """Our name of a part with the suffix `_l` or `_r`; None for hands and feet."""
     sides = {"_l": "left_", "_r": "right_"}
     ours = sides[name[-2:]] + name[:-2] if name[-2:] in sides else name
     return ours if ours in PART_NAMES else None
 
 
 def facing_sides(names: Sequence[str], joints_camera: NDArray[np.float64]) -> tuple[str, ...]:
-    """The names, left and right exchanged where a data set's images are mirrored or its sides are
-    not told.
+    """Our names with left and right corrected, for data sets with mirrored images or unknown sides.
 
     People mostly face the camera (ours), and then have their left at the image's right: arms by the
     shoulders, legs by the hips, by the majority of frames.

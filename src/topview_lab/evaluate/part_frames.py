@@ -1,7 +1,7 @@
-"""Frames of our body parts and statures from joints alone, for skeletons that come without.
+"""Compute the frames of our body parts, and statures, for skeletons that have joints alone.
 
-The axis of a part is the line between its joints. The turn about it is told by what is wide across
-it: the lines of shoulders and hips; and, for bent limbs, the hinge of elbow or knee, which lies
+The axis of a part is the line between its joints. The turn about it follows from the line of the
+shoulders or hips and, for bent limbs, from the hinge of elbow or knee, which lies
 across both bones (as in the recommendations of the International Society of Biomechanics, G. Wu et
 al., J. Biomech. 38, 2005). A limb that is nearly straight turns as the trunk does.
 """
@@ -24,7 +24,7 @@ _BONE_SHARES: Final = (
     ("knee", "ankle", ANATOMICAL.lower_leg - ANATOMICAL.ankle_height),
 )
 STRAIGHT_SINE: Final = np.sin(np.radians(20.0))
-"""Sine of the bend below which a limb tells no turn (ours)."""
+"""Sine of the bend below which a limb's turn is unobservable (ours)."""
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,6 @@
-"""Skeletons from files in the place of a tracker: any system's, one file for each recording.
+"""Measure any system by its skeleton files, one for each recording, in place of the tracker.
 
-`docs/bridge.md` tells what the files hold. Statures and part frames are told from the joints where
-a file does not.
+`docs/bridge.md` describes the files. Missing statures and part frames are computed from the joints.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from topview_lab.evaluate.vocabulary import find_joints
 from topview_lab.metrics import ReferenceSequence, measure_sequence
 
 FARTHEST_JOINT_M: Final = 50.0
-"""Joints beyond are not in metres (ours)."""
+"""Joints further away than this cannot be in metres (ours)."""
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -103,8 +102,7 @@ def predicted_jobs(
 def read_predictions(
     path: Path, reference: ReferenceSequence, more: Mapping[str, str] | None = None
 ) -> SkeletonSequence:
-    """Skeletons at the frames of a reference: with our joints, and nobody in frames that are
-    missing.
+    """Read skeletons at the frames of a reference, with our joints; missing frames hold nobody.
 
     Raises:
         InputError: the file is unreadable, or what it holds cannot be compared; one line.
@@ -132,7 +130,7 @@ def _predictions(
     state = np.where(np.isfinite(joints).all(-1), JointState.VISIBLE, JointState.ABSENT)
     rotations = _rotations(arrays, names, joints)
 
-    # At the reference's frames; those that are not told have nobody in them.
+    # At the reference's frames; missing ones hold nobody.
     last = max(int(frames.max(initial=0)), int(reference.frame_index.max(initial=0)))
     row = np.full(last + 1, F)
     row[frames] = np.arange(F)
@@ -233,7 +231,7 @@ def _states(
 def _rotations(
     arrays: Arrays, names: tuple[str, ...], joints: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[F, P, 11, 3, 3] of our parts: the file's own, else told from the joints."""
+    """[F, P, 11, 3, 3] of our parts: from the file, else computed from the joints."""
     rotations = rotations_from_joints(names, joints)
     if "Ts_camera_part" not in arrays or "part_names" not in arrays:
         return rotations

@@ -1,4 +1,4 @@
-"""What was measured, as tables for a terminal and as JSON."""
+"""The measured numbers, as tables for a terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _detail_tables(summary: Summary) -> Iterator[Table]:
 
 
 def _occlusion_table(title: str, unit: str, by_split: BySplit, detail: bool) -> Iterator[Table]:
-    """By how much is hidden and by each cause, where anything is known to be hidden or not."""
+    """Errors by hidden share and cause, if occlusion is known."""
     shares = HIDDEN_SHARES if detail else HIDDEN_SHARES[:1]
     causes = [hidden_split(share, cause) for cause in CAUSES for share in shares]
     named = [*SHARE_SPLITS, *(split for split in causes if by_split[split][ALL].raw.count)]

@@ -137,12 +137,12 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
-class Done(Generic[Result]):
-    """What became of many jobs.
+class JobResults(Generic[Result]):
+    """Results of many jobs.
 
     Attributes:
-        results: one of each job, None where it was not done.
-        problems: what else went wrong, one line each.
+        results: of each job, None if it was not done.
+        problems: other failures, one line each.
         interrupted: True if Ctrl-C ended it early.
     """
 
@@ -156,7 +156,7 @@ def run_all(
     workers: int = 0,
     console: Console | None = None,
     what: str = "tracking",
-) -> Done[Result]:
+) -> JobResults[Result]:
     """Do picklable jobs in several processes, with a progress bar; see `run_evaluation`."""
     if workers < 0:
         raise InputError(f"workers is {workers}; it must be 0 (one per core) or more")
@@ -176,7 +176,7 @@ def run_all(
             died = (
                 f"one of {workers} processes was killed, for lack of memory perhaps; use fewer",
             )
-    return Done(tuple(results), died, interrupted)
+    return JobResults(tuple(results), died, interrupted)
 
 
 def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> None:

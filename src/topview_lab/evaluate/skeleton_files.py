@@ -1,6 +1,6 @@
 """Files with skeletons of any system, `.npz` or `.csv`, as one set of arrays.
 
-What they hold is in `docs/bridge.md`; nothing here knows what joints are called or what is right.
+`docs/bridge.md` describes them. Nothing here knows joint names or checks values.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ from topview_lab.metrics import (
     ALL,
     Calibration,
     Comparison,
-    Found,
     Reliability,
     SequenceSummary,
+    SplitRecall,
     Statistic,
     Summary,
     WithinLimit,
@@ -58,7 +58,7 @@ def within_table(rows: Mapping[str, WithinLimit]) -> Table:
 
 
 def people_table(summary: Summary) -> Table:
-    """Who was found and told apart, and how fast."""
+    """Detection, identities and speed."""
     people, tracking = summary.people, summary.tracking
     table = _table("people", "in all")
     table.add_column("", justify="right")
@@ -82,7 +82,7 @@ def people_table(summary: Summary) -> Table:
     return table
 
 
-def found_table(rows: Mapping[str, Found]) -> Table:
+def found_table(rows: Mapping[str, SplitRecall]) -> Table:
     """Recall by split."""
     table = _table("people found, by what is hidden of them", "hidden by")
     table.add_column("found", justify="right")
@@ -109,7 +109,7 @@ def reliability_table(calibration: Calibration) -> Table:
 
 
 def state_table(calibration: Calibration) -> Table:
-    """What joints in each true state were told to be."""
+    """The predicted states of the joints in each true state."""
     table = _table("state of joints: the reference's, and as told", "reference")
     for head in STATE_HEADS.values():
         table.add_column(head, justify="right")

@@ -1,4 +1,4 @@
-"""Our joints, found among the joints of other systems.
+"""Find our joints among the joints of other systems.
 
 Known are the names of the Kinect SDK v1 and v2, Azure Kinect, COCO, OpenPose (BODY_25),
 MediaPipe Pose, SMPL and ours, in any spelling: `LShoulder`, `left_shoulder`, `SHOULDER_LEFT` and
@@ -71,7 +71,7 @@ def is_known(name: str) -> bool:
 def find_joints(
     names: Sequence[str], source: str, more: Mapping[str, str] | None = None
 ) -> dict[str, tuple[int, ...]]:
-    """Each of our joints that another system's tell: the places in `names` whose middle it is.
+    """Find our joints in another system's: for each, the indices in `names` whose midpoint it is.
 
     Args:
         names: K names.

@@ -1,4 +1,4 @@
-"""Decision forests on depth differences: growing trees, walking them, modes of what they say.
+"""Decision forests on depth differences: growing trees, classifying pixels, modes of votes.
 
 J. Shotton et al., "Real-time human pose recognition in parts from single depth images", CVPR 2011.
 Depth images here hold one person: `BACKGROUND_M` wherever there is anything or anybody else. The
@@ -45,7 +45,7 @@ def _difference(depths, first, width, height, u, v, px_per_m, py_per_m, o):
 
 @njit(error_model="numpy", forceinline=True)
 def _bin(difference):
-    """0 .. BINS - 1; a difference exceeds `threshold_m(b)` if its bin is above b."""
+    """0 .. THRESHOLD_BINS - 1; a difference exceeds `threshold_m(b)` if its bin is above b."""
     size = min(abs(difference) / RANGE_M, np.float32(0.999))
     step = int(np.sqrt(size) * np.float32(HALF_BINS))
     return HALF_BINS + step if difference > 0 else HALF_BINS - 1 - step
@@ -95,7 +95,8 @@ def best_splits(
         most: samples of a node that are judged by, evenly chosen.
         n_log_n: float64 table of 0 to `most`.
         gain: [N, C / block] out, nats times samples; -inf where nothing can be split.
-        choice: [N, C / block] int32 out, offset * BINS + bin, to the right what is above the bin.
+        choice: [N, C / block] int32 out, offset * THRESHOLD_BINS + bin, to the right what is above
+            the bin.
     """
     n_nodes = len(nodes) - 1
     n_classes = int(label.max()) + 1
@@ -151,7 +152,7 @@ def best_splits(
 def classify(
     first_row, row_step, depth, u, v, fx, fy, offsets, thresholds, children, roots, leaves, out
 ):
-    """Fill `out` [S, K] float32 with what the trees say of pixels, each row summing to about one.
+    """Fill `out` [S, K] float32 with the trees' class probabilities; each row sums to about one.
 
     Args:
         depth: [H, W] float32 metres, one person before `BACKGROUND_M`.

@@ -1,7 +1,7 @@
-"""Metrics over skeleton sequences, whoever made them.
+"""Metrics over skeleton sequences of any system.
 
 `evaluate_sequence` measures one recording; `Evaluation.pooled` joins recordings; `summarise` turns
-what was measured into the numbers of the tables. For a selection of one's own: `pool` the
+what was measured into the numbers of the tables. For a custom selection: `pool` the
 evaluation, take the errors of a family (`position_errors`, `direction_errors`,
 `relative_angle_errors`, `axis_errors`, `orientation_errors`), choose person-frames by
 `Pool.hidden_share` and the samples' labels, and `compare`.
@@ -46,7 +46,7 @@ from topview_lab.metrics.samples import (
 )
 from topview_lab.metrics.splits import ALL, UNHIDDEN, hidden_split
 from topview_lab.metrics.statistics import Comparison, Statistic, statistic
-from topview_lab.metrics.summary import Found, SequenceSummary, Summary, summarise, tables
+from topview_lab.metrics.summary import SequenceSummary, SplitRecall, Summary, summarise, tables
 from topview_lab.metrics.tracking import TrackingCounts, TrackingScores, score_tracking
 
 __all__ = [
@@ -66,7 +66,6 @@ __all__ = [
     "Comparison",
     "Errors",
     "Evaluation",
-    "Found",
     "Offsets",
     "PeopleCounts",
     "Pool",
@@ -76,6 +75,7 @@ __all__ = [
     "Samples",
     "SequenceErrors",
     "SequenceSummary",
+    "SplitRecall",
     "Statistic",
     "Summary",
     "TrackingCounts",

@@ -1,7 +1,8 @@
 """Angular errors in degrees: relative angles, directions of bones, axes and orientations of parts.
 
 Sec. 6.1.2 measures "the relative angles of consecutive joints" and groups them into torso, arm and
-leg joints, but does not write the angles down. We tell two readings of it, both of joints alone:
+leg joints, but does not write the angles down. We report two readings of it, both from joints
+alone:
 
 - relative angles: between the bone before a joint and the one after it, whatever the camera sees.
   A shoulder or hip, being a ball joint, has two: to the spine and to the line of both shoulders or
@@ -30,7 +31,7 @@ LEFT_RIGHT: Final = ("left", "right")
 
 @dataclass(frozen=True, slots=True)
 class Bone:
-    """The line between two joints, named as the part that it is the axis of."""
+    """The line between two joints, named after the part whose axis it is."""
 
     part: str
     start: str

@@ -1,4 +1,4 @@
-"""Whether `joint_confidence` is what it should be: the chance that the joint lies within 10 cm.
+"""Calibration of `joint_confidence` as the probability that the joint lies within 10 cm.
 
 Reliability in ten bins and the expected calibration error as in Guo et al., "On calibration of
 modern neural networks", ICML 2017; Brier, "Verification of forecasts expressed in terms of
@@ -48,9 +48,10 @@ class Calibration:
         overall: all of them.
         expected_error: mean of |confidence - holds| over the bins, by their counts.
         brier: mean of (confidence - holds)^2 over the joints; 0.25 for one half throughout.
-        states: by the state told.
-        told_states: true state -> state told -> share 0..1 of the joints in that true state. The
-            true state is what takes the largest share of the joint: nothing, or one of the causes.
+        states: by predicted state.
+        told_states: true state -> predicted state -> share 0..1 of the joints in that true state.
+            The true state is what takes the largest share of the joint: nothing, or one of the
+            causes.
         true_states: true state -> how many.
     """
 

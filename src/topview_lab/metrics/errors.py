@@ -1,4 +1,4 @@
-"""Errors of all recordings together, as they are and with the constant offsets taken out.
+"""Errors over all recordings, raw and with the constant offsets taken out.
 
 Two systems, or a system and a reference, rarely agree on what "the shoulder" is. A joint's
 constant offset is that difference of definition: one vector per joint, in the frame of the part

@@ -1,4 +1,4 @@
-"""People found by their heads, without bodies: who was found, when, where, and under which id."""
+"""Detection of people by their heads: who was found, when, where, and under which id."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from topview_lab.metrics.matching import (
 )
 
 HEAD_GATE_M: Final = 0.4
-"""A found head further than this from every true one is nobody's (ours: two people who touch)."""
+"""Gate between detected and true heads (ours: two people who touch)."""
 LEAST_VISIBLE_SHARE: Final = 0.4
-"""Share of a person from which on finding that person counts (ours)."""
+"""A person counts in frames with at least this visible share (ours)."""
 HIDDEN_BELOW_SHARE: Final = 0.05
-"""Somebody of whom less than this is visible is hidden (ours)."""
+"""A person with a smaller visible share is hidden (ours)."""
 LONGEST_HIDDEN_S: Final = 5.0
-"""Who was hidden for longer may come back as somebody new (ours)."""
+"""After a longer occlusion a new id is allowed (ours)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonFound:
-    """One person in one recording.
+    """How well one person was found in one recording.
 
     Attributes:
-        frames: in which enough of the person is visible (`LEAST_VISIBLE_SHARE`).
-        errors_m: [N] distance of the head in those of them in which the person was found.
-        wait_s: from the first of them until the person was found, infinite if never; None if
-            there is none.
-        returns: how often the person was hidden and then visible again.
-        kept: how many times the id was the same afterwards.
+        frames: number of frames with enough of the person visible (`LEAST_VISIBLE_SHARE`).
+        errors_m: [N] distances of the head in those frames in which the person was found.
+        wait_s: from the first such frame until the person was found, infinite if never; None if
+            there is no such frame.
+        returns: number of times that the person reappeared after an occlusion.
+        kept: number of these with the same id afterwards.
     """
 
     frames: int
@@ -51,9 +51,9 @@ class PeopleFound:
 
     Attributes:
         frames: how many.
-        false: found heads that are nobody's, summed over frames.
-        false_hidden: those of them that were not seen but predicted, for people who are hidden.
-        swaps: how often visible people go on under another id, or under somebody else's.
+        false: false positives, summed over frames.
+        false_hidden: those of them that were predicted for hidden people and not seen.
+        swaps: identity swaps of visible people.
         people: in the order of the truth.
     """
 
@@ -121,7 +121,7 @@ def _person(
 def _returns(
     matches: NDArray[np.int64], visible: NDArray[np.float64], times_s: NDArray[np.float64]
 ) -> tuple[int, int]:
-    """How often somebody who was found was hidden and found again, and kept the id."""
+    """Number of reappearances of a found person, and of those with the same id."""
     returns = kept = 0
     last = last_f = NOBODY
     for f in np.flatnonzero(matches != NOBODY):

@@ -1,4 +1,4 @@
-"""Who is who: predicted people matched to reference people, frame by frame.
+"""Match predicted people to reference people, frame by frame.
 
 As in the CLEAR MOT metrics (Bernardin & Stiefelhagen, "Evaluating multiple object tracking
 performance", EURASIP J. Image and Video Processing 2008, Sec. 2.1): a match of the frame before
@@ -77,7 +77,7 @@ def _match_frame(
 
 @dataclass(frozen=True, slots=True)
 class PeopleCounts:
-    """How well people were found and told apart; counts add up over recordings.
+    """Counts of detections and identities; they add up over recordings.
 
     Attributes:
         frames: evaluated: those that both the reference and the tracker have.
@@ -86,8 +86,8 @@ class PeopleCounts:
         missed: of those, without a predicted person.
         false_person_frames: predicted people that match nobody, summed over frames.
         false_people: predicted ids that never match anybody.
-        id_swaps: a reference person goes on under another id than before, or appears under an id
-            that was somebody else's; two people who exchange ids count two.
+        id_swaps: a reference person continues under another id, or appears under an id that was
+            somebody else's; two people who exchange ids count two.
         mismatches: those swaps in which a reference person goes on under another id: the ones
             that CLEAR MOT counts.
         frames_lost: somebody was present, and nobody of them was found.

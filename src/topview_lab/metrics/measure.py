@@ -1,4 +1,4 @@
-"""A tracked recording against its reference: people matched, everyone who was there kept."""
+"""Measure a tracked recording against its reference: match people, keep every present person."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def measure_sequence(
     seconds: float = 0.0,
     gate_m: float = PERSON_GATE_M,
 ) -> SequenceErrors:
-    """Match people frame by frame and keep everyone who was there.
+    """Match people frame by frame and keep every present person.
 
     Raises:
         InputError: the two have no frame or no joint in common.

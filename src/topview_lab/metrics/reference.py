@@ -1,4 +1,4 @@
-"""What a tracked sequence is measured against."""
+"""Reference skeletons that a tracked sequence is measured against."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ SHARE_ROUNDING: Final = 1e-3  # ours: shares are written in single precision, or
 class ReferenceSequence:
     """The reference skeletons of a recording: F frames, R people, K joints, B parts.
 
-    Frames without a reference are left out of `frame_index`, and then are not evaluated. What is
-    None is not known of the whole recording.
+    Frames without a reference are left out of `frame_index` and not evaluated. A field that is None
+    is unknown in the whole recording.
 
     Attributes:
         frame_index: [F] int64, numbers of the recording's frames, rising.

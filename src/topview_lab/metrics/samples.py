@@ -1,4 +1,4 @@
-"""What is measured of one recording: every person who was there, as told and as tracked.
+"""Samples of one recording: every present person, as in the reference and as tracked.
 
 Nothing is averaged here, so that recordings can be measured by several processes and pooled
 afterwards.
@@ -76,13 +76,13 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceErrors:
-    """All that is kept of one evaluated recording.
+    """The record of one evaluated recording.
 
     Attributes:
         name: of the recording.
         samples: the people who were there.
         people: counts of people found, missed, false, swapped.
-        tracking: what HOTA and MOTP are made of.
+        tracking: counts behind HOTA and MOTP.
         false_confidence: [M, J] confidence of each joint of the M predicted person-frames that
             match nobody, NaN where the joint is not given.
         tracked_frames: how many frames the tracker was given.

@@ -1,4 +1,4 @@
-"""Which errors are told apart: by how much is hidden, by what, by action and by body."""
+"""Splits of the errors: by hidden share, by its cause, by action and by body."""
 
 from __future__ import annotations
 

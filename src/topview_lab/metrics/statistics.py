@@ -1,4 +1,4 @@
-"""Errors in one number each: mean, standard deviation, share within 10 cm or 10 degrees."""
+"""Statistics of errors: mean, standard deviation, share within 10 cm or 10 degrees."""
 
 from __future__ import annotations
 

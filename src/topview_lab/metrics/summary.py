@@ -31,7 +31,7 @@ Table = dict[str, Comparison]  # by joint, part, angle or group of them, and ALL
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SplitRecall:
     """How many person-frames of a split there are, and the share of them that was found."""
 
     count: int
@@ -91,7 +91,7 @@ class Summary:
     people: PeopleCounts
     recall: float
     precision: float
-    found: dict[str, Found]
+    found: dict[str, SplitRecall]
     tracking: TrackingScores
     calibration: Calibration
     tracked_frames: int
@@ -162,7 +162,7 @@ def tables(
     }
 
 
-def _found(pool: Pool) -> dict[str, Found]:
+def _found(pool: Pool) -> dict[str, SplitRecall]:
     """By what is hidden of the person: the mean over the joints that are known."""
     hidden = pool.samples.hidden
     known = np.isfinite(hidden)
@@ -171,7 +171,9 @@ def _found(pool: Pool) -> dict[str, Found]:
     everyone = np.ones(len(mean), bool)
     where = {ALL: everyone, **occlusion_splits(mean), **label_splits(pool)}
     return {
-        split: Found(int(chosen.sum()), share(int(pool.samples.found[chosen].sum()), chosen.sum()))
+        split: SplitRecall(
+            int(chosen.sum()), share(int(pool.samples.found[chosen].sum()), chosen.sum())
+        )
         for split, chosen in where.items()
     }
 

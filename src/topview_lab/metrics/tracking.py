@@ -1,12 +1,12 @@
-"""How well people are told apart over time: HOTA and the CLEAR MOT scores, in 3D.
+"""Tracking scores of people over time: HOTA and CLEAR MOT, in 3D.
 
 Luiten et al., "HOTA: a higher order metric for evaluating multi-object tracking", IJCV 2021;
 Bernardin & Stiefelhagen, "Evaluating multiple object tracking performance: the CLEAR MOT metrics",
 EURASIP J. Image and Video Processing 2008. Our own few lines, because the libraries want pandas,
 matplotlib or another OpenCV to be installed; a test holds them against `motmetrics`.
 
-Two people are as alike as 1 - d / (2 gate), d the mean distance of their joints: 1 where they
-agree, 1/2 at the distance up to which they may match, 0 from twice that on.
+The similarity of two people is 1 - d / (2 gate), where d is the mean distance of their joints: 1
+where they agree, 1/2 at the gate, 0 from twice the gate on.
 """
 
 from __future__ import annotations

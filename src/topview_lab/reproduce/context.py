@@ -7,7 +7,7 @@ from pathlib import Path
 
 from topview_lab.reproduce.runs import Counterpart
 from topview_lab.seeds import report_seed
-from topview_lab.sim.looks import Look
+from topview_lab.sim.appearance import Appearance
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +42,11 @@ class Context:
         frames: int,
         start_s: float = 0.0,
         body: str = "",
-        look: Look | None = None,
+        appearance: Appearance | None = None,
     ) -> Counterpart:
         """A simulated recording; its number tells it from others of the same scene."""
         seed = report_seed(self.seed, number)
-        return Counterpart(self.out / "recordings", scene, seed, frames, start_s, body, look)
+        return Counterpart(self.out / "recordings", scene, seed, frames, start_s, body, appearance)
 
     def own_sequences(self) -> list[Counterpart]:
         """Of Sec. 6.1.2: two of one user alone, two with a second one who plays the dummy and

@@ -1,4 +1,4 @@
-"""Table 6.3: what each factor of f_uTVR is worth, for torsos that are more and more occluded."""
+"""Table 6.3: the contribution of each factor of f_uTVR, by occlusion of the torso."""
 
 from __future__ import annotations
 

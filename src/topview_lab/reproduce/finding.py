@@ -18,9 +18,9 @@ from topview.people.users import User, by_depth
 from topview.records import Frame
 from topview_lab.metrics.heads import PeopleFound, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
+from topview_lab.sim.appearance import SKINS
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.light import Light
-from topview_lab.sim.looks import SKINS
 from topview_lab.sim.scene import Mount
 from topview_lab.sim.truth import FrameTruth
 
@@ -39,12 +39,12 @@ LAMP: Final = Light(switches_s=(-5.0, 1.5))
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What is special about a recording.
+    """Special conditions of a recording.
 
     Attributes:
-        name: of it, "" where nothing is.
+        name: "" for the usual conditions.
         mount, light: in place of the scene's.
-        colour: what becomes of the colour image.
+        colour: change of the colour image.
     """
 
     name: str = ""
@@ -131,13 +131,13 @@ class Search:
                 index / scene.fps,
                 simulated.depth_mm.astype(np.float32) / np.float32(1000.0),
                 scene.camera,
-                changed(simulated.color, self.case.conditions.colour),
+                altered_color(simulated.color, self.case.conditions.colour),
             )
             truths.append(simulated.truth)
             for name, finder in finders.items():
                 users[name].append(by_depth(finder.update(Pyramid(frame))))
         return Finding(
-            tuple(_tone(actor.body.look.skin) for actor in scene.actors),
+            tuple(_tone(actor.body.appearance.skin) for actor in scene.actors),
             {name: compared_with_truth(own, truths, scene.fps) for name, own in users.items()},
         )
 
@@ -164,13 +164,13 @@ def compared_with_truth(
 
 
 def visible_shares(truth: FrameTruth) -> NDArray[np.float64]:
-    """[P] share of each person that is in view and that neither people nor things hide."""
+    """[P] visible share of each person: in view, and hidden by neither people nor objects."""
     hidden = truth.part_hidden.mean(truth.part_area)
     return 1.0 - hidden.by.sum(-1) - hidden.by_furniture - hidden.outside
 
 
-def changed(color: Image, colour: Colour) -> Image | None:
-    """[H, W, 3] what another camera would have made of it."""
+def altered_color(color: Image, colour: Colour) -> Image | None:
+    """[H, W, 3] the image under changed colour or exposure; None for no colour."""
     if colour == "none":
         return None
     if colour == "grey":

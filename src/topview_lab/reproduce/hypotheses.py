@@ -27,7 +27,7 @@ from topview_lab.reproduce.section import (
 HIDDEN_PART_SHARE: Final = 0.3
 """Share of a part's joints that others hide in the frames with significant occlusion (ours)."""
 FEW_HYPOTHESES: Final = 3
-"""The effect is the mean error of up to so many hypotheses against that of more (ours)."""
+"""The effect is the mean error with up to this many hypotheses against that with more (ours)."""
 MOBILE: Final = ("upper arms", "forearms", "lower legs")
 STIFF: Final = ("upper torso", "lower torso", "upper legs")
 _OTHERS: Final = [CAUSES.index("another person"), CAUSES.index("an object")]

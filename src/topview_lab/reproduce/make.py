@@ -27,7 +27,7 @@ MARKDOWN_FILE, PAGE_FILE, NUMBERS_FILE = "report.md", "report.html", "report.jso
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class FinishedReport:
     """A report that was written, and whether Ctrl-C ended it early."""
 
     report: Report
@@ -36,7 +36,7 @@ class Made:
 
 def make_report(
     names: Sequence[str], context: Context, workers: int = 0, console: Console | None = None
-) -> Made:
+) -> FinishedReport:
     """Reproduce figures and tables into `context.out`: report.md, report.html, report.json,
     pictures/ and the simulated recordings.
 
@@ -79,7 +79,7 @@ def make_report(
         appendix=(provenance(seeds),),
     )
     write(report, context)
-    return Made(report, tracked.interrupted)
+    return FinishedReport(report, tracked.interrupted)
 
 
 def write(report: Report, context: Context) -> None:

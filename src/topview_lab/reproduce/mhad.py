@@ -21,7 +21,7 @@ from topview_lab.reproduce.section import (
     statistic_cells,
 )
 from topview_lab.rivals.swarm import SwarmSettings, perturbed_swarm
-from topview_lab.sim import TWELVE_LOOKS
+from topview_lab.sim import TWELVE_PEOPLE
 from topview_lab.sim.actions import MHAD_ACTIONS
 
 POSITION_METHODS: Final[dict[str, Variant]] = {
@@ -42,10 +42,12 @@ def boxers(context: Context) -> Sequence[EvaluatedRecording]:
     """Twelve people boxing, one recording each."""
     if context.mhad is not None:
         return find_berkeley_mhad(context.mhad, "s*_a04_r01")
-    looks = TWELVE_LOOKS[: context.size(len(TWELVE_LOOKS), 2)]
+    appearances = TWELVE_PEOPLE[: context.size(len(TWELVE_PEOPLE), 2)]
     return [
-        context.counterpart("boxing", k, context.size(150, 60), body=f"body{k:02}", look=look)
-        for k, look in enumerate(looks, start=1)
+        context.counterpart(
+            "boxing", k, context.size(150, 60), body=f"body{k:02}", appearance=appearance
+        )
+        for k, appearance in enumerate(appearances, start=1)
     ]
 
 
@@ -54,10 +56,10 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
     if context.mhad is not None:
         return find_berkeley_mhad(context.mhad, f"s{SUBJECT:02}_a*_r01")
     names = MHAD_ACTIONS[:: context.size(1, 5)]
-    look = TWELVE_LOOKS[SUBJECT - 1]
+    appearance = TWELVE_PEOPLE[SUBJECT - 1]
     return [
         context.counterpart(
-            name, 20 + k, context.size(180, 60), body=f"body{SUBJECT:02}", look=look
+            name, 20 + k, context.size(180, 60), body=f"body{SUBJECT:02}", appearance=appearance
         )
         for k, name in enumerate(names)
     ]

@@ -19,7 +19,7 @@ from topview_lab.evaluate.run import Job, Outcome, run_all
 from topview_lab.metrics import Evaluation, ReferenceSequence, SequenceErrors
 from topview_lab.reproduce.finding import Finding, Search
 from topview_lab.sim import Scene, scene_by_name, write_scene
-from topview_lab.sim.looks import Look
+from topview_lab.sim.appearance import Appearance
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Counterpart:
     frames: int
     start_s: float = 0.0
     body: str = ""
-    look: Look | None = None
+    appearance: Appearance | None = None
 
     @property
     def name(self) -> str:
@@ -76,8 +76,10 @@ class Counterpart:
         return self.folder.reference()
 
     def make(self) -> Scene:
-        looks = None if self.look is None else (self.look,)
-        scene = scene_by_name(self.scene, seed=self.seed, frames=self.frames, looks=looks)
+        appearances = None if self.appearance is None else (self.appearance,)
+        scene = scene_by_name(
+            self.scene, seed=self.seed, frames=self.frames, appearances=appearances
+        )
         return replace(scene, start_s=self.start_s)
 
     def simulate(self) -> None:

@@ -1,4 +1,4 @@
-"""What an experiment has to tell: text, tables, pictures, and what it makes of the thesis."""
+"""Report of an experiment: text, tables, pictures, and comparisons with the thesis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a table of people found tells in each row."""
+"""Rows of the tables of detected people."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from topview_lab.reproduce.finding import AUTO, Finding
 from topview_lab.reproduce.section import Row, number, percent
 
 NEAR_CM: Final = 6.0
-"""How near to the true centre a head is to be (ours)."""
+"""Distance from the true centre within which a head counts as near (ours)."""
 SOON_S: Final = 0.5
-"""How soon somebody who stands in view is to be found (ours)."""
+"""Time within which a person in view counts as found soon (ours)."""
 HEADER: Final = (
     "people", "frames", "recall", "false / 1000", "of hidden", "id swaps", "head, cm: median",
     "90 %", "within 6 cm", "within 0.5 s", "ids kept",
@@ -27,13 +27,14 @@ HEADER: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What one row of a table tells.
+    """The counts of one row.
 
     Attributes:
         frames: of the recordings.
-        people: everyone in them, or those whom the row is about.
+        people: everyone in them, or a subset.
         false, false_hidden, swaps: of the recordings.
-        is_of_all: False where the row is about some of the people; whoever is nobody is not.
+        is_of_all: False if the row is about a subset of the people, to which false positives cannot
+            be assigned.
     """
 
     frames: int

@@ -1,12 +1,12 @@
 """The thesis's first attempt at the upper body (Sec. 2.2, Fig. 2.3), as a baseline.
 
-Shoulders are found where the silhouette's contour is most curved; they part the points of torso and
-arms, onto which ellipsoids of the model's size are fitted, by their pseudo-distance. Shoulders are
-spheres. Of all this the thesis gives but the outline: it does not say how a shoulder is told from
-other bends of the contour, how the points are parted, what the pseudo-distance is, what happens
-where a shoulder or an arm is not seen, or where sizes and the head come from. All numbers and these
-decisions are ours: sizes are the model's, the head is the detected one, and what cannot be seen
-stays as it was in the torso's frame. The person is taken to face the camera at first.
+Shoulders are found where the silhouette's contour is most curved; they separate the points of torso
+and arms, to which ellipsoids of the model's size are fitted, by their pseudo-distance. Shoulders
+are spheres. The thesis gives only this outline. It does not say how a shoulder is distinguished
+from other bends of the contour, how the points are assigned, what the pseudo-distance is, what
+happens to a hidden shoulder or arm, or where sizes and the head come from. All numbers and these
+decisions are ours: sizes are the model's, the head is the detected one, and a hidden part keeps its
+pose in the torso's frame. The person is assumed to face the camera at first.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ SMOOTHING_M: Final = 0.03
 LEAST_CURVATURE_PER_M: Final = 3.0
 """Of a shoulder."""
 SHOULDER_SIGMA_M: Final = 0.06
-"""How far a shoulder is from where the last torso has it."""
+"""Standard deviation of a shoulder from its prediction by the last torso."""
 CENTRE_SIGMA_M, TURN_SIGMA_RAD = 0.03, 0.15
-"""How far the torso is from where the shoulders have it."""
+"""Standard deviations of the torso from the pose that the shoulders give."""
 MOTION_SIGMA_RAD: Final = 0.5
-"""How far a part of an arm turns from where the search for it starts."""
+"""Standard deviation of the turn of an arm's part from the start of its search."""
 LEAST_SURFACE_POINTS: Final = 20
 """Fewer points show neither an arm nor a torso."""
 EXTREMITIES, CIRCLE_TURNS = 5, 8
@@ -121,7 +121,7 @@ def contour_curvature(mask: NDArray[np.bool_], smoothing_px: float) -> tuple[Arr
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Size:
+class TorsoSize:
     """Somebody's torso, whose semi-axes end at the shoulder joints and at the chest.
 
     Attributes:
@@ -137,7 +137,7 @@ class Size:
     shoulder_drop_m: float
 
     @classmethod
-    def of(cls, model: BodyModel) -> Size:
+    def of(cls, model: BodyModel) -> TorsoSize:
         left, right = model.joints_parent[LEFT_UPPER_ARM], model.joints_parent[RIGHT_UPPER_ARM]
         return cls(
             float(model.lengths_m[1:3].sum()),
@@ -162,25 +162,25 @@ class EllipsoidTracker:
         if evidence.stature_m is not None:
             self.model = BodyModel.of(evidence.stature_m, ANATOMICAL)
         with self.subject.clock.stage("torso"):
-            expected = self._expected(evidence)
-            shoulders = self._shoulders(expected, evidence)
-            self._torso = torso = self._fitted(expected, shoulders, evidence)
+            expected = self._predict_torso(evidence)
+            shoulders = self._find_shoulders(expected, evidence)
+            self._torso = torso = self._fit_torso(expected, shoulders, evidence)
         with self.subject.clock.stage("arms"):
-            self._arms = self._fitted_arms(torso, shoulders, evidence)
+            self._arms = self._fit_arms(torso, shoulders, evidence)
         return assemble(self.model, torso, self._arms, evidence)
 
-    def _expected(self, evidence: Evidence) -> Torso:
-        """The torso turned as it was, below where the head is now."""
+    def _predict_torso(self, evidence: Evidence) -> Torso:
+        """The last torso's orientation, below the present head."""
         if self._torso is None:
             R = facing(0.0, evidence.up_camera)
         else:
             R = self._torso.R_camera_torso
             if not evidence.head_is_seen:
                 return self._torso
-        neck = evidence.head_camera + Size.of(self.model).to_neck_m * R[:, 1]
+        neck = evidence.head_camera + TorsoSize.of(self.model).to_neck_m * R[:, 1]
         return Torso(neck, R)
 
-    def _shoulders(self, expected: Torso, evidence: Evidence) -> Array:
+    def _find_shoulders(self, expected: Torso, evidence: Evidence) -> Array:
         """[2, 3] centres of the left and the right shoulder's sphere, in metres."""
         view = evidence.view
         uppers = [LEFT_UPPER_ARM, RIGHT_UPPER_ARM]
@@ -194,17 +194,17 @@ class EllipsoidTracker:
             if not len(place):
                 break
             off = np.linalg.norm(joints - centre[:2] * neck[2] / centre[2], axis=1)
-            worth = curvature / pixel_m * np.exp(-0.5 * (off / SHOULDER_SIGMA_M) ** 2)
-            best = int(worth.argmax())
-            if worth[best] > LEAST_CURVATURE_PER_M:
+            score = curvature / pixel_m * np.exp(-0.5 * (off / SHOULDER_SIGMA_M) ** 2)
+            best = int(score.argmax())
+            if score[best] > LEAST_CURVATURE_PER_M:
                 centre[:2] = joints[best] * centre[2] / neck[2]
-            centres[k] = self._sphere(centre, radius_m, evidence)
+            centres[k] = self._fit_sphere(centre, radius_m, evidence)
         return centres
 
-    def _sphere(self, seed: Array, radius_m: float, evidence: Evidence) -> Array:
+    def _fit_sphere(self, seed: Array, radius_m: float, evidence: Evidence) -> Array:
         """[3] the centre of a sphere, fitted to the points around a shoulder."""
         s, points = self.settings, evidence.all_points_camera
-        around = self._some(points[((points - seed) ** 2).sum(1) < (2.0 * radius_m) ** 2])
+        around = self._subsample(points[((points - seed) ** 2).sum(1) < (2.0 * radius_m) ** 2])
         if len(around) < LEAST_SURFACE_POINTS:
             return seed
         radii = np.full(3, radius_m)
@@ -215,9 +215,9 @@ class EllipsoidTracker:
 
         return least_squares(residuals, seed, loss="soft_l1", max_nfev=10).x
 
-    def _fitted(self, expected: Torso, shoulders: Array, evidence: Evidence) -> Torso:
+    def _fit_torso(self, expected: Torso, shoulders: Array, evidence: Evidence) -> Torso:
         """The torso's ellipsoid, fitted to the points between and below the shoulders."""
-        s, size = self.settings, Size.of(self.model)
+        s, size = self.settings, TorsoSize.of(self.model)
         y = expected.R_camera_torso[:, 1]
         across = shoulders[1] - shoulders[0]
         x = unit(across - y * (across @ y))
@@ -228,7 +228,7 @@ class EllipsoidTracker:
         to_centre = half_m - size.shoulder_drop_m
         centre0 = shoulders.mean(0) + to_centre * y
         local = (evidence.all_points_camera - centre0) @ R0
-        points = self._some(local[(np.abs(local) < (rx, half_m, 2.0 * rz)).all(1)])
+        points = self._subsample(local[(np.abs(local) < (rx, half_m, 2.0 * rz)).all(1)])
         if len(points) < LEAST_SURFACE_POINTS:
             return expected
 
@@ -244,9 +244,9 @@ class EllipsoidTracker:
         centre = centre0 + R0 @ state[:3]
         return Torso(centre - half_m * R[:, 1], R)
 
-    def _fitted_arms(self, torso: Torso, shoulders: Array, evidence: Evidence) -> list[Arm]:
-        """The left and the right arm: each has the points that lie nearer to it than to the other
-        one, as both were."""
+    def _fit_arms(self, torso: Torso, shoulders: Array, evidence: Evidence) -> list[Arm]:
+        """Fit the left and the right arm, each to the points nearer to its last pose than to the
+        other arm's."""
         R = torso.R_camera_torso
         pixels = UserPixels(torso, self.model, evidence)
         points = pixels.points[pixels.weights > 0.5]
@@ -254,7 +254,7 @@ class EllipsoidTracker:
         arms = []
         last = [arm.axes_torso for arm in self._arms] or [hanging] * 2
         hung = [
-            _HungArm(upper, self.model, shoulder, axes @ R.T)
+            _ArmEllipsoids(upper, self.model, shoulder, axes @ R.T)
             for upper, shoulder, axes in zip(
                 (LEFT_UPPER_ARM, RIGHT_UPPER_ARM), shoulders, last, strict=True
             )
@@ -262,13 +262,15 @@ class EllipsoidTracker:
         away = np.stack([arm.distances(points, arm.last[None])[0] for arm in hung])
         for k, arm in enumerate(hung):
             reach = np.linalg.norm(points - arm.shoulder, axis=1) < arm.reach_m
-            own = self._some(points[reach & (away[k] <= away[1 - k])])
-            axes, cost_m = self._axes(arm, own, R, side=2.0 * k - 1.0)
+            own = self._subsample(points[reach & (away[k] <= away[1 - k])])
+            axes, cost_m = self._fit_axes(arm, own, R, side=2.0 * k - 1.0)
             offset = (arm.shoulder - torso.neck_camera) @ R
             arms.append(Arm(offset, axes @ R, cost_m / CAP_M))
         return arms
 
-    def _axes(self, arm: _HungArm, points: Array, R: Array, side: float) -> tuple[Array, float]:
+    def _fit_axes(
+        self, arm: _ArmEllipsoids, points: Array, R: Array, side: float
+    ) -> tuple[Array, float]:
         """[2, 3] directions of an arm's parts in the camera frame, and their mean distance."""
         s = self.settings
         if len(points) < LEAST_SURFACE_POINTS:
@@ -291,13 +293,13 @@ class EllipsoidTracker:
         axes = unit(best + state.reshape(2, 3))
         return axes, float(np.minimum(np.abs(arm.distances(points, axes[None])), CAP_M).mean())
 
-    def _some(self, points: Array) -> Array:
-        """An even choice of points."""
+    def _subsample(self, points: Array) -> Array:
+        """At most `most_points` of the points, evenly spaced."""
         return points[:: max(1, -(-len(points) // self.settings.most_points))]
 
 
-class _HungArm:
-    """An arm of two ellipsoids, hung from a shoulder; `last` [2, 3] is where its parts pointed."""
+class _ArmEllipsoids:
+    """An arm of two ellipsoids from a shoulder on; `last` [2, 3] are its parts' last directions."""
 
     def __init__(self, upper: int, model: BodyModel, shoulder: Array, last: Array) -> None:
         self.shoulder, self.last = shoulder, last

@@ -1,4 +1,4 @@
-"""Poses as vectors that an optimiser can move: place, direction and joint angles.
+"""Poses as vectors for an optimiser: position, orientation and joint angles.
 
 As in Oikonomidis, Kyriazis and Argyros (BMVC 2011) and Michel, Panagiotakis and Argyros (MVA 2015):
 the global position, the global orientation, and the angle of every joint. Here they are the neck

@@ -3,9 +3,9 @@
 Baseline (bPSO) and perturbed (pPSO), after Oikonomidis, Kyriazis and Argyros, "Efficient
 model-based 3D tracking of hand articulations using Kinect" (BMVC 2011), and Michel, Panagiotakis
 and Argyros, "Tracking the articulated motion of the human body with two RGBD cameras" (MVA 2015).
-Body, people and the pose of a person's first frame are those of the default tracker, so that what
-happens from frame to frame is compared. Those papers see nobody else in the scene; here (ours) what
-another person or an object hides costs a pose nothing.
+Body model, people and the pose of a person's first frame are those of the default tracker, so that
+the tracking from frame to frame is compared. Those papers track one person; here (ours) pixels that
+another person or an object hides cost a pose nothing.
 """
 
 from __future__ import annotations
@@ -108,10 +108,10 @@ def minimise(
     settings: SwarmSettings,
     rng: np.random.Generator,
 ) -> Array:
-    """[D] the best place that the swarm finds around `start` [D].
+    """Minimise a cost with a swarm around `start` [D]; returns the best position [D].
 
     Args:
-        cost: [M, D] places to [M] costs.
+        cost: maps positions [M, D] to costs [M].
     """
     s = settings
     shape = (s.particles, len(start))
@@ -226,10 +226,10 @@ class SwarmTracker:
             self.model = BodyModel.of(evidence.stature_m, self.settings.body.proportions)
         if is_seen:
             with self.subject.clock.stage("swarm"):
-                self._pose = self._moved(self._pose, evidence)
+                self._pose = self._optimise(self._pose, evidence)
         return self._pose
 
-    def _moved(self, last: Pose, evidence: Evidence) -> Pose:
+    def _optimise(self, last: Pose, evidence: Evidence) -> Pose:
         space = PoseSpace(last.Rs[UPPER_TORSO])
         seen = Observation.around(evidence, last.origins(self.model))
 

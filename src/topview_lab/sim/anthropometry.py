@@ -1,4 +1,4 @@
-"""Where joints lie in a body, as shares of its stature.
+"""Places of joints in a body, as shares of its stature.
 
 Lengths are those of R. Drillis and R. Contini, Body Segment Parameters (1966), as printed in D.
 Winter, Biomechanics and Motor Control of Human Movement (2009), Fig. 4.1; hip centres those of A.
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from topview_lab.sim.looks import MEAN_STATURE_M, Look
+from topview_lab.sim.appearance import MEAN_STATURE_M, Appearance
 
 Vector = tuple[float, float, float]
 
@@ -22,47 +22,60 @@ CHIN_DROP_SHARE: Final = 0.032  # the chin below the joint of head and neck (our
 C7_DROP_SHARE: Final = 0.020  # the base of the neck below the chin, Gordon et al. (1989)
 
 
-def head_share(look: Look) -> float:
+def head_share(appearance: Appearance) -> float:
     """Chin to head top as a share of stature: heads of children grow less than their bodies."""
-    return ADULT_HEAD_SHARE * (MEAN_STATURE_M / look.stature_m) ** 0.6 * look.proportions.head
+    return (
+        ADULT_HEAD_SHARE
+        * (MEAN_STATURE_M / appearance.stature_m) ** 0.6
+        * appearance.proportions.head
+    )
 
 
-def hip_share(look: Look) -> float:
+def hip_share(appearance: Appearance) -> float:
     """Height of the hips of the standing person."""
-    return HIP_SHARE * look.proportions.legs
+    return HIP_SHARE * appearance.proportions.legs
 
 
-def knee_share(look: Look) -> float:
+def knee_share(appearance: Appearance) -> float:
     """Height of the knees of the standing person."""
-    return KNEE_SHARE * look.proportions.legs * look.proportions.shins
+    return KNEE_SHARE * appearance.proportions.legs * appearance.proportions.shins
 
 
-def shoulder_share(look: Look) -> float:
+def shoulder_share(appearance: Appearance) -> float:
     """Height of the shoulder centres above the mid spine; they lie below and inside of the
     acromion (0.818 high, 0.129 to the side)."""
-    neck_base = 1.0 - head_share(look) - C7_DROP_SHARE
-    return neck_base - 0.034 - look.proportions.shoulder_slope - hip_share(look) - TORSO_SHARE
+    neck_base = 1.0 - head_share(appearance) - C7_DROP_SHARE
+    return (
+        neck_base
+        - 0.034
+        - appearance.proportions.shoulder_slope
+        - hip_share(appearance)
+        - TORSO_SHARE
+    )
 
 
-def arm_shares(look: Look) -> tuple[float, float]:
+def arm_shares(appearance: Appearance) -> tuple[float, float]:
     """Lengths of the right upper arm and forearm."""
-    whole = look.proportions.arms
-    return UPPER_ARM_SHARE * whole, FOREARM_SHARE * whole * look.proportions.forearms
+    whole = appearance.proportions.arms
+    return UPPER_ARM_SHARE * whole, FOREARM_SHARE * whole * appearance.proportions.forearms
 
 
-def segment_offsets(look: Look) -> dict[str, Vector]:
-    """Origins of the segments in their carriers, shares of stature.
+def segment_offsets(appearance: Appearance) -> dict[str, Vector]:
+    """Origins of the segments in their parents' frames, shares of stature.
 
     The spine lies in the back third of the trunk: C7 0.022 behind the middle of the hips (ours).
     """
-    more, is_man = look.proportions, look.sex == "man"
-    shoulder = shoulder_share(look)
-    upper_arm, forearm = arm_shares(look)
-    thigh, calf = hip_share(look) - knee_share(look), knee_share(look) - SOLE_SHARE
+    more, is_man = appearance.proportions, appearance.sex == "man"
+    shoulder = shoulder_share(appearance)
+    upper_arm, forearm = arm_shares(appearance)
+    thigh, calf = (
+        hip_share(appearance) - knee_share(appearance),
+        knee_share(appearance) - SOLE_SHARE,
+    )
     hip = (0.050 if is_man else 0.052) * more.hips
     reach = (0.106 if is_man else 0.098) * more.shoulders
     offsets: dict[str, Vector] = {
-        "pelvis": (0.0, hip_share(look), 0.0),
+        "pelvis": (0.0, hip_share(appearance), 0.0),
         "abdomen": (0.0, 0.045, -0.008),
         "chest": (0.0, TORSO_SHARE - 0.045, -0.002),
         "neck": (0.0, shoulder + more.shoulder_slope + 0.034, -0.012),
@@ -81,10 +94,10 @@ def segment_offsets(look: Look) -> dict[str, Vector]:
     return offsets
 
 
-def joint_places(look: Look) -> dict[str, tuple[str, Vector, float]]:
+def joint_places(appearance: Appearance) -> dict[str, tuple[str, Vector, float]]:
     """Segment, place in it and half breadth of the flesh there, shares of stature."""
-    g = look.girth
-    head = head_share(look)
+    g = appearance.girth
+    head = head_share(appearance)
     origin = (0.0, 0.0, 0.0)
     joints = {
         "head_top": ("head", (0.0, head - CHIN_DROP_SHARE, 0.0), 0.35 * head),

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from topview.records import read_only
 from topview_lab.sim.anthropometry import joint_places, segment_offsets
+from topview_lab.sim.appearance import Appearance
 from topview_lab.sim.flesh import all_flesh
 from topview_lab.sim.folds import Folds
-from topview_lab.sim.looks import Look
 from topview_lab.sim.materials import HAIR, SHIRT, TROUSERS, fold_amplitudes, material_colors
 from topview_lab.sim.primitives import RoundCones
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS
@@ -58,7 +58,7 @@ class Body:
         fold_amplitudes_m: [N] of each piece's surface.
     """
 
-    look: Look
+    appearance: Appearance
     offsets_m: NDArray[np.float64]
     joint_segments: NDArray[np.intp]
     joint_offsets_m: NDArray[np.float64]
@@ -79,7 +79,7 @@ class Body:
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            if name not in ("look", "folds"):
+            if name not in ("appearance", "folds"):
                 read_only(getattr(self, name))
 
     def joints(self, Ts_a_segment: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -102,11 +102,11 @@ class Body:
     ) -> NDArray[np.float32]:
         """[M] share of its colour that the shirt shows at places [M, 3] in the standing body."""
         shades = np.ones(len(piece), np.float32)
-        if self.look.clothes.pattern == "plain":
+        if self.appearance.clothes.pattern == "plain":
             return shades
         cloth = self.materials[piece] == SHIRT
         x, y, _ = np.sin(np.float32(2.0 * np.pi / STRIPE_M) * places_m[cloth]).T
-        is_dark = y > 0.0 if self.look.clothes.pattern == "stripes" else (x > 0.0) ^ (y > 0.0)
+        is_dark = y > 0.0 if self.appearance.clothes.pattern == "stripes" else (x > 0.0) ^ (y > 0.0)
         shades[cloth] = np.where(is_dark, np.float32(DARK_STRIPE), np.float32(1.0))
         return shades
 
@@ -124,18 +124,18 @@ def _placed(
     return np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3]
 
 
-def build_body(look: Look) -> Body:
+def build_body(appearance: Appearance) -> Body:
     """The body of a person who looks like that."""
-    stature = look.stature_m
-    flesh = all_flesh(look)
-    offsets = segment_offsets(look)
+    stature = appearance.stature_m
+    flesh = all_flesh(appearance)
+    offsets = segment_offsets(appearance)
     offsets_m = stature * np.array([offsets[segment.name] for segment in SEGMENTS])
-    joints = joint_places(look)
+    joints = joint_places(appearance)
     materials = np.array([piece.material for piece in flesh], np.uint8)
-    even = look.folds_seed is None
-    folds = Folds.drawn(np.random.default_rng(look.folds_seed or 0))
+    even = appearance.folds_seed is None
+    folds = Folds.sample(np.random.default_rng(appearance.folds_seed or 0))
     body = Body(
-        look=look,
+        appearance=appearance,
         offsets_m=offsets_m,
         joint_segments=np.array([SEGMENT_INDEX[joints[name][0]] for name in SIM_JOINT_NAMES]),
         joint_offsets_m=stature * np.array([joints[name][1] for name in SIM_JOINT_NAMES]),
@@ -151,10 +151,10 @@ def build_body(look: Look) -> Body:
             [SIM_PART_NAMES.index(_part(piece.end_segment)) for piece in flesh], np.uint8
         ),
         materials=materials,
-        colors=np.array(material_colors(look))[materials],
+        colors=np.array(material_colors(appearance))[materials],
         folds=folds,
         places_m=_standing_places(offsets_m)[[SEGMENT_INDEX[f.start_segment] for f in flesh]],
-        fold_amplitudes_m=(0.0 if even else 1.0) * np.array(fold_amplitudes(look))[materials],
+        fold_amplitudes_m=(0.0 if even else 1.0) * np.array(fold_amplitudes(appearance))[materials],
     )
     return body if even else _rumpled(body)
 

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from topview_lab.sim.looks import (
+from topview_lab.sim.appearance import (
     AVERAGE,
     CLOTHS,
     DENIMS,
     HAIRS,
     LEATHERS,
     SKINS,
+    Appearance,
     Clothes,
-    Look,
     Proportions,
     Rgb,
     Sex,
@@ -31,12 +31,12 @@ _SOLES = LEATHERS
 def _person(
     sex: Sex, stature_m: float, girth: float, skin: Rgb, hair: Rgb, clothes: Clothes,
     proportions: Proportions = AVERAGE, *, has_long_hair: bool = False, seed: int = 0,
-) -> Look:  # fmt: skip
-    return Look(stature_m, sex, girth, skin, hair, has_long_hair, clothes, proportions, seed)
+) -> Appearance:  # fmt: skip
+    return Appearance(stature_m, sex, girth, skin, hair, has_long_hair, clothes, proportions, seed)
 
 
 # fmt: off
-TWELVE_LOOKS: Final[tuple[Look, ...]] = (
+TWELVE_PEOPLE: Final[tuple[Appearance, ...]] = (
     # an average man in a T-shirt and jeans
     _person(
         "man", 1.76, 1.00, SKINS[1], HAIRS[1],
@@ -134,7 +134,7 @@ CHILD_PROPORTIONS: Final = Proportions(
 """Of eight years against adults (ours, after the charts of R. Snyder et al., Anthropometry of
 Infants, Children and Youths to Age 18, 1977). The head grows by `anthropometry.head_share`."""
 
-CHILD_LOOK: Final = _person(
+CHILD: Final = _person(
     "woman",
     1.27,
     0.93,

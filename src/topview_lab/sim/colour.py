@@ -1,6 +1,6 @@
 """Colour images: Lambert shading with soft shadows under the feet, and a camera's noise.
 
-The room's own shading is kept, so that only people and their shadows are shaded frame by frame.
+The room is shaded once; people and their shadows are shaded in every frame.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ SHADOW_M: Final = 0.17
 SHADOW_DEPTH: Final = 0.7
 """Share of the light that is missing right under a foot (ours)."""
 NO_FLOOR_M: Final = 1e3
-"""Where there is no floor, it is taken to lie this far away, out of any shadow."""
+"""Depth of pixels that show no floor, out of any shadow."""
 COLOR_BASELINE_M: Final = 0.025
 """From the Kinect v1's depth camera to its colour camera, to its right (nominal)."""
 GHOST_M: Final = 0.15
-"""Surfaces closer in depth than this hide nothing of each other from the colour camera (ours)."""
+"""Least difference in depth by which a surface hides another from the colour camera (ours)."""
 NOISE_KEY: Final = (1 << 31) + 1
-"""Of the random numbers that all frames share, beyond any frame's number."""
+"""Key of the generator for noise that all frames share, above any frame number."""
 
 
 class ColorCamera:
     """The colour camera of one scene, its images registered to the depth image.
 
-    Registration looks colours up where the depth says, past what hides them from the colour
-    camera: beside a person, the background shows the person's colour (a ghost of a few pixels).
+    Registration looks up each depth pixel's colour without testing whether the colour camera sees
+    it. Beside a person, background therefore shows the person's colour: a ghost of a few pixels.
 
     Args:
         background: the empty room.
@@ -112,7 +112,7 @@ class ColorCamera:
     def _shares(
         self, normals: NDArray[np.float32], albedo: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """[..., 3] what surfaces send back of the light from everywhere and of the lamp's."""
+        """[..., 3] the share of the ambient light and of the lamp's light that surfaces reflect."""
         sky = np.float32(0.8 * EXPOSURE) + np.float32(0.2 * EXPOSURE) * (normals @ self._up)
         direct = np.float32(EXPOSURE) * np.maximum(normals @ self._lamp, 0.0)
         return (

@@ -21,7 +21,7 @@ from topview_lab.sim.anthropometry import (
     knee_share,
     segment_offsets,
 )
-from topview_lab.sim.looks import Look
+from topview_lab.sim.appearance import Appearance
 from topview_lab.sim.materials import EYES, HAIR, SHIRT, SHOES, SKIN, TROUSERS
 
 
@@ -39,9 +39,15 @@ class Flesh:
     material: int
 
 
-def all_flesh(look: Look) -> list[Flesh]:
+def all_flesh(appearance: Appearance) -> list[Flesh]:
     """Every piece of a person's flesh, both sides."""
-    pieces = [*_trunk(look), *_head(look), *_arm(look), *_leg(look), *_skirt(look)]
+    pieces = [
+        *_trunk(appearance),
+        *_head(appearance),
+        *_arm(appearance),
+        *_leg(appearance),
+        *_skirt(appearance),
+    ]
     return [piece for half in pieces for piece in _both_sides(half)]
 
 
@@ -65,7 +71,7 @@ def _both_sides(piece: Flesh) -> list[Flesh]:
 
 ROUND: Final[Vector] = (1.0, 1.0, 1.0)
 OPEN_END: Final[Vector] = (1.0, 0.4, 1.0)
-"""Of sleeves and trouser legs, which end rather flat (ours)."""
+"""Stretch of the ends of sleeves and trouser legs, which are rather flat (ours)."""
 HEM_FLATNESS: Final = 0.35
 """How far the shirt bulges over its lower end, relative to its depth (ours)."""
 
@@ -81,20 +87,20 @@ def _cone(
     return Flesh(segment, start, start_radius, segment, end, end_radius, scales, material)
 
 
-def _trunk(look: Look) -> list[Flesh]:
+def _trunk(appearance: Appearance) -> list[Flesh]:
     """Rib cage, belly, pelvis, seat and shoulder girdle; breadth is x, depth z.
 
     A loose shirt hangs from chest and shoulders, and hides the waist.
     """
-    g, more, is_man = look.girth, look.proportions, look.sex == "man"
-    loose = look.clothes.looseness
+    g, more, is_man = appearance.girth, appearance.proportions, appearance.sex == "man"
+    loose = appearance.clothes.looseness
     belly = more.belly + 0.08 * max(g - 1.0, 0.0)
     # half depths, and how much broader than deep
     chest, chest_flat = (0.066 if is_man else 0.061) * g + 0.012 * loose, 1.40 * more.shoulders
     waist, waist_flat = (0.060 if is_man else 0.054) * g + 0.023 * loose, 1.32
     hips, hips_flat = (0.066 if is_man else 0.068) * g, 1.38 * more.hips
     hem = hips + 0.002 + 0.018 * loose
-    top = segment_offsets(look)["clavicle_l"][1]  # shoulder girdle above the mid spine
+    top = segment_offsets(appearance)["clavicle_l"][1]  # shoulder girdle above the mid spine
     slope = -0.004 - more.shoulder_slope
     pieces = [
         _cone("chest", (0.0, top - 0.062, 0.014), chest, (0.0, 0.030, 0.014), 0.93 * chest,
@@ -128,7 +134,7 @@ def _trunk(look: Look) -> list[Flesh]:
             _ball("chest", (0.034, top - 0.088, 0.042), 0.041 * g + 0.004 * loose, SHIRT,
                   (1.0, 1.0, 0.92))
         )  # fmt: skip
-    if look.clothes.has_hood:
+    if appearance.clothes.has_hood:
         pieces.append(
             _cone("chest", (0.018, top + 0.026, -0.040), 0.030, (0.034, top + 0.022, 0.000),
                   0.020, SHIRT)
@@ -136,10 +142,10 @@ def _trunk(look: Look) -> list[Flesh]:
     return pieces
 
 
-def _head(look: Look) -> list[Flesh]:
+def _head(appearance: Appearance) -> list[Flesh]:
     """Neck, skull, jaw, nose, eyes and hair, in a frame whose y is 0 at the head's joint."""
-    k, chin = head_share(look), -CHIN_DROP_SHARE
-    g = 0.6 + 0.4 * look.girth  # heads and necks vary less than bellies
+    k, chin = head_share(appearance), -CHIN_DROP_SHARE
+    g = 0.6 + 0.4 * appearance.girth  # heads and necks vary less than bellies
     skull: Vector = (0.0, 0.66 * k + chin, -0.02 * k)
     pieces = [
         Flesh("neck", (0.0, -0.012, 0.012), 0.036 * g, "head", (0.0, 0.0, 0.0), 0.031 * g, ROUND,
@@ -154,7 +160,7 @@ def _head(look: Look) -> list[Flesh]:
         _ball("head", (0.0, skull[1] + 0.085 * k, skull[2] - 0.05 * k), 0.345 * k, HAIR,
               (1.04, 0.98, 1.20)),
     ]  # fmt: skip
-    if look.has_long_hair:
+    if appearance.has_long_hair:
         pieces.append(
             _cone("head", (0.0, skull[1], skull[2] - 0.13 * k), 0.34 * k,
                   (0.0, -0.10 * k + chin, -0.30 * k), 0.24 * k, HAIR, (1.05, 1.0, 0.80))
@@ -162,17 +168,17 @@ def _head(look: Look) -> list[Flesh]:
     return pieces
 
 
-def _arm(look: Look) -> list[Flesh]:
+def _arm(appearance: Appearance) -> list[Flesh]:
     """The left arm: deltoid, upper arm, forearm with its muscle, palm, fingers and thumb."""
-    g = look.girth if look.sex == "man" else 0.92 * look.girth
-    clothes, strong = look.clothes, 0.002 * look.proportions.muscle
+    g = appearance.girth if appearance.sex == "man" else 0.92 * appearance.girth
+    clothes, strong = appearance.clothes, 0.002 * appearance.proportions.muscle
     loose = 0.013 * clothes.looseness
     lower, cuff = (SHIRT, 0.002 + loose) if clothes.has_long_sleeves else (SKIN, 0.0)
     sleeve = 0.002 + loose
-    upper, fore = arm_shares(look)
-    top = segment_offsets(look)["clavicle_l"][1]
+    upper, fore = arm_shares(appearance)
+    top = segment_offsets(appearance)["clavicle_l"][1]
     return [
-        Flesh("chest", (0.058 * look.proportions.shoulders, top - 0.085, 0.004),
+        Flesh("chest", (0.058 * appearance.proportions.shoulders, top - 0.085, 0.004),
                0.040 * g + 0.5 * sleeve, "upper_arm_l", (-0.004, -0.050, 0.0),
                0.026 * g + sleeve, ROUND, SHIRT),
         _cone("upper_arm_l", (0.002, -0.004, 0.0), 0.033 * g + strong + 0.5 * sleeve,
@@ -196,21 +202,24 @@ def _arm(look: Look) -> list[Flesh]:
     ]  # fmt: skip
 
 
-def _leg(look: Look) -> list[Flesh]:
+def _leg(appearance: Appearance) -> list[Flesh]:
     """The left leg: thigh, knee, calf muscle, shin, heel, sole and toes.
 
     Wide trousers hang from the thigh: they are wider the lower they are.
     """
-    g = look.girth if look.sex == "man" else 1.03 * look.girth
-    clothes, strong = look.clothes, look.proportions.muscle
+    g = appearance.girth if appearance.sex == "man" else 1.03 * appearance.girth
+    clothes, strong = appearance.clothes, appearance.proportions.muscle
     is_bare = clothes.skirt_share > 0.0
     loose = 0.0 if is_bare else 0.001 + 0.012 * clothes.leg_looseness
     upper = SKIN if is_bare else TROUSERS
     lower, wide = (TROUSERS, loose) if clothes.has_long_legs and not is_bare else (SKIN, 0.0)
-    thigh, calf = hip_share(look) - knee_share(look), knee_share(look) - SOLE_SHARE
+    thigh, calf = (
+        hip_share(appearance) - knee_share(appearance),
+        knee_share(appearance) - SOLE_SHARE,
+    )
     sole = -SOLE_SHARE
     return [
-        Flesh("pelvis", (0.044 * look.proportions.hips, -0.016, 0.0), 0.050 * g + 0.5 * loose,
+        Flesh("pelvis", (0.044 * appearance.proportions.hips, -0.016, 0.0), 0.050 * g + 0.5 * loose,
                "thigh_l", (0.003, -0.18 * thigh, 0.000), 0.053 * g + 0.7 * loose, ROUND,
                TROUSERS),
         _cone("thigh_l", (0.003, -0.18 * thigh, 0.0), 0.053 * g + 0.7 * loose,
@@ -240,14 +249,14 @@ SKIRT_FLATNESS: Final = 0.08
 """How far a skirt bulges over its hem, relative to its radius (ours)."""
 
 
-def _skirt(look: Look) -> list[Flesh]:
+def _skirt(appearance: Appearance) -> list[Flesh]:
     """A cone around each thigh, and what spans the gap when they part; together they hide where
     the thighs are."""
-    length = look.clothes.skirt_share
+    length = appearance.clothes.skirt_share
     if length == 0.0:
         return []
-    hips, span = 0.062 * look.girth, 0.042 * look.girth
-    wide = 0.058 * look.girth + 0.022 * (0.5 + look.clothes.leg_looseness)
+    hips, span = 0.062 * appearance.girth, 0.042 * appearance.girth
+    wide = 0.058 * appearance.girth + 0.022 * (0.5 + appearance.clothes.leg_looseness)
     inwards = -0.3 * hips
     cone = _cone("thigh_l", (inwards, 0.0, 0.002), hips, (-0.012, -length, 0.004), wide, TROUSERS,
                  (1.15, SKIRT_FLATNESS, 1.0))  # fmt: skip

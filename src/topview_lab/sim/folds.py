@@ -1,8 +1,8 @@
 """Small irregularities of skin and cloth: folds that are fixed to the body and move with it.
 
-The surface is displaced along its normal by a sum of sine waves over the place at which a point
-lies in the standing body. There the waves run on from one segment to the next, so that a bent
-joint does not tear them apart.
+The surface is displaced along its normal by a sum of sine waves over the point's place in the
+standing body, where the waves continue from one segment to the next: a bent joint does not tear
+them.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Folds:
             read_only(getattr(self, name))
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Folds:
+    def sample(cls, rng: np.random.Generator) -> Folds:
         """A wave of each length in a random direction; cloth hangs, so few run up and down."""
         lengths = np.array(WAVELENGTHS_M)
         directions = rng.standard_normal((len(lengths), 3)) * (1.0, 0.5, 1.0)

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from topview_lab.sim.looks import Rgb
+from topview_lab.sim.appearance import Rgb
 from topview_lab.sim.scene import Box, Cylinder, Furniture, Room
 
 Place = tuple[float, float]

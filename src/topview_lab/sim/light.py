@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 AMBIENT: Final = 0.36
-"""Share of the light that comes from everywhere; the rest comes from the lamp (ours)."""
+"""Share of ambient light; the rest comes from the lamp (ours)."""
 LAMP_ON_AVERAGE: Final = 0.6
 """Share of the lamp's light that an average surface in view receives (ours)."""
 EXPOSURE_S: Final = 0.4
@@ -19,7 +19,7 @@ GREATEST_GAIN: Final = 1.8
 
 
 class Levels(NamedTuple):
-    """Brightness of the light from everywhere and from the lamp; a lit room has 1 in all."""
+    """Brightness of the ambient light and of the lamp; both together are 1 in a lit room."""
 
     ambient: float
     lamp: float
@@ -31,8 +31,8 @@ class Light:
 
     Attributes:
         switches_s: moments at which the lamp is switched; it is on before the first.
-        drift: greatest relative change of the daylight, which comes and goes slowly.
-        drift_period_s: of that.
+        drift: amplitude of the slow relative change of the daylight.
+        drift_period_s: period of that change.
     """
 
     switches_s: tuple[float, ...] = ()
@@ -40,15 +40,15 @@ class Light:
     drift_period_s: float = 9.0
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Light:
-        """Daylight that drifts; one lamp in four is switched off, and on again later (ours)."""
+    def sample(cls, rng: np.random.Generator) -> Light:
+        """Drifting daylight; one lamp in four is switched off and on again (ours)."""
         drift, period_s = rng.uniform(0.0, 0.2), rng.uniform(5.0, 20.0)
         off_s, dark_s = rng.uniform(0.5, 3.0), rng.uniform(0.5, 2.0)
         is_switched = bool(rng.random() < 0.25)
         return cls((off_s, off_s + dark_s) if is_switched else (), drift, period_s)
 
     def levels(self, time_s: float) -> Levels:
-        """What the camera's image shows of the light at a moment, its exposure included."""
+        """Brightness in the camera's image at a time, exposure included."""
         is_on, gain, since_s = True, 1.0, 0.0
         for switch_s in sorted(self.switches_s):
             if switch_s > time_s:
@@ -65,7 +65,7 @@ STEADY: Final = Light()
 
 
 def _exposed(gain: float, is_on: bool, duration_s: float) -> float:
-    """The gain after the lamp has been on or off for a while."""
+    """The gain after the lamp has been on or off for a duration."""
     received = AMBIENT + (1.0 - AMBIENT) * LAMP_ON_AVERAGE
     wanted = 1.0 if is_on else min(received / AMBIENT, GREATEST_GAIN)
     return wanted + (gain - wanted) * exp(-duration_s / EXPOSURE_S)

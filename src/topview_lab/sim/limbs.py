@@ -1,4 +1,4 @@
-"""Limbs of two bones that reach for a point: legs for the floor, arms for things."""
+"""Inverse kinematics of two bones: legs reach for the floor, arms for objects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 PALM: Final = 0.030
 """The palm's middle beyond the wrist, share of the stature, as in `anthropometry.joint_places`."""
 STRETCH: Final = 0.999
-"""A limb reaches no further than this share of its length: the knee or elbow stays in its plane."""
+"""A limb reaches no further than this share of its length, so that its bending plane is defined."""
 
 
 def unit(vector: Array) -> Array:
@@ -72,18 +72,18 @@ def reaching_angles(
     """[3] angles of an upper arm and the flexion of its forearm that bring the palm to a point.
 
     Args:
-        body: whose arm.
-        Ts_a_segment: [S, 4, 4] where the trunk is.
-        side: which arm.
-        palm_a: [3] where to, metres; the arm points there if it is too far.
-        elbow_chest: [3] where the elbow shall be, with the chest's axes.
+        body: the person's body.
+        Ts_a_segment: [S, 4, 4] poses of the segments; those of the trunk are used.
+        side: of the arm.
+        palm_a: [3] target in metres; the arm points at it where it is out of reach.
+        elbow_chest: [3] direction of the elbow, in the chest's axes.
     """
     R_a_chest = Ts_a_segment[SEGMENT_INDEX["chest"], :3, :3]
     shoulder = Ts_a_segment[SEGMENT_INDEX[f"upper_arm_{side}"], :3, 3]
     elbow, wrist = (body.offsets_m[SEGMENT_INDEX[f"{name}_{side}"]] for name in ("forearm", "hand"))
     lengths = (
         float(np.linalg.norm(elbow)),
-        float(np.linalg.norm(wrist)) + PALM * body.look.stature_m,
+        float(np.linalg.norm(wrist)) + PALM * body.appearance.stature_m,
     )
     bones = two_bones(shoulder, palm_a, lengths, R_a_chest @ elbow_chest)
     return limb_angles(f"upper_arm_{side}", R_a_chest, bones)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from topview.camera.projection import pixel_rays, project
 from topview.records import Camera, InputError
+from topview_lab.sim.appearance import Rgb
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, Body
 from topview_lab.sim.flesh import EYES
 from topview_lab.sim.images import FURNITURE, NO_MATERIAL, NO_PART, Rendering
-from topview_lab.sim.looks import Rgb
 from topview_lab.sim.render import draw_people
 from topview_lab.sim.scene import Box, Cylinder, Furniture, Mount, Scene
 from topview_lab.sim.scenes import KINECT_V1_FULL, scene_by_name
@@ -92,7 +92,7 @@ def marker_scenes(
 
 
 def _alike(setup: MarkerSetup) -> tuple[Furniture, ...]:
-    """Things in the markers' colour: a cushion, and two pots of a marker's size."""
+    """Distractors in the markers' colour: a cushion, and two pots of a marker's size."""
     return (
         Box((-1.75, 4.05, 0.56), (0.40, 0.16, 0.34), setup.color, 0.3),
         Cylinder((2.10, 4.40, 1.40), setup.radius_m, 0.05, setup.color),
@@ -136,9 +136,9 @@ def with_markers(body: Body, setup: MarkerSetup = MarkerSetup()) -> Body:
 
 
 LOOK_M: Final = 4.0
-"""From how far the standing body is looked at to find its surface (ours)."""
+"""Distance from which the standing body is rendered to find its surface (ours)."""
 ABDUCTION_RAD: Final = radians(45)
-"""Of the arms meanwhile (ours)."""
+"""Abduction of the arms in that rendering (ours)."""
 
 
 def marker_offsets(body: Body) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from topview_lab.sim.looks import Look, Rgb
+from topview_lab.sim.appearance import Appearance, Rgb
 
 MATERIALS: Final[tuple[str, ...]] = ("skin", "hair", "shirt", "trousers", "shoes", "eyes")
 SKIN, HAIR, SHIRT, TROUSERS, SHOES, EYES = range(len(MATERIALS))
@@ -14,9 +14,9 @@ HAIR_FOLDS_M, SKIN_FOLDS_M, CLOTH_FOLDS_M, LOOSE_FOLDS_M = 0.004, 0.0015, 0.003,
 (ours)."""
 
 
-def fold_amplitudes(look: Look) -> tuple[float, ...]:
+def fold_amplitudes(appearance: Appearance) -> tuple[float, ...]:
     """Greatest displacement of the surface of each of `MATERIALS`, metres."""
-    clothes = look.clothes
+    clothes = appearance.clothes
     return (
         SKIN_FOLDS_M,
         HAIR_FOLDS_M,
@@ -27,7 +27,14 @@ def fold_amplitudes(look: Look) -> tuple[float, ...]:
     )
 
 
-def material_colors(look: Look) -> tuple[Rgb, ...]:
+def material_colors(appearance: Appearance) -> tuple[Rgb, ...]:
     """Linear colour of each of `MATERIALS`."""
-    clothes = look.clothes
-    return (look.skin, look.hair, clothes.shirt, clothes.trousers, clothes.shoes, EYE_COLOR)
+    clothes = appearance.clothes
+    return (
+        appearance.skin,
+        appearance.hair,
+        clothes.shirt,
+        clothes.trousers,
+        clothes.shoes,
+        EYE_COLOR,
+    )

@@ -1,4 +1,4 @@
-"""Performances: a person's path and actions, put together into one pose per moment."""
+"""Performances: combine a person's path and actions into one pose per moment."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from topview_lab.sim.skeleton import (
     heading_rotation,
     segment_poses,
 )
-from topview_lab.sim.stance import plant, wish_of
+from topview_lab.sim.stance import plant, stance_targets
 
 QUICK_STEP_DEG: Final = 90.0
-"""How far a foot turns in one step before or after a walk, at most (ours)."""
+"""The most that a foot turns in one step before or after a walk (ours)."""
 RAMP_S: Final = 0.45
-"""How long a person takes to begin or end an action (ours)."""
+"""Duration of fading an action in or out (ours)."""
 STRIDE_SHARE: Final = 0.78
-"""Stride length over stature at that speed, at which these curves let the standing foot slide
-least (Winter 2009, Ch. 5: about 0.8)."""
+"""Stride length over stature at a comfortable speed. With this value the standing foot slides least
+(Winter 2009, Ch. 5: about 0.8)."""
 STRIDE_POWER: Final = 0.42
 """Stride length grows with this power of the speed (D. Grieve and R. Gear, Ergonomics 9, 1966)."""
 
@@ -51,10 +51,10 @@ class Clip:
     Attributes:
         action: one of `ACTIONS`.
         start_s, end_s: when.
-        side: the hand or foot that leads.
-        ramp_s: how long it takes to fade in or out.
-        seat_m: height of the seat that is there.
-        target_room: what the hands go for, metres in the room.
+        side: the leading hand or foot.
+        ramp_s: duration of fading in or out.
+        seat_m: height of the seat behind the person.
+        target_room: what the hands reach for, metres in the room.
     """
 
     action: str
@@ -66,18 +66,18 @@ class Clip:
     target_room: Vector | None = None
 
     def weight(self, time_s: float) -> float:
-        """How much of the action shows, 0 to 1."""
+        """Weight of the action at a time, 0 to 1."""
         return min(
             smooth_step((time_s - self.start_s) / self.ramp_s),
             smooth_step((self.end_s - time_s) / self.ramp_s),
         )
 
     def act(self, style: Style, stature_m: float, time_s: float) -> Act:
-        """What the action says about a moment of the recording."""
+        """Targets of the action at a time of the recording."""
         moment = Moment(
             style=style,
             time_s=time_s - self.start_s,
-            left_s=self.end_s - time_s,
+            remaining_s=self.end_s - time_s,
             stature_m=stature_m,
             seat_m=self.seat_m,
             target_room=self.target_room,
@@ -95,18 +95,18 @@ class Performance:
     style: Style
 
     def action_at(self, time_s: float) -> str:
-        """What shows most at a moment: a clip's action (the last of equals), "walk" or "stand"."""
+        """The dominant action at a time: a clip's (the last of equals), "walk" or "stand"."""
         shown = [(clip.weight(time_s), k) for k, clip in enumerate(self.clips)]
         weight, k = max(shown, default=(0.0, -1))
-        pace = self.path.walked(time_s).pace
+        pace = self.path.state_at(time_s).pace
         if weight >= 0.5 and weight >= pace:
             return self.clips[k].action
         return "walk" if pace >= 0.5 else "stand"
 
     def pose(self, body: Body, time_s: float) -> Pose:
-        """The pose at a moment: feet on their places, or soles on the floor while walking."""
-        style, walked = self.style, self.path.walked(time_s)
-        stature_m = body.look.stature_m
+        """The pose at a time: feet in their places, or soles on the floor while walking."""
+        style, walked = self.style, self.path.state_at(time_s)
+        stature_m = body.appearance.stature_m
         angles = angles_array(standing(style, time_s))
         if walked.pace > 0.0:
             size = (walked.speed_mps / COMFORTABLE_MPS) ** STRIDE_POWER
@@ -124,7 +124,7 @@ class Performance:
                 row += weight * (np.radians(target) - row)
         turn_rad, turned = walked.turn
         steps = Act(feet=stepping_round(float(np.degrees(turn_rad)), turned, QUICK_STEP_DEG))
-        wish = wish_of([*acts, (1.0, steps)])
+        wish = stance_targets([*acts, (1.0, steps)])
         heading = walked.heading_rad + np.radians(wish.turn_deg)
         _lift_shoulders(angles)
         angles = _within_limits(angles)
@@ -171,9 +171,9 @@ def _with_hand(
         at = np.array(hand.at)
         if hand.frame == "chest":
             T = Ts[SEGMENT_INDEX["chest"]]
-            at = T[:3, :3] @ (body.look.stature_m * at) + T[:3, 3]
+            at = T[:3, :3] @ (body.appearance.stature_m * at) + T[:3, 3]
         elif hand.frame == "floor":
-            at = heading_rotation(pose.heading_rad) @ (body.look.stature_m * at)
+            at = heading_rotation(pose.heading_rad) @ (body.appearance.stature_m * at)
             at[:2] += position_room
         upper, flexion = reaching_angles(body, Ts, side, at, elbow)
         angles = resting.copy()

@@ -1,4 +1,4 @@
-"""Noise whose neighbours are alike, cheap to draw anew for every frame."""
+"""Spatially correlated noise that is cheap to redraw for every frame."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 MARGIN: float = 0.5
-"""By how much the field is larger than an image, on each axis (ours)."""
+"""The field is larger than an image by this share on each axis (ours)."""
 
 
 def noise_generator(seed: int, frame: int) -> np.random.Generator:
-    """The random numbers of one frame, the same whatever was drawn before."""
+    """A generator for one frame, independent of what was drawn before."""
     return np.random.default_rng((seed, frame))
 
 
 class NoiseField:
     """Normal noise of unit variance, averaged over square windows, larger than an image.
 
-    Every draw is the part of it at a random place, turned upside down or not: a thousandth of the
-    cost of new random numbers.
+    Each draw is a window at a random place, flipped or not: a thousandth of the cost of new random
+    numbers.
     """
 
     def __init__(self, shape: tuple[int, ...], window_px: int, rng: np.random.Generator) -> None:

@@ -1,8 +1,8 @@
-"""What hides joints and body parts from the camera: samples of them, held to an ideal image.
+"""What hides joints and body parts from the camera: samples of them against an ideal image.
 
-A part's samples are what it would show the camera if it were alone in the world: a grid of rays
-over its bounds meets its own flesh only. A joint's samples fill a disc that faces the camera. A
-sample is hidden by what the image of the whole scene shows there in front of it.
+A part's samples are the surface that it would show if nothing else existed: a grid of rays over
+its bounds is intersected with its own flesh only. A joint's samples fill a disc that faces the
+camera. A sample is hidden where the image of the whole scene shows something in front of it.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from topview_lab.sim.primitives import NEAREST_DRAWN_M, RoundCones
 RAYS_PER_SIDE: Final = 12
 """Of the grid over a part's bounds (ours): a part is hit by some 70 of its 144 rays."""
 ROOT_M: Final = 0.08
-"""Flesh of a part that shares a joint hides only where it stands further in front than this: limbs
-are rooted in each other's flesh (ours: about the thickness of an arm)."""
+"""Flesh of a part that shares a joint hides only from this far in front, as connected limbs overlap
+(ours: about the thickness of an arm)."""
 TOUCH_M: Final = 0.005
-"""What is no nearer than this does not hide: a ray and the pixel next to it (ours)."""
+"""A surface hides a sample only from this far in front, as a ray and its pixel differ (ours)."""
 DISC_SHARE: Final = 0.8
 """Radius of a joint's disc, as a share of the flesh's half breadth there (ours)."""
 
@@ -83,8 +83,8 @@ class Samples:
     Attributes:
         pixels: [N, S, 2] where they appear in the image plane.
         depth_m: [N, S] how far away, inf for samples that do not count.
-        margins_m: [N, 256] by how much own flesh of each part label must be nearer to hide them.
-        other_margin_m: the same for all that is not the own body.
+        margins_m: [N, 256] how far in front the own flesh of each part label must be to hide them.
+        other_margin_m: the same for everything that is not the own body.
         area: [N] of all samples that count, as seen by the camera, in squared z = 1 units.
     """
 
@@ -96,12 +96,13 @@ class Samples:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hidden:
-    """Shares 0..1 of what is hidden of [...] joints, parts or people.
+class OcclusionShares:
+    """Shares 0..1 of [...] joints, parts or people that are hidden, by cause.
 
     Attributes:
-        by: [..., P] by each person, 0 for oneself.
-        by_furniture, by_self, outside: [...] by furniture, by the own body, out of the image.
+        by: [..., P] hidden by each person, 0 for the person itself.
+        by_furniture, by_self, outside: [...] hidden by furniture or the own body, or outside of
+            the image.
     """
 
     by: NDArray[np.float64]
@@ -110,14 +111,14 @@ class Hidden:
     outside: NDArray[np.float64]
 
     @classmethod
-    def stacked(cls, hidden: list[Hidden]) -> Hidden:
-        """Along a new first axis."""
+    def stacked(cls, hidden: list[OcclusionShares]) -> OcclusionShares:
+        """Stack several along a new first axis."""
         return cls(*(np.stack([getattr(h, field.name) for h in hidden]) for field in fields(cls)))
 
-    def mean(self, weights: NDArray[np.float64]) -> Hidden:
-        """Over the last axis of [..., N] by weights of that shape."""
+    def mean(self, weights: NDArray[np.float64]) -> OcclusionShares:
+        """The weighted mean over the last axis; weights are [..., N]."""
         weights = weights / np.maximum(weights.sum(-1, keepdims=True), np.finfo(float).tiny)
-        return Hidden(
+        return OcclusionShares(
             np.einsum("...n,...np->...p", weights, self.by),
             *((weights * s).sum(-1) for s in (self.by_furniture, self.by_self, self.outside)),
         )
@@ -126,7 +127,7 @@ class Hidden:
 def joint_samples(
     joints_camera: NDArray[np.float64], radii_m: NDArray[np.float64], camera: Camera
 ) -> Samples:
-    """Discs around [J, 3] joints amid flesh of [J] half breadths."""
+    """Camera-facing discs around joints [J, 3] whose flesh has half breadths [J]."""
     points = np.repeat(joints_camera[:, None], len(_DISC), axis=1)
     points[..., :2] += radii_m[:, None, None] * _DISC
     return Samples(
@@ -140,7 +141,7 @@ def joint_samples(
 
 
 def part_samples(solids: RoundCones, parts: NDArray[np.uint8], camera: Camera) -> Samples:
-    """What every part shows of its own flesh.
+    """Points of the surface that each part would show if it were alone.
 
     Args:
         solids: [N] pieces of one person's flesh in the camera frame.
@@ -227,13 +228,13 @@ def _first_root(
 
 def hidden_shares(
     samples: Samples, person: int, people: int, rendering: Rendering, camera: Camera
-) -> Hidden:
-    """How much of one person's joints or parts is hidden, and by whom.
+) -> OcclusionShares:
+    """The share of one person's joints or parts that is hidden, by each cause.
 
     Args:
         samples: of N joints or parts.
-        person: whose they are, counted from 1.
-        people: how many there are.
+        person: number of that person, counted from 1.
+        people: number of people in the scene.
         rendering: the noise-free images of the whole scene.
         camera: of these images.
     """
@@ -251,7 +252,7 @@ def hidden_shares(
     by = [
         (is_front & (instance == k) & (k != person)).sum(-1) / total for k in range(1, people + 1)
     ]
-    return Hidden(
+    return OcclusionShares(
         by=np.stack(by, -1),
         by_furniture=(is_front & (instance == FURNITURE)).sum(-1) / total,
         by_self=(is_own & (ahead_m > margin_m)).sum(-1) / total,

@@ -1,4 +1,4 @@
-"""Where people walk: smooth paths through the room, turned into at their start and end."""
+"""Where people walk: smooth paths through the room, with a turn before and after."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class Path:
                 "it must have a point at least and a speed above 0"
             )
 
-    def walked(self, time_s: float) -> Walked:
-        """Where the person is, how far along, how fast and where to."""
+    def state_at(self, time_s: float) -> PathState:
+        """Place, heading, distance and speed at a time."""
         if len(self.points_room) == 1:
-            return Walked(
+            return PathState(
                 np.array(self.points_room[0]), self.heading_before_rad, 0.0, 0.0, self.speed_mps
             )
         points = np.array(self.points_room)
@@ -67,7 +67,7 @@ class Path:
             (_turn(self.heading_before_rad, along), before),
             (_turn(along, self.heading_after_rad), after),
         )
-        return Walked(
+        return PathState(
             position_room=curve(min(distance, length)),
             heading_rad=self.heading_before_rad + float(sum(turn * done for turn, done in turns)),
             distance_m=distance,
@@ -78,16 +78,16 @@ class Path:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walked:
+class PathState:
     """A moment on a path.
 
     Attributes:
         position_room: [2] metres.
         heading_rad: of the front.
         distance_m: walked so far.
-        pace: 0 standing to 1 walking at the speed.
+        pace: 0 while standing, 1 at full walking speed.
         speed_mps: at pace 1.
-        turn: on the spot, the one that is on or was the last: radians, and its progress 0 to 1.
+        turn: the present or last turn on the spot: its angle in radians, and its progress 0 to 1.
     """
 
     position_room: NDArray[np.float64]
@@ -108,14 +108,14 @@ class Route:
         if not self.legs:
             raise InputError("a route has no legs; it must have one at least")
 
-    def walked(self, time_s: float) -> Walked:
+    def state_at(self, time_s: float) -> PathState:
         """As `Path.walked`, on the leg that is on or was the last."""
         begun = [leg for leg in self.legs if leg.start_s - TURN_S <= time_s]
-        return (begun[-1] if begun else self.legs[0]).walked(time_s)
+        return (begun[-1] if begun else self.legs[0]).state_at(time_s)
 
 
 def _ramped(t: float) -> float:
-    """Seconds of full speed that t seconds with a smooth start are worth."""
+    """Seconds at full speed that cover the same distance as t seconds with a smooth start."""
     if t <= 0.0:
         return 0.0
     if t >= SPEED_UP_S:
@@ -125,5 +125,5 @@ def _ramped(t: float) -> float:
 
 
 def _turn(from_rad: float, to_rad: float) -> float:
-    """The shorter way round."""
+    """The signed angle from one heading to another, the shorter way round."""
     return (to_rad - from_rad + np.pi) % (2.0 * np.pi) - np.pi

@@ -117,8 +117,8 @@ def draw_people(
 
 
 LEAST_FACING: Final = 0.45
-"""Cosine between ray and normal below which a displaced surface moves no further along the ray
-(ours): at the outline, the ray would leave the surface."""
+"""Least cosine between ray and normal that scales a displacement along the ray (ours). Below it, at
+the outline, the ray would leave the surface."""
 
 
 def _rays(pixels: Pixels, camera: Camera) -> NDArray[np.float64]:

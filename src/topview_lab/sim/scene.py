@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import Camera, InputError
+from topview_lab.sim.appearance import Rgb
 from topview_lab.sim.bodies import Body
 from topview_lab.sim.light import STEADY, Light
-from topview_lab.sim.looks import Rgb
 from topview_lab.sim.motions import Performance
 
 MAX_PEOPLE: Final = 6
@@ -25,7 +25,7 @@ MAX_PEOPLE: Final = 6
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """Where the camera hangs and looks.
+    """Pose of the camera in the room.
 
     Attributes:
         height_m: above the floor.
@@ -91,7 +91,7 @@ Furniture = Box | Cylinder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Actor:
-    """A body and what it does."""
+    """A body and its performance."""
 
     body: Body
     performance: Performance
@@ -106,9 +106,9 @@ class Scene:
         seed: of all that varies; with the frame's number, it is the key of the sensor's noise.
         frames: how many.
         fps: frames per second.
-        start_s: when the first frame is taken; what happens in a scene begins at 0.
+        start_s: time of the first frame; the scene's events begin at 0.
         camera, mount: the camera and where it hangs.
-        room, furniture: what stands still.
+        room, furniture: the static surroundings.
         actors: the people; person k is the k-th, counted from 1.
         light: how it changes.
     """

@@ -5,8 +5,9 @@ Models: K. Khoshelham and S. Oude Elberink, Accuracy and Resolution of Kinect De
 Noise for Improved 3D Reconstruction and Tracking, 3DIMPVT (2012): lateral noise and the loss of
 readings at grazing angles; K. Konolige and P. Mihelich, Technical description of Kinect
 calibration (ROS, 2011): the matching window. Pixel sizes are meant at 640 x 480 and scale with the
-focal length. What recordings of a Kinect v1 showed (a wall at 2.6 m): neighbours err alike, as far
-apart as the window is wide, and two thirds of the error or more stay while nothing moves.
+focal length. Recordings of a Kinect v1 (a wall at 2.6 m) show that errors are
+correlated over the width of the window, and that at least two thirds of the error variance stays
+the same while nothing moves.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from topview_lab.sim.noise import NoiseField
 FULL_FOCAL_PX: Final = 525.0
 """Focal length of the Kinect v1 at 640 x 480, nominal."""
 NOTHING_M: Final = 1e3
-"""Where there is nothing, the ideal image is taken to lie this far away, out of any range."""
+"""Depth of empty pixels in the ideal image, out of any range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +44,10 @@ class Sensor:
         noise_steps: standard deviation of the disparity in steps (same, Sec. 3.2: half a step).
         lasting_share: of the noise's variance that is the same in all frames (recordings).
         lateral_px: standard deviation of the silhouettes at 640 x 480 (Nguyen, Eq. 1, frontal).
-        match_px: width of the matching window at 640 x 480, within which noise is alike
-            (Konolige and Mihelich); what is narrower than half of it is not seen.
-        graze_rad: readings begin to fail at this angle between ray and normal, and are gone
-            `GRAZE_BAND_RAD` later (Nguyen measured planes up to about 80 degrees).
+        match_px: width of the matching window at 640 x 480, within which noise is correlated
+            (Konolige and Mihelich); objects narrower than half of it are not seen.
+        graze_rad: readings begin to fail at this angle between ray and normal, and all fail
+            `GRAZE_BAND_RAD` beyond it (Nguyen measured planes up to about 80 degrees).
         hair_loss: share of readings that dark hair loses at 3 m (ours, from recordings).
         edge_loss: share of readings lost beside a depth edge (ours, from recordings).
         random_loss: share of readings lost anywhere (ours, from recordings).
@@ -71,11 +72,11 @@ class Sensor:
 
 KINECT_V1: Final = Sensor()
 LASTING: Final = 1 << 31
-"""Key of the random numbers that all frames share, beyond any frame's number."""
+"""Key of the generator for noise that all frames share, above any frame number."""
 
 
 class DepthCamera:
-    """A sensor at work: what it keeps from frame to frame."""
+    """A depth sensor, with the noise that stays the same in all frames."""
 
     def __init__(self, camera: Camera, seed: int, sensor: Sensor = KINECT_V1) -> None:
         self.camera, self.sensor = camera, sensor
@@ -127,7 +128,7 @@ class DepthCamera:
         return np.asarray(sensed_m, np.float32)
 
     def _too_dark(self, rendering: Rendering, rng: np.random.Generator) -> NDArray[np.bool_]:
-        """[H, W] True where too little light comes back: grazing rays, dark hair, bad luck."""
+        """[H, W] True where too little light returns: grazing rays, dark hair, random loss."""
         sensor = self.sensor
         facing = -np.einsum("hwi,hwi->hw", rendering.normals, self._rays)
         begins, gone = np.cos(sensor.graze_rad), np.cos(sensor.graze_rad + GRAZE_BAND_RAD)
@@ -145,7 +146,7 @@ class DepthCamera:
 
 
 def _without_slivers(depth_m: NDArray[np.float32], width_px: float) -> NDArray[np.float32]:
-    """The median over small windows: what is narrower than half of one vanishes."""
+    """The median over small windows, which removes whatever is narrower than half a window."""
     size = 5 if width_px >= 4.0 else 3  # the sizes that OpenCV has for float images
     if width_px < 2.0:
         return depth_m
@@ -157,9 +158,9 @@ def projector_shadow(
 ) -> NDArray[np.bool_]:
     """[H, W] True where the camera sees a surface that the projector, to its right, does not.
 
-    The column at which the projector sees a pixel's surface is u - f b / z. A pixel lies in the
-    shadow if one further to the right falls on its column or left of it. (So does one behind a
-    nearer surface that is narrower than the difference of their disparities.)
+    The projector sees a pixel's surface at column u - f b / z. A pixel lies in the shadow if a
+    pixel further to the right falls on its column or left of it. (That also holds for a pixel
+    behind a nearer surface that is narrower than the difference of the disparities.)
     """
     columns = np.arange(camera.width, dtype=np.float32)
     columns = columns - np.float32(camera.fx * baseline_m) / depth_m
@@ -173,7 +174,7 @@ GRAZE_BAND_RAD: Final = np.radians(9)
 BRIGHT_HAIR: Final = 0.2
 """Hair of this linear brightness, or above, loses no reading (ours)."""
 EDGE_STEP: Final = 0.03
-"""Neighbours whose depths differ by this share of the depth are on two sides of an edge (ours)."""
+"""Neighbours whose depths differ by more than this share of the depth form an edge (ours)."""
 
 
 def _depth_edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""The simulated skeleton: 19 segments with joints at anatomical centres, and where they get to.
+"""The simulated skeleton: 19 segments with joints at anatomical centres, and its kinematics.
 
 The segment frames share the body's axes while the person stands with hanging arms: x to the
 person's left, y up, z to the front. The room frame is x to the camera's right, y away from it,
@@ -27,8 +27,8 @@ class Segment:
 
     Attributes:
         name: with _l or _r for the person's left or right.
-        hangs_from: segment whose frame holds this one's origin, "" for the root.
-        turns_with: segment to which this one's angles are relative, "" for the room.
+        hangs_from: the segment that carries this one's origin, "" for the root.
+        turns_with: the segment that this one's angles are relative to, "" for the room.
         signs: of the rotations about the segment's x (flexion), y (twist) and z (abduction).
         limits_deg: after the normal ranges of the American Academy of Orthopaedic Surgeons (1965),
             slightly widened; the foot's under the body's weight, K. Bennell et al., Australian J.

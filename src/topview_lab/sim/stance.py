@@ -1,4 +1,4 @@
-"""Feet that stay where they stand: hips between them, legs bent to reach the floor."""
+"""Keep the feet where they stand: place the hips between them and bend the legs to reach them."""
 
 from __future__ import annotations
 
@@ -28,28 +28,29 @@ from topview_lab.sim.skeleton import (
 Array = NDArray[np.float64]
 
 BALANCE: Final = 0.35
-"""The hips give way by this share of what the shoulders lean: about the mass of trunk, head and
-arms over the body's, Winter (2009), Table 4.1, times how high it is carried."""
+"""How far the hips move against a lean of the shoulders, to keep the balance: about the share of
+the body's mass in trunk, head and arms (Winter 2009, Table 4.1) times its relative height."""
 LEG_STRETCH: Final = 0.998
-"""Hips sink where a leg would be longer than this share of its bones (ours)."""
+"""The hips sink where a leg would need more than this share of its length (ours)."""
 SOFT_M: Final = 0.002
-"""How softly they do (ours)."""
+"""Width of that transition (ours)."""
 STEP_SHARE: Final = 0.25
-"""A foot that changes its place is lifted by this share of the way (ours)."""
+"""Lift of a foot that steps, as a share of the step's length (ours)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What all acts of a moment want of hips and feet; as in `Act`, weighted and summed."""
+class StanceTargets:
+    """Where hips and feet shall be: the weighted sum of all acts of a moment, fields as in
+    `Act`."""
 
     hips: Array
     turn_deg: float
     feet: dict[Side, Foot]
-    rests: float
+    support: float
 
 
-def wish_of(acts: list[tuple[float, Act]]) -> Wish:
-    """The sum of weighted acts; feet step to the places that fade in."""
+def stance_targets(acts: list[tuple[float, Act]]) -> StanceTargets:
+    """The weighted sum of acts; feet step to places that fade in."""
     feet: dict[Side, Foot] = {}
     for side in SIDES:
         left = up = front = heel = turn = 0.0
@@ -61,17 +62,17 @@ def wish_of(acts: list[tuple[float, Act]]) -> Wish:
             up += weight * foot.up + 4.0 * weight * (1.0 - weight) * STEP_SHARE * float(away)
             heel, turn = heel + weight * foot.heel_deg, turn + weight * foot.turn_deg
         feet[side] = Foot(left, up, front, heel, turn)
-    return Wish(
+    return StanceTargets(
         hips=sum((weight * np.array(act.hips) for weight, act in acts), np.zeros(3)),
         turn_deg=sum(weight * act.turn_deg for weight, act in acts),
         feet=feet,
-        rests=max((weight * act.rests for weight, act in acts), default=0.0),
+        support=max((weight * act.support for weight, act in acts), default=0.0),
     )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ease:
-    """How a body stands at ease, in its own frame over the middle of the hips' floor point.
+class RestStance:
+    """How a body stands at rest, in a frame on the floor below the middle of its hips.
 
     Attributes:
         root_m: height of the hip centres.
@@ -87,12 +88,12 @@ class Ease:
 
 
 def _tip(body: Body) -> Array:
-    return body.look.stature_m * np.array([0.0, -SOLE_SHARE, TOE_SHARE])
+    return body.appearance.stature_m * np.array([0.0, -SOLE_SHARE, TOE_SHARE])
 
 
 @lru_cache(maxsize=64)
-def at_ease(body: Body, style: Style) -> Ease:
-    """How this body stands, without drifts."""
+def rest_stance(body: Body, style: Style) -> RestStance:
+    """The resting stance of a body, without drifts."""
     quiet = replace(style, waves=np.zeros_like(style.waves))
     Ts = segment_poses(body.offsets_m, Pose(np.zeros(3), 0.0, angles_array(standing(quiet, 0.0))))
     R = heading_rotation(0.0)
@@ -102,31 +103,35 @@ def at_ease(body: Body, style: Style) -> Ease:
         ankle, front = R.T @ T[:3, 3], R.T @ T[:3, 2]
         ankles.append(ankle[1])
         toe_out[side] = Rotation.from_euler("y", np.arctan2(front[0], front[2])).as_matrix()
-        floor_ankle = np.array([ankle[0], SOLE_SHARE * body.look.stature_m, ankle[2]])
+        floor_ankle = np.array([ankle[0], SOLE_SHARE * body.appearance.stature_m, ankle[2]])
         tips[side] = floor_ankle + toe_out[side] @ _tip(body)
     neck = R.T @ Ts[SEGMENT_INDEX["neck"], :3, 3]
-    return Ease(SOLE_SHARE * body.look.stature_m - float(np.mean(ankles)), neck, tips, toe_out)
+    return RestStance(
+        SOLE_SHARE * body.appearance.stature_m - float(np.mean(ankles)), neck, tips, toe_out
+    )
 
 
-def plant(body: Body, style: Style, free: Pose, wish: Wish, weight: float) -> tuple[Array, Array]:
+def plant(
+    body: Body, style: Style, free: Pose, wish: StanceTargets, weight: float
+) -> tuple[Array, Array]:
     """Root and joint angles with the feet on their places.
 
     Args:
-        body, style: whose.
+        body, style: of the person.
         free: the pose that the joint angles alone give; its root lies over the middle of the
             places of the feet.
         wish: what hips and feet shall do.
-        weight: how much of the planting shows, 0 for a person who walks.
+        weight: of the result against the free pose, 0 for a person who walks.
 
     Returns:
         [3] root in the room, metres, and [S, 3] angles, radians.
     """
-    ease, stature = at_ease(body, style), body.look.stature_m
+    ease, stature = rest_stance(body, style), body.appearance.stature_m
     R_room_body = heading_rotation(free.heading_rad)
     Ts = segment_poses(body.offsets_m, free)
     R_room_pelvis = Ts[SEGMENT_INDEX["pelvis"], :3, :3]
     lean = R_room_body.T @ (Ts[SEGMENT_INDEX["neck"], :3, 3] - free.root_room) - ease.neck_m
-    hips = stature * wish.hips - BALANCE * (1.0 - wish.rests) * lean * (1.0, 0.0, 1.0)
+    hips = stature * wish.hips - BALANCE * (1.0 - wish.support) * lean * (1.0, 0.0, 1.0)
     root = R_room_body @ hips
     root[:2] += free.root_room[:2]
     root[2] += ease.root_m
@@ -167,7 +172,7 @@ def _leg(body: Body, side: Side) -> tuple[float, float]:
 
 
 def _sink(body: Body, hips_over_ankles: dict[Side, Array]) -> float:
-    """How far the hips have to come down for both legs to reach their feet, metres."""
+    """Metres by which the hips must sink so that both legs reach their feet."""
     excess = [0.0]
     for side, (x, y, z) in hips_over_ankles.items():
         longest = LEG_STRETCH * sum(_leg(body, side))
@@ -184,7 +189,7 @@ def _bend_leg(
     knee: Array,
     angles: Array,
 ) -> None:
-    """Writes the angles of a leg that reaches its ankle and holds its foot like that."""
+    """Write the angles of a leg that reaches its ankle with the foot in a given rotation."""
     thigh, calf, foot = (f"{name}_{side}" for name in ("thigh", "calf", "foot"))
     bones = two_bones(np.zeros(3), hip_to_ankle, _leg(body, side), knee)
     upper, flexion = limb_angles(thigh, R_room_pelvis, bones)

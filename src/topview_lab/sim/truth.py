@@ -1,4 +1,4 @@
-"""The truth behind a scene: joints, part frames, who is there, and what hides all of it."""
+"""Ground truth of a scene: joints, part frames, presence, and what hides each of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from topview.geometry.rotations import transform, unit
 from topview.records import Camera, read_only
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES, Body
 from topview_lab.sim.images import Rendering
-from topview_lab.sim.occlusion import Hidden, hidden_shares, joint_samples, part_samples
+from topview_lab.sim.occlusion import OcclusionShares, hidden_shares, joint_samples, part_samples
 from topview_lab.sim.render import Renderer
 from topview_lab.sim.scene import Scene
 from topview_lab.sim.skeleton import SEGMENT_INDEX
@@ -71,7 +71,7 @@ class GroundTruth:
         joint_occ_by: [F, P, J, P] float32 the share that person k + 1 hides, 0 for oneself; the
             sum is joint_occ_person.
         part_occ_person, ..., part_outside, part_occ_by: the same for the surface that each part
-            would turn to the camera if it were alone.
+            would show the camera if it were alone.
         person_occ_person, ..., person_outside: [F, P] float32 means over the parts by the area
             that each has in the image.
     """
@@ -125,8 +125,8 @@ class FrameTruth:
 
     joints: NDArray[np.float64]
     Ts_camera_part: NDArray[np.float64]
-    joint_hidden: Hidden
-    part_hidden: Hidden
+    joint_hidden: OcclusionShares
+    part_hidden: OcclusionShares
     part_area: NDArray[np.float64]
 
 
@@ -152,15 +152,15 @@ def frame_truth(
     return FrameTruth(
         np.stack(joints),
         np.stack(frames),
-        Hidden.stacked(joint_hidden),
-        Hidden.stacked(part_hidden),
+        OcclusionShares.stacked(joint_hidden),
+        OcclusionShares.stacked(part_hidden),
         np.stack(areas),
     )
 
 
 def _nobody() -> FrameTruth:
     J, B = len(SIM_JOINT_NAMES), len(SIM_PART_NAMES)
-    joints, parts = (Hidden(np.zeros((0, n, 0)), *np.zeros((3, 0, n))) for n in (J, B))
+    joints, parts = (OcclusionShares(np.zeros((0, n, 0)), *np.zeros((3, 0, n))) for n in (J, B))
     return FrameTruth(np.zeros((0, J, 3)), np.zeros((0, B, 4, 4)), joints, parts, np.zeros((0, B)))
 
 
@@ -191,8 +191,8 @@ def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
     """The truth of a scene's first frames as one record."""
     actors = scene.actors
     hidden = {
-        "joint": Hidden.stacked([frame.joint_hidden for frame in frames]),
-        "part": Hidden.stacked([frame.part_hidden for frame in frames]),
+        "joint": OcclusionShares.stacked([frame.joint_hidden for frame in frames]),
+        "part": OcclusionShares.stacked([frame.part_hidden for frame in frames]),
     }
     hidden["person"] = hidden["part"].mean(np.stack([frame.part_area for frame in frames]))
     shares = {
@@ -205,8 +205,8 @@ def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
         names=np.array(SIM_JOINT_NAMES),
         joints=np.array([frame.joints for frame in frames], np.float32),
         ids=np.arange(1, len(actors) + 1, dtype=np.int64),
-        stature=np.array([actor.body.look.stature_m for actor in actors], np.float32),
-        bodies=np.array([actor.body.look.label for actor in actors], np.str_),
+        stature=np.array([actor.body.appearance.stature_m for actor in actors], np.float32),
+        bodies=np.array([actor.body.appearance.label for actor in actors], np.str_),
         actions=_actions(scene, len(frames)),
         present=np.any(shares["part_outside"] < 1.0, axis=-1),
         part_names=np.array(SIM_PART_NAMES),
@@ -215,7 +215,7 @@ def stack_truth(scene: Scene, frames: Sequence[FrameTruth]) -> GroundTruth:
     )
 
 
-def _shares(hidden: Hidden) -> dict[str, NDArray[np.float64]]:
+def _shares(hidden: OcclusionShares) -> dict[str, NDArray[np.float64]]:
     by_person = hidden.by.sum(-1)
     return {
         "occ_person": by_person,
@@ -228,7 +228,7 @@ def _shares(hidden: Hidden) -> dict[str, NDArray[np.float64]]:
 
 
 def _actions(scene: Scene, frames: int) -> NDArray[np.str_]:
-    """[F, P] what everyone does."""
+    """[F, P] the action of each person."""
     times_s = [scene.time_s(frame) for frame in range(frames)]
     names = [[actor.performance.action_at(t) for actor in scene.actors] for t in times_s]
     return np.array(names, np.str_).reshape(frames, len(scene.actors))

@@ -33,7 +33,7 @@ def write_scene(
         scene: what to simulate.
         folder: made where it is missing; files of the same names are replaced.
         on_frame: called with each frame's number, in order, after it is written.
-        threads: how many frames are made at a time, one per core if None; the files do not depend
+        threads: number of frames rendered at a time, one per core if None; the files do not depend
             on it.
 
     Raises:

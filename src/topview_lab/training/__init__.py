@@ -1,1 +1,1 @@
-"""Where the detectors' tables are learnt, from labelled recordings or from the simulator."""
+"""Train the detectors' tables and the forest, on labelled recordings or on the simulator."""

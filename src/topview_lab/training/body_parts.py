@@ -1,8 +1,8 @@
-"""Simulated people whose every pixel is labelled: what the forest of body parts learns from.
+"""Training data of the forest of body parts: simulated people with a label for every pixel.
 
-They stand, walk and act anywhere before the camera, turned in any direction, and a share of them
-holds the arms anyhow: more than the simulator's scenes show, so that poses are learnt and not
-scenes. (Shotton et al., CVPR 2011, Sec. 2.3 render from motion capture what we draw at random.)
+They stand, walk and act anywhere in view, facing any direction, and some hold their arms in random
+poses. That is more variety than in the simulator's scenes, so that poses are learnt and not scenes.
+(Shotton et al., CVPR 2011, Sec. 2.3 render from motion capture what we draw at random.)
 """
 
 from __future__ import annotations
@@ -43,44 +43,45 @@ Array = NDArray[np.float64]
 
 # All ours.
 PER_ROOM: Final = 40
-"""Images that share a room, whose drawing takes as long as five of them."""
+"""Images that share a room, as rendering a room takes as long as five images."""
 DISTANCES_M: Final = (1.5, 4.3)
 CAMERA_HEIGHTS_M: Final = (0.7, 2.2)
 VARIED_AIM_M: Final = (2.8, 0.95)
-"""How far away and how high the camera looks, and by how much that varies, in radians."""
+"""Distance and height of the point that the camera looks at; its direction varies by
+`AIM_SPREAD_RAD`."""
 AIM_SPREAD_RAD: Final = 0.06
 PAIR_SHARE: Final = 0.5
-"""Images with two people, at times one before the other."""
+"""Share of images with two people, sometimes one in front of the other."""
 FACING_SHARE: Final = 0.6
 FACING_SPREAD_RAD: Final = radians(40.0)
-"""People who more or less face the camera, as most do before one; the others face anywhere."""
+"""Share of people who roughly face the camera, and how roughly; the others face anywhere."""
 SECOND_CLIP_SHARE: Final = 0.3
 WALK_SHARE: Final = 0.15
 WALKED_M: Final = 2.0
-"""People walk so far before they are at their place, and on."""
+"""Distance that people walk before and after their place."""
 MIDWAY_S: Final = (1.5, 2.4)
 INTO_ACTION_S: Final = (0.3, 6.0)
 """How long ago an action began."""
 WITH_TARGET: Final = ("handshake", "hug", "throw_to", "catch_from", "reaching", "pointing")
-"""Actions that go for a place in the room; here it is a metre ahead and high."""
+"""Actions with a target in the room; here it is 1 m ahead and 1 m high."""
 ANY_ARMS_SHARE: Final = 0.25
-"""People whose arms are held anyhow within the limits, in place of their action's."""
+"""Share of people whose arms have random angles within the limits instead of their action's."""
 SPREAD_RAD: Final = 0.12
-"""Standard deviation of what is added to every angle."""
+"""Standard deviation of the noise on every angle."""
 FEET_LOST_M: Final = 0.06
-"""Of the floor's neighbourhood, at most so much is lost with the floor."""
+"""Greatest height up to which points are removed together with the floor."""
 LEAST_PERSON_PIXELS: Final = 250
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class KnownBody:
-    """A labelled person, as cut out of an image.
+class RenderedBody:
+    """A labelled person, cut out of an image.
 
     Attributes:
         body: depth and labels.
         view: its depth, with the cut-out's principal point.
         joints_camera: [16, 3] metres, `topview.body.JOINT_NAMES` by the simulator's conventions.
-        is_shown: [16] whether pixels around the joint are seen at all.
+        is_shown: [16] whether any pixels around the joint are visible.
     """
 
     body: LabelledBody
@@ -91,7 +92,7 @@ class KnownBody:
 
 def simulated_bodies(
     images: int, seed: int, camera: Camera = KINECT_V1_HALF
-) -> Iterator[list[KnownBody]]:
+) -> Iterator[list[RenderedBody]]:
     """The people of each image."""
     for room_number in range(-(-images // PER_ROOM)):
         rng = np.random.default_rng((seed, room_number))
@@ -109,7 +110,7 @@ def simulated_bodies(
 
 def _image(
     background: Rendering, mount: Mount, sensor: DepthCamera, rng: np.random.Generator
-) -> list[KnownBody]:
+) -> list[RenderedBody]:
     casting, camera = Casting(rng), sensor.camera
     T_camera_room = mount.T_camera_room()
     places = _places(camera, rng)
@@ -170,7 +171,7 @@ def _somebody(casting: Casting, x: float, y: float, rng: np.random.Generator) ->
 
 
 def _varied(pose: Pose, rng: np.random.Generator) -> Pose:
-    """Every joint a little otherwise, or the arms altogether."""
+    """Add noise to every joint angle; some people get random arms."""
     angles = pose.angles_rad + rng.normal(0.0, SPREAD_RAD, pose.angles_rad.shape)
     if rng.random() < ANY_ARMS_SHARE:
         for side in "lr":
@@ -192,15 +193,15 @@ def _cut_out(
     seen: DepthView,
     heights_m: Array,
     floor_m: float,
-) -> KnownBody | None:
-    """A person of what is seen; None if it is next to nothing.
+) -> RenderedBody | None:
+    """Cut one person out of an image; None if hardly anything of the person is visible.
 
     Args:
         person: the number in `drawn`.
-        body: whose it is.
+        body: of that person.
         Ts_camera_segment: [S, 4, 4] the pose.
-        drawn: without noise, tells whose each pixel is.
-        seen: by the sensor.
+        drawn: the noise-free rendering, which labels each pixel.
+        seen: the sensor's depth image.
         heights_m: [H, W] of what is seen, over the floor.
         floor_m: what is lower counts as floor.
     """
@@ -219,12 +220,12 @@ def _cut_out(
     depth_m = np.ascontiguousarray(person_depth(seen.depth_m, is_body)[window])
     view = DepthView(depth_m, seen.fx, seen.fy, seen.cx - u.min(), seen.cy - v.min())
     cut = LabelledBody(depth_m, np.ascontiguousarray(label[window]))
-    return KnownBody(cut, view, joints[_OURS], _shown(points, joints[_OURS]))
+    return RenderedBody(cut, view, joints[_OURS], _shown(points, joints[_OURS]))
 
 
 _SIM_NAME: Final = {ours: theirs for theirs, ours in RENDERED_JOINTS.items() if ours is not None}
 _OURS: Final = [SIM_JOINTS.index(_SIM_NAME[name]) for name in JOINT_NAMES]
-# Ours: a joint with so many points near by is seen.
+# Ours: a joint with this many points within this distance is visible.
 SHOWN_M: Final = 0.2
 SHOWN_POINTS: Final = 8
 

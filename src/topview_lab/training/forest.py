@@ -1,4 +1,4 @@
-"""The forest of body parts, learnt from simulated people, and how good it is on others."""
+"""Train the forest of body parts on simulated people, and score it on others."""
 
 from __future__ import annotations
 
@@ -19,35 +19,35 @@ from topview_lab.rivals.forest.proposals import (
     votes_and_points,
 )
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.training.body_parts import KnownBody
+from topview_lab.training.body_parts import RenderedBody
 
 Array = NDArray[np.float64]
 
-# Ours: a mode that is farther from the joint is another's, and says nothing of the joint's depth.
+# Ours: a mode further from the joint belongs to another joint and is left out.
 OWN_M: Final = 0.25
-# Ours: of the votes that a joint has as a rule, those that are trusted by half.
+# Ours: share of the median area of votes at which the confidence is one half.
 HALF_TRUSTED: Final = 1.0 / 3.0
 WITHIN_M: Final = 0.10
 """What counts as found (Shotton et al., Sec. 4)."""
 
 
 def learn_forest(
-    bodies: Sequence[KnownBody],
-    others: Sequence[KnownBody],
+    bodies: Sequence[RenderedBody],
+    others: Sequence[RenderedBody],
     growing: GrowingSettings,
     seed: int,
     trained_on: str,
     on_level: Callable[[], None] = lambda: None,
 ) -> Forest:
-    """Trees grown from `bodies`, seen by `KINECT_V1_HALF`; where the joints lie behind the surface
-    is learnt from `others`, whom the trees do not know."""
+    """Grow trees from `bodies`, seen by `KINECT_V1_HALF`; calibrate the joints' depths behind the
+    surface on `others`, which the trees were not grown from."""
     trees = grow_forest([known.body for known in bodies], KINECT_V1_HALF, growing, seed, on_level)
     depths_m, areas_m2 = _behind_the_surface(trees, others)
     return Forest(trees, depths_m, areas_m2, trained_on)
 
 
 def _behind_the_surface(
-    trees: Trees, bodies: Iterable[KnownBody]
+    trees: Trees, bodies: Iterable[RenderedBody]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[J] medians of how far each joint lies behind the best mode of its votes, along the ray, and
     the share `HALF_TRUSTED` of the votes there."""
@@ -72,10 +72,10 @@ def _behind_the_surface(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForestScore:
-    """On people that the forest was not learnt from.
+    """Scores on people that the forest was not trained on.
 
     Attributes:
-        accuracy: [K] share of each class's pixels that are rightly told, NaN for none.
+        accuracy: [K] share of each class's pixels that are classified correctly, NaN for none.
         within: [J] share of the joints that are seen whose best candidate lies within `WITHIN_M`.
         median_m: [J] how far the best candidate is off, of those that there are.
     """
@@ -85,8 +85,8 @@ class ForestScore:
     median_m: Array
 
 
-def score_forest(forest: Forest, bodies: Iterable[KnownBody]) -> ForestScore:
-    """Pixels and joints of people, against what they are."""
+def score_forest(forest: Forest, bodies: Iterable[RenderedBody]) -> ForestScore:
+    """Score the classified pixels and proposed joints of labelled people."""
     right, known_pixels = np.zeros((2, len(CLASSES)))
     errors_m: list[list[float]] = [[] for _ in JOINT_NAMES]
     for known in bodies:

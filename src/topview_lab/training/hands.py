@@ -1,4 +1,4 @@
-"""Tables of what faces and hands look like, from recordings in which it is known where they are."""
+"""Learn tables of the features of faces and hands from recordings with their true places."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ KIND_OF_JOINT: Final[Mapping[str, Kind]] = {
 NEAR: Final = 1.3
 NEAR_FACE: Final = 0.8
 DEPTH_M: Final = 0.15
-# Ours: known heads are about this wrong.
+# Ours: standard deviation of a known head's position.
 HEAD_ERROR_M: Final = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledFrame:
-    """A frame in which it is known where P people's faces and hands are.
+    """A frame with the true places of P people's faces and hands.
 
     Attributes:
         frame: with colour.
@@ -97,7 +97,7 @@ def _mask(path: Path, frame: Frame) -> Mask | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """A blob that was seen, what it was believed to be before and after, and what it is."""
+    """An observed skin blob, with its beliefs and its true kind."""
 
     blob: SkinBlob
     kind: Kind
@@ -115,7 +115,7 @@ def observe(
     know_heads: bool = True,
     seed: int = 0,
 ) -> Iterator[Observation]:
-    """Blobs with what they truly are; those that are two things at once are left out."""
+    """Blobs with their true kinds; ambiguous ones are left out."""
     finder = FacesAndHands(histograms=histograms, tables=tables)
     rng = np.random.default_rng(seed)
     for labelled in frames:
@@ -185,7 +185,7 @@ class BeliefScore:
 
     @property
     def precision(self) -> Vector:
-        """[4] share of what was taken for each kind that is of it."""
+        """[4] share of the blobs believed to be of each kind that are."""
         return np.diag(self.counts) / np.maximum(self.counts.sum(axis=0), 1)
 
 
@@ -196,7 +196,7 @@ def score_beliefs(
     *,
     know_heads: bool = True,
 ) -> BeliefScore:
-    """What blobs were believed to be, against what they are."""
+    """The confusion of believed and true kinds of blobs."""
     counts = np.zeros((len(Kind), len(Kind)), np.int64)
     for s, frames in enumerate(sequences):
         for seen in observe(frames, histograms, tables, know_heads=know_heads, seed=s):

@@ -1,4 +1,4 @@
-"""Which class of `topview_lab.rivals.forest.classes` a point of a simulated person is of."""
+"""The class (`topview_lab.rivals.forest.classes`) of each point of a simulated person."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _AROUND: Final = (
     ("shoulder_r", "right_shoulder", 0.11),
     ("neck", "neck", 0.09),
 )
-"""What of the upper torso is nearer to a joint than so many metres is of that class, by the last
+"""Points of the upper torso within these distances of a joint, in metres, have its class; the last
 that holds."""
 
 _FAR_ENDS: Final = {

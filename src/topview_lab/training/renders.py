@@ -1,4 +1,5 @@
-"""Renders of people with known skin, faces and hands: what the default tables are learnt from."""
+"""Renders of people with labelled skin, faces and hands: the default tables are learnt from
+them."""
 
 from __future__ import annotations
 
@@ -11,17 +12,17 @@ import numpy as np
 from topview.records import Frame
 from topview_lab.sim import SCENES as SCENE_NAMES
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
+from topview_lab.sim.appearance import CLOTHS, DENIMS, Rgb
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
 from topview_lab.sim.flesh import SKIN as SKIN_MATERIAL
-from topview_lab.sim.looks import CLOTHS, DENIMS, Rgb
 from topview_lab.sim.render import Renderer
 from topview_lab.sim.scene import Actor
 from topview_lab.training.hands import KIND_OF_JOINT, LabelledFrame
 from topview_lab.training.skin import IS_SKIN, NOT_SKIN, UNKNOWN, LabelledImage
-from topview_lab.training.tones import SKIN_TONES, in_other_light, random_tone
+from topview_lab.training.tones import SKIN_TONES, random_tone, relit
 
-# Ours: of the simulated room, every so many pixels count as what is no skin, so that people and
-# their clothes count for as much as the room.
+# Ours: stride over the room's pixels in the not-skin class, so that people and clothes weigh as
+# much as the room.
 ROOM_STRIDE: Final = 6
 SKIN_SCENES: Final = ("wave", "raise_arms", "reach", "box")
 FRAMES: Final = 60
@@ -75,17 +76,17 @@ def _render(tone: str, rng: np.random.Generator) -> LabelledImage:
     label[::ROOM_STRIDE, ::ROOM_STRIDE] = NOT_SKIN
     label[made.mask > 0] = NOT_SKIN
     label[truth.material == SKIN_MATERIAL] = IS_SKIN
-    rgb = in_other_light(made.color, rng)
+    rgb = relit(made.color, rng)
     depth_m = made.depth_mm.astype(np.float32) / np.float32(1000.0)
     return LabelledImage(rgb, label, tone, Frame(0, 0.0, depth_m, scene.camera, rgb), made.mask > 0)
 
 
 def _recolored(actor: Actor, skin: Rgb, rng: np.random.Generator) -> Actor:
-    look = actor.body.look
+    appearance = actor.body.appearance
     cloths = [*CLOTHS, *DENIMS]
     shirt, trousers = (_dyed(cloths[rng.integers(len(cloths))], rng) for _ in range(2))
-    clothes = replace(look.clothes, shirt=shirt, trousers=trousers)
-    return replace(actor, body=build_body(replace(look, skin=skin, clothes=clothes)))
+    clothes = replace(appearance.clothes, shirt=shirt, trousers=trousers)
+    return replace(actor, body=build_body(replace(appearance, skin=skin, clothes=clothes)))
 
 
 def _dyed(color: Rgb, rng: np.random.Generator) -> Rgb:

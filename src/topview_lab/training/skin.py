@@ -1,4 +1,4 @@
-"""Skin histograms from labelled images, and how well they tell skin."""
+"""Learn skin histograms from labelled images, and score them."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def learn_skin(images: Iterable[LabelledImage], trained_on: str) -> SkinHistogra
 def corrected(
     histograms: SkinHistograms, correction: SkinHistograms, weight: float
 ) -> SkinHistograms:
-    """Histograms that a correction has a share of `weight` (0..1) in (Sec. 4.1.2)."""
+    """Blend a correction into histograms with a weight 0..1 (Sec. 4.1.2)."""
     return SkinHistograms(
         (1.0 - weight) * histograms.skin + weight * correction.skin,
         (1.0 - weight) * histograms.all + weight * correction.all,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview_lab.sim.looks import Rgb
+from topview_lab.sim.appearance import Rgb
 
 Lab = tuple[float, float, float]
 
@@ -62,7 +62,7 @@ def random_tone(name: str, rng: np.random.Generator) -> Rgb:
     return linear_rgb((lightness, a, b))
 
 
-def in_other_light(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+def relit(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
     """A simulated image ([H, W, 3], gamma 2) in another exposure and white balance, and half of
     the time out of a JPEG file, which lets colours run."""
     warmth = rng.normal(0.0, WARMTH_SPREAD)

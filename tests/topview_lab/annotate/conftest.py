@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from topview.camera.projection import project
-from topview_lab.annotate.automatic import Wishes
+from topview_lab.annotate.automatic import FindOptions
 from topview_lab.annotate.landmarks import NAMES
 from topview_lab.annotate.server import AnnotationServer
 from topview_lab.annotate.session import Session
@@ -63,7 +63,7 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Marked:
 def found_folder(marked: Marked, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The files of a project in which everything is found and nothing changed; do not write."""
     out = tmp_path_factory.mktemp("found")
-    session = Session(marked.front, marked.rear, out, Wishes())
+    session = Session(marked.front, marked.rear, out, FindOptions())
     session.pick(0, 0, *marked.pixel("torso"), add=False)
     session.run(lambda doing, done, total: None)
     return out
@@ -74,7 +74,7 @@ def session(marked: Marked, found_folder: Path, tmp_path: Path) -> Session:
     """With everything found, in a folder of its own."""
     for file in found_folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    return Session(marked.front, marked.rear, tmp_path, Wishes())
+    return Session(marked.front, marked.rear, tmp_path, FindOptions())
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import pytest
 from browser import Browser
 
 from conftest import Marked
-from topview_lab.annotate.automatic import Wishes
-from topview_lab.annotate.joints import Seen
+from topview_lab.annotate.automatic import FindOptions
+from topview_lab.annotate.joints import JointBasis
 from topview_lab.annotate.landmarks import NAMES
 from topview_lab.annotate.server import AnnotationServer
 from topview_lab.annotate.session import Session
@@ -48,7 +48,7 @@ def test_a_user_annotates_a_recording(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "out"
-    server = serve(Session(marked.front, marked.rear, out, Wishes()))
+    server = serve(Session(marked.front, marked.rear, out, FindOptions()))
     browser.open(server.url)
     browser.until("state && $('hint').textContent.includes('Click the middle')")
 
@@ -74,7 +74,7 @@ def test_a_user_annotates_a_recording(
     browser.click(*marker(browser, "front", HEAD))
     browser.key("Delete")
     browser.until(f"state.changes.length === 2 && !known(pixelAt('front', 0, 0, {HEAD}, 0))")
-    assert browser.js(f"seenAt(0, 0, {HEAD})") == Seen.ONE_SIDE
+    assert browser.js(f"seenAt(0, 0, {HEAD})") == JointBasis.ONE_SIDE
 
     lane = browser.js("(() => { const b = $('lane-canvas').getBoundingClientRect();"
                       "return [b.x, b.y, b.width / state.frames]; })()")  # fmt: skip
@@ -84,8 +84,8 @@ def test_a_user_annotates_a_recording(
     browser.press("#interpolate")
     browser.until("state.changes.length === 3")
     kinds = browser.js(f"[9, 10, 14, 15].map(f => seenAt(f, 0, {ELBOW}))")
-    assert kinds[1:3] == [Seen.INTERPOLATED] * 2
-    assert Seen.INTERPOLATED not in (kinds[0], kinds[3])
+    assert kinds[1:3] == [JointBasis.INTERPOLATED] * 2
+    assert JointBasis.INTERPOLATED not in (kinds[0], kinds[3])
 
     # one change too many, taken back
     browser.click(*marker(browser, "rear", KNEE, 1))
@@ -109,7 +109,7 @@ def test_a_user_annotates_a_recording(
     assert truth.present.all()
 
     # and in a process that starts anew
-    again = Session(marked.front, marked.rear, out, Wishes())
+    again = Session(marked.front, marked.rear, out, FindOptions())
     assert again.project.accepted
     assert len(again.project.changes) == 3
     assert again.joints is not None

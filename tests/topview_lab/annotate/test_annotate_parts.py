@@ -14,18 +14,18 @@ from conftest import FRAMES, Marked, simulate_marked
 from topview.camera.projection import pixel_rays
 from topview.geometry.rotations import rotations_from_vectors, transform
 from topview.records import Camera, Frame, InputError
-from topview_lab.annotate.automatic import Wishes
-from topview_lab.annotate.blobs import Blobs, MarkerLook, find_blobs, pick_look
+from topview_lab.annotate.automatic import FindOptions
+from topview_lab.annotate.blobs import Blobs, MarkerAppearance, find_blobs, pick_marker
 from topview_lab.annotate.boards import Board, board_extrinsics
 from topview_lab.annotate.cameras import difference
-from topview_lab.annotate.joints import Seen, hermite, joints_from_markers
+from topview_lab.annotate.joints import JointBasis, hermite, joints_from_markers
 from topview_lab.annotate.landmarks import INDEX, NAMES, relative_angles_deg, standing
 from topview_lab.annotate.session import Session
 from topview_lab.annotate.starting import name_standing
 from topview_lab.annotate.tracks import Tracks
 from topview_lab.datasets import read_groundtruth
 
-RED = MarkerLook(230, 20, 140, 0.025)
+RED = MarkerAppearance(230, 20, 140, 0.025)
 CAMERA = Camera(525.0, 525.0, 159.5, 119.5, 320, 240)
 
 
@@ -46,11 +46,11 @@ def test_spots_are_found_by_colour_and_by_size_in_metres() -> None:
 
 
 def test_a_clicked_spot_tells_colour_and_size() -> None:
-    look = pick_look(picture((60, 60, 5)), 61, 59)
+    look = pick_marker(picture((60, 60, 5)), 61, 59)
     assert look.rgb == RED.rgb
     assert look.radius_m == pytest.approx(5.3 / 525 * 2.5, rel=0.15)
     with pytest.raises(InputError, match="radius of"):
-        pick_look(picture((150, 100, 40)), 150, 100)
+        pick_marker(picture((150, 100, 40)), 150, 100)
 
 
 @given(st.sampled_from([10.0, 40.0, 85.0]), st.floats(-15, 15), st.floats(0, 25), st.booleans())
@@ -101,8 +101,8 @@ def test_one_side_and_short_gaps_give_the_same_joint(gap: int, front_left: bool)
     points[:, 20 : 20 + gap, 0, KNEE] = np.nan
     result = joints_from_markers(points, EYES, tracks, 30.0)
     np.testing.assert_allclose(result.places_front, whole, atol=2e-3)
-    assert (result.seen[5:15, 0, KNEE] == Seen.ONE_SIDE).all()
-    assert (result.seen[20 : 20 + gap, 0, KNEE] == Seen.INTERPOLATED).all()
+    assert (result.seen[5:15, 0, KNEE] == JointBasis.ONE_SIDE).all()
+    assert (result.seen[20 : 20 + gap, 0, KNEE] == JointBasis.INTERPOLATED).all()
 
 
 def test_long_gaps_stay_open() -> None:
@@ -110,7 +110,7 @@ def test_long_gaps_stay_open() -> None:
     points[:, 10:40, 0, KNEE] = np.nan
     result = joints_from_markers(points, EYES, tracks, 30.0)
     assert np.isnan(result.places_front[10:40, 0, KNEE]).all()
-    assert (result.seen[10:40, 0, KNEE] == Seen.MISSING).all()
+    assert (result.seen[10:40, 0, KNEE] == JointBasis.MISSING).all()
 
 
 @given(st.lists(st.floats(-2, 2), min_size=6, max_size=6))
@@ -189,7 +189,7 @@ def test_the_automatic_part_is_near_the_truth(session: Session, marked: Marked) 
     errors = np.linalg.norm(session.joints.places_front - marked.joints, axis=-1)
     assert np.isfinite(errors).all()
     assert errors.mean() < 0.02
-    assert (session.joints.seen == Seen.BOTH_SIDES).mean() > 0.85
+    assert (session.joints.seen == JointBasis.BOTH_SIDES).mean() > 0.85
     session.accept()
     truth = read_groundtruth(session.folder / "groundtruth.npz")
     assert truth.joints_camera.shape[:2] == (FRAMES, 1)
@@ -198,7 +198,7 @@ def test_the_automatic_part_is_near_the_truth(session: Session, marked: Marked) 
 @pytest.mark.slow
 def test_two_centimetres_and_three_degrees(tmp_path: Path) -> None:
     marked = simulate_marked(tmp_path, 120)
-    session = Session(marked.front, marked.rear, tmp_path / "out", Wishes())
+    session = Session(marked.front, marked.rear, tmp_path / "out", FindOptions())
     session.pick(0, 0, *marked.pixel("torso"), add=False)
     session.run(lambda doing, done, total: None)
     assert session.joints is not None
@@ -219,7 +219,7 @@ def late(marked: Marked, folder: Path, frames: int) -> Path:
 
 
 def test_a_rear_camera_that_started_later_is_put_in_step(marked: Marked, tmp_path: Path) -> None:
-    session = Session(marked.front, late(marked, tmp_path / "rear", 3), tmp_path, Wishes())
+    session = Session(marked.front, late(marked, tmp_path / "rear", 3), tmp_path, FindOptions())
     session.pick(0, 0, *marked.pixel("torso"), add=False)
     session.run(lambda doing, done, total: None)
     assert session.found is not None
@@ -228,18 +228,18 @@ def test_a_rear_camera_that_started_later_is_put_in_step(marked: Marked, tmp_pat
 
 def test_bad_input_is_one_line(marked: Marked, session: Session, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is the front recording too"):
-        Session(marked.front, marked.front, tmp_path / "a", Wishes())
+        Session(marked.front, marked.front, tmp_path / "a", FindOptions())
     with pytest.raises(InputError, match="was begun with 1 people"):
-        Session(marked.front, marked.rear, session.folder, Wishes(people=2))
+        Session(marked.front, marked.rear, session.folder, FindOptions(people=2))
     foreign = tmp_path / "foreign"
     foreign.mkdir()
     np.savez(foreign / "groundtruth.npz", joints=np.zeros(3))
     with pytest.raises(InputError, match="was not made by topview annotate"):
-        Session(marked.front, marked.rear, foreign, Wishes())
+        Session(marked.front, marked.rear, foreign, FindOptions())
     project = session.folder / "annotation.json"
     project.write_text("{}")
     with pytest.raises(InputError, match=r"annotation\.json: is not an annotation project"):
-        Session(marked.front, marked.rear, session.folder, Wishes())
+        Session(marked.front, marked.rear, session.folder, FindOptions())
     project.unlink()
     with pytest.raises(InputError, match="not been found yet"):
-        Session(marked.front, marked.rear, session.folder, Wishes()).accept()
+        Session(marked.front, marked.rear, session.folder, FindOptions()).accept()

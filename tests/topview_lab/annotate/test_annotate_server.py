@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from conftest import FRAMES, Marked
-from topview_lab.annotate.automatic import Wishes
+from topview_lab.annotate.automatic import FindOptions
 from topview_lab.annotate.landmarks import NAMES
 from topview_lab.annotate.server import AnnotationServer
 from topview_lab.annotate.session import Session
@@ -73,7 +73,7 @@ def test_changes_are_on_disk_at_once_and_can_be_taken_back(
     changed = value(ask(server, "api/tracks"))
     head = NAMES.index("head") * 2
     assert changed["pixels"][0][3][0][head] == [None, None]
-    other = Session(marked.front, marked.rear, session.folder, Wishes())
+    other = Session(marked.front, marked.rear, session.folder, FindOptions())
     assert other.project == session.project
     value(ask(server, "api/undo", {}))
     assert value(ask(server, "api/tracks")) == before
@@ -102,7 +102,7 @@ def test_what_was_said_holds_when_markers_are_followed_again(session: Session) -
     ankle = found.blobs[0][9].pixels[found.tracks.spots[0, 9, 0, NAMES.index("ankle_l"), 0]]
     session.change({"kind": "place", "person": 0, "joint": "ankle_l", "frame": 9,
                     "pixel": (ankle - (0, 15)).tolist()})  # fmt: skip
-    session.again()
+    session.follow_again()
     while session.job.running:
         time.sleep(0.01)
     assert session.job.error == ""

@@ -14,7 +14,7 @@ from topview_lab.annotate.twists import (
     across_bone,
     cheapest_path,
     fronts_of_bent_limbs,
-    settle_limbs,
+    resolve_twists,
 )
 
 ELBOW, HAND, SHOULDER = INDEX["elbow_r"], INDEX["hand_r"], INDEX["shoulder_r"]
@@ -52,7 +52,7 @@ def settled(points: np.ndarray, elbow_m: np.ndarray) -> np.ndarray:
     both = np.asarray((~np.isnan(points[..., 0])).any(0).all(-1))
     joints[~both[:, ELBOW], ELBOW] += elbow_m
     depths_m = np.full(len(NAMES), DEPTH_M)
-    return settle_limbs(points, EYES, joints, both, depths_m, 30.0)[0][:, ELBOW]
+    return resolve_twists(points, EYES, joints, both, depths_m, 30.0)[0][:, ELBOW]
 
 
 TURN = np.radians(np.concatenate([np.zeros(10), np.linspace(0.0, 160.0, 30), np.full(20, 160.0)]))

@@ -23,8 +23,8 @@ from topview.records import InputError, SkeletonSequence
 from topview_lab.evaluate.report import print_report, write_json
 from topview_lab.metrics import (
     Evaluation,
-    Found,
     ReferenceSequence,
+    SplitRecall,
     Summary,
     evaluate_sequence,
     summarise,
@@ -186,9 +186,9 @@ class TestExamples:
         summary = summarise(
             evaluate_sequence(predicted_of(predicted), reference_of(truth, outside=hidden))
         )
-        assert summary.found["all"] == Found(4, 0.75)
-        assert summary.found["unhidden"] == Found(2, 1.0)
-        assert summary.found["out of view ≥ 60%"] == Found(2, 0.5)
+        assert summary.found["all"] == SplitRecall(4, 0.75)
+        assert summary.found["unhidden"] == SplitRecall(2, 1.0)
+        assert summary.found["out of view ≥ 60%"] == SplitRecall(2, 0.5)
         assert summary.found["hidden by oneself ≥ 30%"].count == 0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from topview_lab.metrics.heads import PeopleFound, PersonFound
-from topview_lab.reproduce.finding import SPECIAL, Case, Finding, changed
+from topview_lab.reproduce.finding import SPECIAL, Case, Finding, altered_color
 from topview_lab.reproduce.tally import HEADER, Tally
 
 COLOR = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
@@ -19,7 +19,7 @@ def finding(tone: str, errors_m: list[float], frames: int = 10) -> Finding:
 
 @pytest.mark.parametrize("colour", ["as it is", "none", "grey", "dark", "bright"])
 def test_a_changed_picture_is_a_picture_or_none(colour):
-    image = changed(COLOR, colour)
+    image = altered_color(COLOR, colour)
     if colour == "none":
         assert image is None
     else:
@@ -30,7 +30,7 @@ def test_a_changed_picture_is_a_picture_or_none(colour):
 
 
 def test_grey_has_no_colour_and_exposure_goes_its_way():
-    grey, dark, bright = (changed(COLOR, c) for c in ("grey", "dark", "bright"))
+    grey, dark, bright = (altered_color(COLOR, c) for c in ("grey", "dark", "bright"))
     assert grey is not None
     assert dark is not None
     assert bright is not None
@@ -46,8 +46,8 @@ def test_a_special_case_differs_in_its_conditions_alone(conditions):
     )
     assert special.mount == (conditions.mount or usual.mount)
     assert special.light == (conditions.light or usual.light)
-    assert [actor.body.look for actor in special.actors] == [
-        actor.body.look for actor in usual.actors
+    assert [actor.body.appearance for actor in special.actors] == [
+        actor.body.appearance for actor in usual.actors
     ]
 
 

@@ -134,6 +134,6 @@ def test_the_scenes_light_is_in_its_pictures_and_not_in_its_depth() -> None:
 
 
 def test_some_rooms_have_a_lamp_that_is_switched() -> None:
-    lights = [Light.drawn(np.random.default_rng(seed)) for seed in range(200)]
+    lights = [Light.sample(np.random.default_rng(seed)) for seed in range(200)]
     assert 0.15 < np.mean([bool(light.switches_s) for light in lights]) < 0.35
     assert scene_by_name("jumping_jacks", seed=1).light != scene_by_name("bending", seed=1).light

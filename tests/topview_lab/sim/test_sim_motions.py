@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from topview_lab.sim.actions import ACTIONS, MHAD_ACTIONS, Moment, Style, stepping_round
+from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
 from topview_lab.sim.limbs import limb_angles, two_bones
-from topview_lab.sim.looks import random_look
 from topview_lab.sim.motions import Clip, Performance
 from topview_lab.sim.paths import Path, Route
 from topview_lab.sim.scene import Actor, Box, Scene
@@ -149,7 +149,9 @@ def test_people_do_not_walk_through_each_other(motions: list[Motion]) -> None:
 def single(action: str, seed: int = 0, **more: float) -> Actor:
     rng = np.random.default_rng(seed)
     clip = Clip(action, -1.0, 1e4, seat_m=more.get("seat_m", 0.45))
-    return Actor(build_body(random_look(rng)), Performance(stands(0, 3), (clip,), Style.drawn(rng)))
+    return Actor(
+        build_body(random_appearance(rng)), Performance(stands(0, 3), (clip,), Style.sample(rng))
+    )
 
 
 def test_all_of_mhads_actions_are_there_in_its_order() -> None:
@@ -219,7 +221,7 @@ def test_hands_stay_outside_of_the_trunk(action: str, least: float, most: float)
         joints = actor.body.joints(Ts)
         for side in "lr":
             palm = (joints[joint(f"hand_{side}")] - chest[:3, 3]) @ chest[:3, 2]
-            assert least < palm / actor.body.look.stature_m < most
+            assert least < palm / actor.body.appearance.stature_m < most
 
 
 def test_repetitions_differ_but_the_same_seed_does_the_same() -> None:
@@ -235,7 +237,7 @@ def test_repetitions_differ_but_the_same_seed_does_the_same() -> None:
 @settings(max_examples=40)
 @given(st.integers(0, 500), st.floats(0.0, 60.0), st.floats(0.4, 6.0))
 def test_a_moment_lies_within_its_repetition(seed: int, time_s: float, period_s: float) -> None:
-    style = Style.drawn(np.random.default_rng(seed))
+    style = Style.sample(np.random.default_rng(seed))
     now = style.repetition(time_s, period_s)
     assert -1e-9 <= now.since_s < now.length_s
     assert style.repetition(time_s + 0.05, period_s).k in (now.k, now.k + 1)
@@ -267,14 +269,14 @@ def test_two_bones_end_where_they_shall(
 
 @pytest.mark.parametrize("action", sorted(ACTIONS))
 def test_the_mirror_of_a_mirrored_act_is_the_act(action: str) -> None:
-    style = Style.drawn(np.random.default_rng(0))
+    style = Style.sample(np.random.default_rng(0))
     act = ACTIONS[action](Moment(style, 1.3, 5.0, 1.7, 0.45, (0.1, 2.5, 1.0)))
     assert act.mirrored().mirrored() == act
 
 
 def test_the_left_hand_does_what_the_right_hand_does() -> None:
     rng = np.random.default_rng(4)
-    body, style = build_body(random_look(rng)), Style.drawn(rng)
+    body, style = build_body(random_appearance(rng)), Style.sample(rng)
     right, left = (
         Performance(stands(0.0, 3.0), (Clip("pointing", -1.0, 9.0, side=side),), style)
         for side in ("r", "l")
@@ -300,7 +302,7 @@ def test_a_route_goes_on_where_its_legs_meet() -> None:
             Path(((1.0, 3.0), (0.0, 2.5)), TO_CAMERA, 0.0, 4.0),
         )
     )
-    walked = [route.walked(t) for t in np.arange(0.0, 9.0, 1.0 / FPS)]
+    walked = [route.state_at(t) for t in np.arange(0.0, 9.0, 1.0 / FPS)]
     places = np.array([w.position_room for w in walked])
     assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() < 0.06
     fronts = [heading_rotation(w.heading_rad)[:, 2] for w in walked]

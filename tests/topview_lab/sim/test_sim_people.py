@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from topview.records import InputError
 from topview_lab.sim.anthropometry import hip_share
+from topview_lab.sim.appearance import Proportions, random_appearance
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, build_body
-from topview_lab.sim.looks import Proportions, random_look
 from topview_lab.sim.paths import Path
 from topview_lab.sim.scene import Actor
 from topview_lab.sim.scenes import scene_by_name
@@ -86,9 +86,9 @@ def test_feet_stand_on_the_floor(actor: Actor) -> None:
 @settings(max_examples=30)
 @given(st.integers(0, 10_000), st.floats(1.2, 2.0))
 def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> None:
-    look = replace(random_look(np.random.default_rng(seed)), stature_m=stature_m)
-    body = build_body(look)
-    hips = np.array([0.0, 0.0, stature_m * hip_share(look)])
+    appearance = replace(random_appearance(np.random.default_rng(seed)), stature_m=stature_m)
+    body = build_body(appearance)
+    hips = np.array([0.0, 0.0, stature_m * hip_share(appearance)])
     upright = Pose(hips, 0.0, np.zeros((len(SEGMENTS), 3)))
     joints = dict(
         zip(SIM_JOINT_NAMES, body.joints(segment_poses(body.offsets_m, upright)), strict=True)
@@ -101,9 +101,9 @@ def test_standing_as_tall_as_the_stature_says(seed: int, stature_m: float) -> No
 
 
 def test_adults_have_the_published_segment_lengths() -> None:
-    look = replace(random_look(np.random.default_rng(0), "man"), stature_m=1.756)
-    look = replace(look, proportions=Proportions())
-    body = build_body(look)
+    appearance = replace(random_appearance(np.random.default_rng(0), "man"), stature_m=1.756)
+    appearance = replace(appearance, proportions=Proportions())
+    body = build_body(appearance)
     upright = Pose(np.zeros(3), 0.0, np.zeros((len(SEGMENTS), 3)))
     joints = body.joints(segment_poses(body.offsets_m, upright))
 
@@ -120,11 +120,11 @@ def test_adults_have_the_published_segment_lengths() -> None:
 
 
 def test_a_heavy_person_is_broader_and_a_loose_shirt_wider() -> None:
-    look = random_look(np.random.default_rng(3))
-    thin, heavy = (build_body(replace(look, girth=girth)) for girth in (0.85, 1.2))
+    appearance = random_appearance(np.random.default_rng(3))
+    thin, heavy = (build_body(replace(appearance, girth=girth)) for girth in (0.85, 1.2))
     assert heavy.start_radii_m.mean() > 1.1 * thin.start_radii_m.mean()
     tight, loose = (
-        build_body(replace(look, clothes=replace(look.clothes, looseness=looseness)))
+        build_body(replace(appearance, clothes=replace(appearance.clothes, looseness=looseness)))
         for looseness in (0.0, 1.0)
     )
     assert (loose.start_radii_m >= tight.start_radii_m).all()
@@ -144,17 +144,17 @@ def test_walking_feet_stay_where_they_stand() -> None:
 
 def test_a_path_is_walked_from_end_to_end() -> None:
     path = Path(((0.0, 2.0), (1.0, 2.0), (1.5, 3.0)), 0.0, np.pi / 2, start_s=1.0)
-    before, after = path.walked(0.0), path.walked(20.0)
+    before, after = path.state_at(0.0), path.state_at(20.0)
     np.testing.assert_allclose(before.position_room, (0.0, 2.0))
     np.testing.assert_allclose(after.position_room, (1.5, 3.0))
     assert before.distance_m == 0.0
     assert after.heading_rad == pytest.approx(np.pi / 2)
-    distances = [path.walked(t).distance_m for t in np.arange(0.0, 5.0, 0.05)]
+    distances = [path.state_at(t).distance_m for t in np.arange(0.0, 5.0, 0.05)]
     assert (np.diff(distances) >= 0.0).all()
 
 
 def test_other_seeds_give_other_people() -> None:
-    first, second = (scene_by_name("stand", seed=seed).actors[0].body.look for seed in (0, 1))
+    first, second = (scene_by_name("stand", seed=seed).actors[0].body.appearance for seed in (0, 1))
     assert first != second
 
 
@@ -181,4 +181,4 @@ def test_as_many_people_as_asked_for(people: int) -> None:
 
 def test_a_stature_that_nobody_has_is_refused() -> None:
     with pytest.raises(InputError, match=r"stature is 3\.0 m; it must be 1 to 2\.2 m"):
-        replace(random_look(np.random.default_rng(0)), stature_m=3.0)
+        replace(random_appearance(np.random.default_rng(0)), stature_m=3.0)

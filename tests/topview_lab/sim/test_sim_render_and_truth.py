@@ -22,7 +22,7 @@ SHARES = ("occ_person", "occ_furniture", "occ_inter", "occ_self", "outside")
 def test_a_mirrored_pose_gives_the_mirrored_image(tiny_camera: Camera, render_plain) -> None:
     scene = scene_by_name("all_actions", seed=4)
     performance = scene.actors[0].performance
-    body = build_body(scene.actors[0].body.look.even())
+    body = build_body(scene.actors[0].body.appearance.even())
     empty = render_plain(np.full((tiny_camera.height, tiny_camera.width), np.inf, np.float32))
     swap = [
         SIM_PART_NAMES.index(

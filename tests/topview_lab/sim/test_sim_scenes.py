@@ -9,7 +9,7 @@ import pytest
 
 from topview.records import Camera, InputError
 from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth
-from topview_lab.sim.looks import random_look
+from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.scene import Box
 from topview_lab.sim.scenes import SCENES
 
@@ -49,13 +49,13 @@ def test_the_dummy_hides_a_third_and_then_two_thirds_of_the_trunk(
 
 
 def test_given_bodies_take_the_first_places() -> None:
-    looks = [random_look(np.random.default_rng(seed)) for seed in (1, 2)]
-    scene = scene_by_name("boxing", seed=3, looks=looks[:1])
-    assert scene.actors[0].body.look == looks[0]
-    both = scene_by_name("handshake", seed=3, looks=looks)
-    assert [actor.body.look for actor in both.actors] == looks
-    with pytest.raises(InputError, match="scene boxing: looks are 2; people are only 1"):
-        scene_by_name("boxing", looks=looks)
+    appearances = [random_appearance(np.random.default_rng(seed)) for seed in (1, 2)]
+    scene = scene_by_name("boxing", seed=3, appearances=appearances[:1])
+    assert scene.actors[0].body.appearance == appearances[0]
+    both = scene_by_name("handshake", seed=3, appearances=appearances)
+    assert [actor.body.appearance for actor in both.actors] == appearances
+    with pytest.raises(InputError, match="scene boxing: appearances are 2; people are only 1"):
+        scene_by_name("boxing", appearances=appearances)
 
 
 def test_rooms_and_cameras_differ_with_the_seed_and_old_scenes_keep_theirs() -> None:
@@ -69,7 +69,7 @@ def test_people_do_not_stand_in_furniture() -> None:
     for name in SCENES:
         scene = scene_by_name(name, seed=1)
         for actor in scene.actors:
-            x, y = actor.performance.path.walked(0.3 * scene.frames / scene.fps).position_room
+            x, y = actor.performance.path.state_at(0.3 * scene.frames / scene.fps).position_room
             for piece in scene.furniture:
                 place = piece.center_room if isinstance(piece, Box) else piece.base_room
                 assert np.hypot(place[0] - x, place[1] - y) > 0.15, (name, piece)

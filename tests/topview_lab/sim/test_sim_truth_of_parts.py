@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from topview_lab.sim import GroundTruth, Scene, scene_by_name
+from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES, Body, build_body
-from topview_lab.sim.looks import random_look
 from topview_lab.sim.render import Renderer, draw_people
 from topview_lab.sim.room import render_room
 from topview_lab.sim.scene import Box
@@ -62,7 +62,7 @@ def test_who_faces_the_camera_has_the_right_side_at_the_images_left() -> None:
 
 
 def test_a_mirrored_pose_has_mirrored_part_frames() -> None:
-    body = build_body(random_look(np.random.default_rng(3)).even())
+    body = build_body(random_appearance(np.random.default_rng(3)).even())
     performance = scene_by_name("all_actions", seed=4).actors[0].performance
     swap = [
         SIM_PART_NAMES.index(

@@ -15,22 +15,22 @@ from topview_lab.kernels.forest import BACKGROUND_M
 from topview_lab.rivals.forest import Forest
 from topview_lab.rivals.forest.classes import CLASS_INDEX, CLASSES
 from topview_lab.rivals.forest.growing import NO_CLASS
-from topview_lab.training.body_parts import KnownBody, simulated_bodies
+from topview_lab.training.body_parts import RenderedBody, simulated_bodies
 
 
 @pytest.fixture(scope="module")
-def bodies() -> list[KnownBody]:
+def bodies() -> list[RenderedBody]:
     return [known for of_image in simulated_bodies(12, seed=2951) for known in of_image]
 
 
-def points_of(known: KnownBody, name: str) -> np.ndarray:
+def points_of(known: RenderedBody, name: str) -> np.ndarray:
     """[S, 3] points of a class, camera frame."""
     v, u = np.nonzero(known.body.label == CLASS_INDEX[name])
     z, view = known.body.depth_m[v, u].astype(np.float64), known.view
     return np.stack([(u - view.cx) * z / view.fx, (v - view.cy) * z / view.fy, z], axis=1)
 
 
-def test_the_same_seed_gives_the_same_people(bodies: list[KnownBody]) -> None:
+def test_the_same_seed_gives_the_same_people(bodies: list[RenderedBody]) -> None:
     again = [known for of_image in simulated_bodies(12, seed=2951) for known in of_image]
     assert len(again) == len(bodies) >= 12
     for a, b in zip(bodies, again, strict=True):
@@ -38,19 +38,19 @@ def test_the_same_seed_gives_the_same_people(bodies: list[KnownBody]) -> None:
         assert np.array_equal(a.body.label, b.body.label)
 
 
-def test_a_body_is_labelled_and_nothing_else_is(bodies: list[KnownBody]) -> None:
+def test_a_body_is_labelled_and_nothing_else_is(bodies: list[RenderedBody]) -> None:
     for known in bodies:
         is_body = known.body.depth_m < BACKGROUND_M
         assert np.array_equal(known.body.label != NO_CLASS, is_body)
         assert known.body.label[is_body].max() < len(CLASSES)
 
 
-def test_every_class_is_seen_on_somebody(bodies: list[KnownBody]) -> None:
+def test_every_class_is_seen_on_somebody(bodies: list[RenderedBody]) -> None:
     seen = np.unique(np.concatenate([known.body.label.ravel() for known in bodies]))
     assert set(seen) == {*range(len(CLASSES)), NO_CLASS}
 
 
-def test_a_class_lies_around_its_joint_on_the_right_side(bodies: list[KnownBody]) -> None:
+def test_a_class_lies_around_its_joint_on_the_right_side(bodies: list[RenderedBody]) -> None:
     for known in bodies:
         for joint in ("elbow", "hand", "knee", "ankle", "shoulder"):
             left, right = (

@@ -29,4 +29,4 @@ _OF_SEVERAL: Final = {"torso": ("waist",), "pelvis": ("left_pelvis", "right_pelv
 VOTES: Final[tuple[tuple[int, ...], ...]] = tuple(
     tuple(CLASS_INDEX[name] for name in _OF_SEVERAL.get(joint, (joint,))) for joint in JOINT_NAMES
 )
-"""For each of our joints, the classes whose points lie around it."""
+"""For each of our joints, the classes that vote for it."""

@@ -1,4 +1,4 @@
-"""Growing trees: level by level, every node by the best of many random depth differences.
+"""Grow trees level by level: each node gets the best of many random depth differences.
 
 J. Shotton et al., CVPR 2011, Sec. 3.3: of random offsets and thresholds the pair with the largest
 information gain splits a node's pixels.
@@ -85,7 +85,8 @@ def grow_forest(
     seed: int,
     on_level: Callable[[], None] = lambda: None,
 ) -> Trees:
-    """Trees from labelled people, all seen by one camera; `on_level` is told of each level."""
+    """Grow trees from labelled people, all seen by one camera; `on_level` is called after each
+    level."""
     depths = np.concatenate([body.depth_m.ravel() for body in bodies])
     shapes = np.array([body.depth_m.shape for body in bodies], np.int64)
     firsts = np.cumsum(np.append(0, shapes.prod(1)))[:-1]
@@ -93,13 +94,15 @@ def grow_forest(
     trees = []
     for t in range(settings.trees):
         rng = np.random.default_rng((seed, t))
-        samples = _drawn(bodies, settings.pixels, rng)
-        trees.append(_grown(depths, crops, samples, camera, settings, rng, on_level))
+        samples = _sample_pixels(bodies, settings.pixels, rng)
+        trees.append(_grow_tree(depths, crops, samples, camera, settings, rng, on_level))
     return Trees.joined(trees)
 
 
-def _drawn(bodies: Sequence[LabelledBody], count: int, rng: np.random.Generator) -> _Samples:
-    """Pixels of every image: each class has about the same share, a small one fewer."""
+def _sample_pixels(
+    bodies: Sequence[LabelledBody], count: int, rng: np.random.Generator
+) -> _Samples:
+    """Sample pixels of every image, about equally many of each class, fewer of small ones."""
     drawn = []
     for i, body in enumerate(bodies):
         v, u = np.nonzero(body.label != NO_CLASS)
@@ -123,7 +126,7 @@ def draw_offsets(settings: GrowingSettings, rng: np.random.Generator) -> Floats:
     return np.round(offsets.transpose(1, 0, 2).reshape(C, 4), 3).astype(np.float32)
 
 
-def _grown(
+def _grow_tree(
     depths: Floats,
     crops: NDArray[np.int64],
     samples: _Samples,

@@ -96,14 +96,14 @@ class Trees:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forest:
-    """All that is learnt.
+    """A trained forest.
 
     Attributes:
-        trees: what each pixel is.
+        trees: classify pixels.
         depths_m: [J] how far each joint of `topview.body.JOINT_NAMES` lies behind the surface,
             along the ray: zeta of Shotton et al.
-        areas_m2: [J] the votes for a joint, as an area, that are trusted by half.
-        trained_on: in words.
+        areas_m2: [J] the area of votes for a joint at which the confidence is one half.
+        trained_on: the data, in words; written by `topview train-forest`.
     """
 
     trees: Trees
@@ -174,7 +174,7 @@ class Forest:
 
 @cache
 def default_forest() -> Forest:
-    """The forest that comes with the project."""
+    """The forest that comes with the project: `topview train-forest --out` with its defaults."""
     return Forest.load()
 
 

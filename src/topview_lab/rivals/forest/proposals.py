@@ -1,4 +1,4 @@
-"""From a depth image to candidates for every joint: modes of what the forest says of the pixels.
+"""Joint proposals from a depth image: modes of the forest's votes.
 
 Shotton et al. (2011), Sec. 3.4: each pixel votes for the joints with the probability of their
 classes times the square of its depth, that is the surface it stands for; mean shift finds the modes
@@ -22,8 +22,8 @@ from topview_lab.rivals.forest.model import Floats, Forest, Trees, person_depth
 Array = NDArray[np.float64]
 
 
-class Lens(Protocol):
-    """What of a camera counts here, all in pixels."""
+class Intrinsics(Protocol):
+    """Intrinsics of a camera, in pixels."""
 
     @property
     def fx(self) -> float: ...
@@ -50,12 +50,12 @@ ITERATIONS: Final = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointCandidate:
-    """A place where a joint may be.
+    """A proposed position of a joint.
 
     Attributes:
         joint: its name, one of `topview.body.JOINT_NAMES`.
         place_camera: [3] metres.
-        confidence: 0..1, of how much surface that is the joint's is around.
+        confidence: 0..1, grows with the area of the surface that votes for the joint there.
     """
 
     joint: str
@@ -69,11 +69,11 @@ class JointCandidate:
 def propose_joints(
     depth_m: Floats,
     is_body: NDArray[np.bool_],
-    lens: Lens,
+    lens: Intrinsics,
     forest: Forest,
 ) -> list[JointCandidate]:
-    """Candidates for the joints of one person, by joint, the most trusted first; none for joints
-    that the forest sees nothing of.
+    """Propose joints of one person, by joint, the most confident first; none for joints without
+    votes.
 
     Args:
         depth_m: [H, W] float32 metres, 0 where there is no reading.
@@ -98,7 +98,7 @@ def propose_joints(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceVotes:
-    """What S points of a person's surface say.
+    """Votes of S points of a person's surface.
 
     Attributes:
         points_camera: [S, 3] float32 metres.
@@ -112,9 +112,9 @@ class SurfaceVotes:
 
 
 def votes_and_points(
-    trees: Trees, depth_m: Floats, is_body: NDArray[np.bool_], lens: Lens
+    trees: Trees, depth_m: Floats, is_body: NDArray[np.bool_], lens: Intrinsics
 ) -> SurfaceVotes:
-    """What the trees say of a person's pixels [H, W]."""
+    """The trees' votes at a person's pixels [H, W]."""
     v, u = np.nonzero(is_body & (depth_m > 0.0))
     pixels = np.stack([u, v]).astype(np.int32)
     shares = trees.classify(person_depth(depth_m, is_body), pixels, (lens.fx, lens.fy))
@@ -132,12 +132,12 @@ def surface_modes(seen: SurfaceVotes) -> list[Floats]:
     the most first."""
     out = []
     for votes in seen.votes.T:
-        heard = np.flatnonzero(votes > LEAST_PROBABILITY)
-        step = max(1, -(-len(heard) // MOST_VOTES))
-        heard = heard[::step]
+        voters = np.flatnonzero(votes > LEAST_PROBABILITY)
+        step = max(1, -(-len(voters) // MOST_VOTES))
+        voters = voters[::step]
         modes = np.empty((MODES, 4), np.float32)
         find_modes(
-            seen.points_camera[heard], votes[heard] * seen.areas_m2[heard] * np.float32(step),
+            seen.points_camera[voters], votes[voters] * seen.areas_m2[voters] * np.float32(step),
             np.float32(BANDWIDTH_M), ITERATIONS, modes,
         )  # fmt: skip
         modes = modes[np.argsort(-modes[:, 3], kind="stable")]
@@ -146,7 +146,7 @@ def surface_modes(seen: SurfaceVotes) -> list[Floats]:
 
 
 def _distinct(modes: Floats) -> Floats:
-    """The modes that are not a bandwidth from a better one."""
+    """The modes that are further than a bandwidth from every better one."""
     kept: list[int] = []
     for m, mode in enumerate(modes):
         if all(np.linalg.norm(mode[:3] - modes[k, :3]) > BANDWIDTH_M for k in kept):

@@ -1,11 +1,10 @@
 """Bodies from the joints that a decision forest proposes, frame by frame, to compare with.
 
 After J. Shotton et al., CVPR 2011, whose system ends with the proposals
-(`topview_lab.rivals.forest`). Here (ours) the best proposal of each joint pulls a body of the
-person's size: the trunk as one
-rigid piece, then head and limbs along what was proposed of them. Left and right cannot be at the
-same place: the more trusted one has it. What nothing was proposed of stays as it was, relative to
-the trunk; apart from that, nothing is remembered.
+(`topview_lab.rivals.forest`). Here (ours) a body of the
+person's size is fitted to the best proposal of each joint: the trunk as one rigid piece, then head
+and limbs. Left and right cannot be in the same place: the more confident proposal has it. Parts
+without proposals keep their pose relative to the trunk; nothing else is remembered.
 """
 
 from __future__ import annotations
@@ -115,14 +114,14 @@ class ForestTracker:
         if np.count_nonzero(evidence.user_mask) < LEAST_BODY_PIXELS:
             return last
         with self.subject.clock.stage("proposals"):
-            places, confidence = self._proposed(evidence)
+            places, confidence = self._choose_proposals(evidence)
         with self.subject.clock.stage("body"):
-            self._pose = self._fitted(last, places, confidence)
+            self._pose = self._fit(last, places, confidence)
         return self._pose
 
-    def _proposed(self, evidence: Evidence) -> tuple[Array, Array]:
-        """[16, 3] and [16] a place for each joint and its confidence, NaN and 0 for none: the most
-        trusted candidates first; what is taken by the other side's joint is taken."""
+    def _choose_proposals(self, evidence: Evidence) -> tuple[Array, Array]:
+        """[16, 3] position and [16] confidence of each joint, NaN and 0 for none: greedily by
+        confidence; a place that the other side's joint has is taken."""
         view = evidence.view
         places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
         found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest)
@@ -138,14 +137,14 @@ class ForestTracker:
                 places[j], confidence[j] = candidate.place_camera, candidate.confidence
         return places, confidence
 
-    def _fitted(self, last: Pose, places: Array, confidence: Array) -> Pose:
+    def _fit(self, last: Pose, places: Array, confidence: Array) -> Pose:
         model = self.model
         before = joints_from_parts(model, last.transforms(model))
         is_new = confidence > 0.0
-        wished = np.where(is_new[:, None], places, before)
+        targets = np.where(is_new[:, None], places, before)
         weights = np.where(is_new, confidence, 0.0) + MEMORY_WEIGHT
         resting = joints_from_parts(model, _at_rest(model))
-        R, neck = rigid_fit(resting[_TRUNK], wished[_TRUNK], weights[_TRUNK])
+        R, neck = rigid_fit(resting[_TRUNK], targets[_TRUNK], weights[_TRUNK])
         turn = R @ last.Rs[UPPER_TORSO].T
         Rs = turn @ last.Rs
         Rs[[UPPER_TORSO, LOWER_TORSO]] = R

@@ -1,6 +1,6 @@
-"""What people do: curves of joint angles over time, and what hands, feet and hips go for.
+"""What people do: joint angles over time, and targets of hands, feet and hips.
 
-Everything is a smooth function of time and of a `Style`, which a seed draws once per person.
+Everything is a smooth function of time and of a `Style`, which is drawn once per person.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from topview_lab.sim.actions import arms, classic, jumps, rests, together, trunk
+from topview_lab.sim.actions import arms, classic, jumps, sitting_kneeling, together, trunk
 from topview_lab.sim.actions.act import Act, Angles, Foot, Hand, Moment, Side
 from topview_lab.sim.actions.gait import standing, stepping_round, walking
 from topview_lab.sim.actions.style import Style, smooth_step
@@ -48,11 +48,11 @@ ACTIONS: Final[dict[str, Callable[[Moment], Act]]] = {
     "waving_one_hand": arms.waving_one_hand,
     "clapping": arms.clapping,
     "throwing": arms.throwing,
-    "sit_down_stand_up": rests.sit_down_stand_up,
-    "sit_down": rests.sit_down,
-    "stand_up": rests.stand_up,
-    "sitting": rests.sitting,
-    "kneeling": rests.kneeling,
+    "sit_down_stand_up": sitting_kneeling.sit_down_stand_up,
+    "sit_down": sitting_kneeling.sit_down,
+    "stand_up": sitting_kneeling.stand_up,
+    "sitting": sitting_kneeling.sitting,
+    "kneeling": sitting_kneeling.kneeling,
     "crossed_arms": arms.crossed_arms,
     "hands_behind_back": arms.hands_behind_back,
     "arm_before_trunk": arms.arm_before_trunk,
@@ -70,4 +70,4 @@ ACTIONS: Final[dict[str, Callable[[Moment], Act]]] = {
     "leaning": trunk.leaning,
     "looking_around": trunk.looking_around,
 }
-"""What a clip may name; written for the right hand or foot."""
+"""The actions by name; each is written for the right hand or foot."""

@@ -1,6 +1,6 @@
-"""What an action says about a moment: joint angles, where the hips are, and what limbs reach for.
+"""One moment of an action: joint angles, place of the hips, and targets of hands and feet.
 
-Actions are written for the right hand or foot; `Act.mirrored` is for the others.
+Actions are written for the right hand or foot; `Act.mirrored` gives the left-handed ones.
 
 Angles are in degrees, lengths in shares of the person's stature.
 """
@@ -14,8 +14,8 @@ from topview_lab.sim.actions.style import Style
 
 Side = Literal["l", "r"]
 SIDES: Final[tuple[Side, Side]] = ("l", "r")
-IN_TURNS: Final[tuple[tuple[Side, float], ...]] = (("r", 0.0), ("l", 0.5))
-"""Sides that take turns, and how many cycles late each is."""
+ALTERNATING: Final[tuple[tuple[Side, float], ...]] = (("r", 0.0), ("l", 0.5))
+"""Sides that alternate, and by how many cycles each lags."""
 Vector = tuple[float, float, float]
 Angles = dict[str, tuple[float, float, float]]
 """Flexion, abduction and twist by segment, in the senses of `topview_lab.sim.skeleton.SEGMENTS`."""
@@ -33,20 +33,20 @@ def outwards(side: Side) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What an action may ask for.
+    """What an action may depend on.
 
     Attributes:
-        style: whose action it is.
-        time_s: since its start.
-        left_s: until its end.
+        style: of the person who acts.
+        time_s: since the action began.
+        left_s: until the action ends.
         stature_m: of the person.
-        seat_m: height of the seat that is there, if any.
-        target_room: what the hands go for (x, y, z), metres in the room, if anything.
+        seat_m: height of the seat behind the person, if there is one.
+        target_room: (x, y, z) in metres in the room that the hands reach for, or None.
     """
 
     style: Style
     time_s: float
-    left_s: float
+    remaining_s: float
     stature_m: float
     seat_m: float
     target_room: Vector | None
@@ -54,7 +54,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Foot:
-    """Where a foot goes from the place where it stands.
+    """The displacement of a foot from the place where it stands.
 
     Attributes:
         left, up, front: of its toes.
@@ -113,8 +113,8 @@ class Act:
         turn_deg: of the whole person about the vertical, to the left.
         feet: those that leave their places.
         hands: what palms reach for.
-        rests: how much else than the soles carries the person, or takes the person down, 0 to 1;
-            a person on the soles alone keeps the balance.
+        support: 0 to 1, how much of the weight something other than the soles carries (a seat, a
+            knee, the momentum of a jump). At 0 the hips move to keep the balance.
     """
 
     angles: Angles = field(default_factory=dict)
@@ -122,7 +122,7 @@ class Act:
     turn_deg: float = 0.0
     feet: Feet = field(default_factory=dict)
     hands: Hands = field(default_factory=dict)
-    rests: float = 0.0
+    support: float = 0.0
 
     def mirrored(self) -> Act:
         """The same with left and right exchanged; what is in the room stays where it is."""
@@ -138,7 +138,7 @@ class Act:
             turn_deg=-self.turn_deg,
             feet={other(side): foot.mirrored() for side, foot in self.feet.items()},
             hands={other(side): hand.mirrored() for side, hand in self.hands.items()},
-            rests=self.rests,
+            support=self.support,
         )
 
 

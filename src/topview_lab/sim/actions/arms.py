@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import pi, sin
 
 from topview_lab.sim.actions.act import (
-    IN_TURNS,
+    ALTERNATING,
     SIDES,
     Act,
     Angles,
@@ -22,14 +22,14 @@ from topview_lab.sim.actions.act import (
 from topview_lab.sim.actions.keyframes import Keyframes, curve
 
 
-def sway(moment: Moment, effort: float = 1.0) -> Vector:
-    """The hips of somebody who moves the arms: weight goes from one foot to the other."""
+def hip_sway(moment: Moment, effort: float = 1.0) -> Vector:
+    """Displacement of the hips while the arms move: the weight shifts between the feet."""
     style, t = moment.style, 1.6 * moment.time_s
     return (0.012 * effort * style.drift(t, 13), 0.0, 0.006 * effort * style.drift(t, 15))
 
 
-def follow(moment: Moment, effort: float = 1.0) -> Angles:
-    """Trunk and head of somebody who moves the arms, never quite still."""
+def idle_trunk(moment: Moment, effort: float = 1.0) -> Angles:
+    """Angles of trunk and head while the arms move: slow drifts about the standing posture."""
     style, t = moment.style, 2.2 * moment.time_s
     d = [1.3 * effort * style.drift(t, 6 + k) for k in range(7)]
     return {
@@ -41,8 +41,8 @@ def follow(moment: Moment, effort: float = 1.0) -> Angles:
     }
 
 
-def added(angles: Angles, more: Mapping[str, tuple[float, float, float]]) -> Angles:
-    """Angles with more of some."""
+def add_angles(angles: Angles, more: Mapping[str, tuple[float, float, float]]) -> Angles:
+    """The sum of two sets of angles; segments that `more` lacks keep theirs."""
     sums = dict(angles)
     for name, (flexion, abduction, twist) in more.items():
         x, y, z = sums.get(name, (0.0, 0.0, 0.0))
@@ -65,15 +65,15 @@ def _wave(moment: Moment, side: Side, late: float = 0.0) -> Angles:
 
 def waving_one_hand(moment: Moment) -> Act:
     """One hand waves beside the head, the trunk leans away from it a little."""
-    trunk = added(follow(moment), {"abdomen": (0.0, 3.0, -2.0)})
-    return Act(trunk | _wave(moment, "r"), sway(moment))
+    trunk = add_angles(idle_trunk(moment), {"abdomen": (0.0, 3.0, -2.0)})
+    return Act(trunk | _wave(moment, "r"), hip_sway(moment))
 
 
 def waving_two_hands(moment: Moment) -> Act:
     """Both hands wave, not quite together."""
     late = 0.06 * moment.style.drift(moment.time_s, 19)
     arms = _wave(moment, "l", late) | _wave(moment, "r", -late)
-    return Act(follow(moment) | arms, sway(moment))
+    return Act(idle_trunk(moment) | arms, hip_sway(moment))
 
 
 def clapping(moment: Moment) -> Act:
@@ -89,7 +89,7 @@ def clapping(moment: Moment) -> Act:
         )
         for side in SIDES
     }
-    return Act(follow(moment, 0.8), sway(moment, 0.8), hands=hands)
+    return Act(idle_trunk(moment, 0.8), hip_sway(moment, 0.8), hands=hands)
 
 
 def punching(moment: Moment) -> Act:
@@ -98,7 +98,7 @@ def punching(moment: Moment) -> Act:
     cycles = style.beat(moment.time_s, 1.0)
     twist = 0.0
     hands: Hands = {}
-    for side, late in IN_TURNS:
+    for side, late in ALTERNATING:
         to = outwards(side)
         out = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 1.9
         out *= min(style.size(cycles + late, 4 if side == "l" else 10), 1.1)
@@ -117,7 +117,7 @@ def punching(moment: Moment) -> Act:
         "neck": (4.0, 0.0, -14.0 * twist),
         "head": (-4.0 + 2.0 * style.drift(moment.time_s, 1), 0.0, -8.0 * twist),
     }
-    left, _, front = sway(moment, 1.2)
+    left, _, front = hip_sway(moment, 1.2)
     hips = (left - 0.012 * twist, -0.028 + 0.009 * bob, front + 0.028 * abs(twist))
     feet: Feet = {
         "l": Foot(front=0.07),
@@ -160,7 +160,7 @@ _STRIDE_LIFT = curve(
 )
 _WEIGHT = curve((0.0, 0.0), (0.3, -0.6), (0.5, 0.6), (0.62, 1.0), (0.74, 0.9), (1.0, 0.0))
 THROW_S = 3.2
-"""How long it takes to throw a ball, wind-up and recovery included (ours)."""
+"""Duration of a throw, wind-up and recovery included (ours)."""
 
 
 def throw(phase: float, size: float) -> Act:
@@ -171,7 +171,7 @@ def throw(phase: float, size: float) -> Act:
         "r": Foot(heel_deg=38.0 * max(weight, 0.0) * stride),
     }
     hips = (-0.02 * (1.0 - stride) * abs(weight), -0.02 * stride, 0.10 * size * weight)
-    return Act(_THROW(phase, size), hips, feet=feet, rests=0.5 * abs(weight))
+    return Act(_THROW(phase, size), hips, feet=feet, support=0.5 * abs(weight))
 
 
 def throwing(moment: Moment) -> Act:
@@ -188,7 +188,7 @@ def crossed_arms(moment: Moment) -> Act:
         "r": Hand((0.088, 0.055 + breath, 0.094), (-0.6, -1.0, 0.15), palm_deg=20.0),
         "l": Hand((-0.060, 0.068 + breath, 0.150), (0.7, -1.0, 0.25), palm_deg=20.0),
     }
-    return Act(follow(moment), sway(moment), hands=hands)
+    return Act(idle_trunk(moment), hip_sway(moment), hands=hands)
 
 
 def hands_behind_back(moment: Moment) -> Act:
@@ -197,7 +197,7 @@ def hands_behind_back(moment: Moment) -> Act:
         side: Hand((0.018 * outwards(side), -0.075, -0.125), (outwards(side), -0.2, -0.8), 60.0)
         for side in SIDES
     }
-    return Act(follow(moment), sway(moment), hands=hands)
+    return Act(idle_trunk(moment), hip_sway(moment), hands=hands)
 
 
 def arm_before_trunk(moment: Moment) -> Act:
@@ -207,5 +207,7 @@ def arm_before_trunk(moment: Moment) -> Act:
     height = 0.02 + 0.06 * style.drift(moment.time_s, 6)
     hand = Hand((-0.01 + 0.10 * across, height, 0.150), (-0.9, -0.7, 0.1), palm_deg=20.0)
     return Act(
-        added(follow(moment), {"chest": (0, 0, 5 * across)}), sway(moment), hands={"r": hand}
+        add_angles(idle_trunk(moment), {"chest": (0, 0, 5 * across)}),
+        hip_sway(moment),
+        hands={"r": hand},
     )

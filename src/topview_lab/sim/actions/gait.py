@@ -74,7 +74,7 @@ STEP_LIFT: Final = 0.02
 
 
 def stepping_round(turn_deg: float, progress: float, step_deg: float = STEP_DEG) -> Feet:
-    """Feet of a body that turns on the spot: they stay, and follow in turns, step by step.
+    """Displacements of the feet while the body turns on the spot: they follow it alternately.
 
     Args:
         turn_deg: of the whole turn, to the left.

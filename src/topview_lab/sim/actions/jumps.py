@@ -8,8 +8,17 @@ from typing import Final
 
 from scipy.interpolate import CubicHermiteSpline
 
-from topview_lab.sim.actions.act import IN_TURNS, SIDES, Act, Angles, Feet, Foot, Moment, outwards
-from topview_lab.sim.actions.arms import added, follow
+from topview_lab.sim.actions.act import (
+    ALTERNATING,
+    SIDES,
+    Act,
+    Angles,
+    Feet,
+    Foot,
+    Moment,
+    outwards,
+)
+from topview_lab.sim.actions.arms import add_angles, idle_trunk
 from topview_lab.sim.actions.keyframes import Keyframes
 from topview_lab.sim.actions.style import smooth_step
 from topview_lab.sim.anthropometry import HIP_SHARE, SOLE_SHARE
@@ -120,7 +129,7 @@ _JUMPING_ARMS = Keyframes(
 
 
 def _hop(moment: Moment, crouch: float, flight_s: float, length_s: float) -> Hop:
-    """A hop that fills a time: crouching and rising take what is left."""
+    """A hop of a given duration: crouching and rising share what the other phases leave."""
     push_s, land_s = 0.20, 0.16
     spare_s = length_s - push_s - land_s - flight_s
     return Hop(
@@ -136,8 +145,8 @@ def _hop(moment: Moment, crouch: float, flight_s: float, length_s: float) -> Hop
 
 
 def _steady(moment: Moment) -> Angles:
-    """How trunk and head wander, without the posture."""
-    return {name: (0.0, b, 0.6 * c) for name, (_, b, c) in follow(moment).items()}
+    """Slow drifts of trunk and head, relative to their posture."""
+    return {name: (0.0, b, 0.6 * c) for name, (_, b, c) in idle_trunk(moment).items()}
 
 
 def jumping_in_place(moment: Moment) -> Act:
@@ -156,10 +165,10 @@ def jumping_in_place(moment: Moment) -> Act:
     left, front = (a + flown * (b - a) for a, b in zip(spot(now.k), spot(now.k + 1), strict=True))
     up, heel_deg = hop.toes_up(t), hop.heel_deg(t)
     return Act(
-        angles=added(_JUMPING_ARMS(now.phase, size), _steady(moment)),
+        angles=add_angles(_JUMPING_ARMS(now.phase, size), _steady(moment)),
         hips=(left, hop.hips_up(t), front),
         feet={side: Foot(left, up, front, heel_deg) for side in SIDES},
-        rests=1.0,
+        support=1.0,
     )
 
 
@@ -185,7 +194,7 @@ _JACK_ARMS = Keyframes(
             "upper_arm_r": (2, 9, 10)}),
 )  # fmt: skip
 APART: Final = 0.105
-"""How far each foot goes to the side in a jumping jack (ours)."""
+"""Sideways displacement of each foot in a jumping jack, share of the stature (ours)."""
 
 
 def jumping_jacks(moment: Moment) -> Act:
@@ -205,10 +214,10 @@ def jumping_jacks(moment: Moment) -> Act:
         side: Foot(left=outwards(side) * reach, up=up, heel_deg=heel_deg) for side in SIDES
     }
     return Act(
-        angles=added(_JACK_ARMS(now.phase, size), _steady(moment)),
+        angles=add_angles(_JACK_ARMS(now.phase, size), _steady(moment)),
         hips=(0.0, hop.hips_up(t) - lower * flown, 0.0),
         feet=feet,
-        rests=1.0,
+        support=1.0,
     )
 
 
@@ -217,7 +226,7 @@ def marching(moment: Moment) -> Act:
     style = moment.style
     cycles = style.beat(moment.time_s, 1.7)
     feet: Feet = {}
-    for side, late in IN_TURNS:
+    for side, late in ALTERNATING:
         up = max(sin(2.0 * pi * (cycles + late)), 0.0) ** 2 * style.size(cycles + late, 4)
         feet[side] = Foot(up=0.13 * up, front=0.05 * up, heel_deg=18.0 * up)
     aside = 0.030 * sin(2.0 * pi * cycles)
@@ -228,5 +237,5 @@ def marching(moment: Moment) -> Act:
         "forearm_l": (30.0 + 0.6 * swing, 0.0, 15.0),
         "forearm_r": (30.0 - 0.6 * swing, 0.0, 15.0),
     }
-    trunk = added(follow(moment), {"chest": (0.0, 0.0, 0.3 * swing)})
+    trunk = add_angles(idle_trunk(moment), {"chest": (0.0, 0.0, 0.3 * swing)})
     return Act(trunk | arms, (aside, 0.0, 0.0), feet=feet)

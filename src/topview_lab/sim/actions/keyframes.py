@@ -9,9 +9,9 @@ from topview_lab.sim.actions.act import Angles
 
 
 class Keyframes:
-    """Joint angles through key poses, without overshoot, at rest at both ends.
+    """Curves of joint angles through key poses, without overshoot, with zero slope at both ends.
 
-    A segment that a key does not name has there what the key before it says.
+    A segment that a key does not name keeps the value of the key before.
     """
 
     def __init__(self, *keys: tuple[float, Angles]) -> None:
@@ -35,6 +35,6 @@ class Keyframes:
 
 
 def curve(*knots: tuple[float, float]) -> PchipInterpolator:
-    """One number through knots, without overshoot, at rest at both ends."""
+    """A curve of one value through knots, without overshoot, with zero slope at both ends."""
     x, y = zip(*knots, strict=True)
     return PchipInterpolator([x[0] - 1e-3, *x, x[-1] + 1e-3], [y[0], *y, y[-1]])

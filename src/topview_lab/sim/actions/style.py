@@ -1,4 +1,4 @@
-"""What is a person's own in the motions, and how no two repetitions are the same."""
+"""How one person's motions differ from another's, and each repetition from the last."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNEVENNESS: Final = 0.07
-"""How far the beat wanders, in cycles (ours)."""
+"""Amplitude of the beat's irregularity, in cycles (ours)."""
 VARIETY: Final = 0.12
-"""How much the size of a movement wanders from repetition to repetition (ours)."""
+"""Relative spread of a movement's size between repetitions (ours)."""
 
 
 def smooth_step(x: float) -> float:
-    """0 below 0, 1 above 1, with no speed at either end."""
+    """Rises smoothly from 0 at 0 to 1 at 1, with zero slope at both ends; constant outside."""
     x = min(max(x, 0.0), 1.0)
     return x * x * (3.0 - 2.0 * x)
 
 
 @dataclass(frozen=True, slots=True)
 class Repetition:
-    """The k-th time that an action is done: seconds since its start, and how long it takes."""
+    """The k-th repetition of an action: seconds since it began, and its duration."""
 
     k: int
     since_s: float
@@ -50,7 +50,7 @@ class Style:
     waves: NDArray[np.float64]
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Style:
+    def sample(cls, rng: np.random.Generator) -> Style:
         """A person's own style."""
         count = 24
         waves = np.stack(
@@ -74,16 +74,16 @@ class Style:
         return float(0.6 * (size * np.sin(2.0 * np.pi * frequency * time_s + phase)).sum())
 
     def beat(self, time_s: float, period_s: float) -> float:
-        """Cycles done since 0 s, a little faster or slower from one to the next."""
+        """Number of cycles since 0 s; the tempo varies a little from one to the next."""
         cycles = time_s * self.tempo / period_s
         return cycles + UNEVENNESS * (self.drift(cycles, 3) - self.drift(0.0, 3))
 
     def size(self, cycles: float, k: int) -> float:
-        """How large a movement is in that cycle, about 1; k tells movements apart."""
+        """Relative size of a movement in that cycle, about 1; each k has its own sequence."""
         return self.reach * (1.0 + VARIETY * self.drift(cycles, k))
 
     def repetition(self, time_s: float, period_s: float) -> Repetition:
-        """Which repetition is on; each takes its own time."""
+        """The repetition under way at a time; each has its own duration."""
         period_s /= self.tempo
 
         def starts(k: int) -> float:

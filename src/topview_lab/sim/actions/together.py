@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sin
 
 from topview_lab.sim.actions.act import Act, Hand, Hands, Moment, Vector
-from topview_lab.sim.actions.arms import THROW_S, added, follow, sway, throw
+from topview_lab.sim.actions.arms import THROW_S, add_angles, hip_sway, idle_trunk, throw
 from topview_lab.sim.actions.keyframes import Keyframes, curve
 
 _POINT = curve((0.0, 0.0), (0.22, 1.0), (0.74, 1.0), (1.0, 0.0))
@@ -29,7 +29,7 @@ def pointing(moment: Moment) -> Act:
         "neck": (0.0, 0.0, -0.8 * aside * out),
         "head": (0.0, 0.0, -0.4 * aside * out),
     }
-    return Act(added(follow(moment), more) | arm, sway(moment))
+    return Act(add_angles(idle_trunk(moment), more) | arm, hip_sway(moment))
 
 
 def reaching_out(moment: Moment) -> Act:
@@ -47,7 +47,7 @@ def reaching_out(moment: Moment) -> Act:
         "neck": (-6.0 * out * high, 0.0, (8.0 * aside - 8.0) * out),
     }
     hands: Hands = {"r": Hand(at, (-0.7, -1.0, -0.2), 15.0)}
-    return Act(added(follow(moment), more), sway(moment), hands=hands)
+    return Act(add_angles(idle_trunk(moment), more), hip_sway(moment), hands=hands)
 
 
 _REACH = curve((0.0, 0.0), (0.08, 0.0), (0.40, 1.0), (0.58, 1.0), (0.92, 0.0), (1.0, 0.0))
@@ -63,7 +63,7 @@ def handshake(moment: Moment) -> Act:
     shake = 0.035 * sin(2.0 * pi * moment.time_s / 0.42)
     hands: Hands = {"r": Hand((x, y, z + shake), (-0.5, -1.0, -0.3), 0.0, frame="room")}
     more = {"pelvis": (4, 0, 3), "abdomen": (3, 0, 3), "chest": (2, 0, 8), "neck": (0, 0, -8)}
-    return Act(added(follow(moment), more), sway(moment, 0.6), hands=hands)
+    return Act(add_angles(idle_trunk(moment), more), hip_sway(moment, 0.6), hands=hands)
 
 
 def hug(moment: Moment) -> Act:
@@ -75,7 +75,7 @@ def hug(moment: Moment) -> Act:
     }
     more = {"pelvis": (5, 0, 0), "abdomen": (5, 0, 0), "chest": (3, 3, 0), "neck": (4, 12, 10),
             "head": (6, 8, 6)}  # fmt: skip
-    return Act(added(follow(moment, 0.5), more), (-0.012, 0.0, 0.02), hands=hands)
+    return Act(add_angles(idle_trunk(moment, 0.5), more), (-0.012, 0.0, 0.02), hands=hands)
 
 
 def throw_to(moment: Moment) -> Act:

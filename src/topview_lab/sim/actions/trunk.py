@@ -6,14 +6,14 @@ from math import pi, sin
 from typing import Final
 
 from topview_lab.sim.actions.act import SIDES, Act, Angles, Hand, Hands, Moment, outwards
-from topview_lab.sim.actions.arms import added, follow, sway
+from topview_lab.sim.actions.arms import add_angles, hip_sway, idle_trunk
 from topview_lab.sim.actions.gait import stepping_round
 from topview_lab.sim.actions.keyframes import Keyframes, curve
 from topview_lab.sim.actions.style import smooth_step
 
 
 def _both(angles: Angles) -> Angles:
-    """The same for the left and the right; names without a side stay."""
+    """The same angles for left and right; segments without a side stay as they are."""
     sided = ("upper_arm", "forearm", "hand")
     return {
         name: value
@@ -50,7 +50,7 @@ def bending(moment: Moment) -> Act:
     style = moment.style
     now = style.repetition(moment.time_s, 5.2)
     size = min(style.size(now.k, 4), 1.04)
-    uneven = {name: (0.0, b, c) for name, (_, b, c) in follow(moment).items()}
+    uneven = {name: (0.0, b, c) for name, (_, b, c) in idle_trunk(moment).items()}
     down = float(_TO_THE_FEET(now.phase))
     apart = 0.055 + 0.01 * style.drift(now.k, 6)
     hands: Hands = {
@@ -62,7 +62,7 @@ def bending(moment: Moment) -> Act:
         )
         for side in SIDES
     }
-    return Act(added(_BENDING(now.phase, size), uneven), sway(moment, 0.5), hands=hands)
+    return Act(add_angles(_BENDING(now.phase, size), uneven), hip_sway(moment, 0.5), hands=hands)
 
 
 _TO_THE_FEET = curve((0.0, 0.0), (0.36, 0.0), (0.61, 1.0), (0.68, 1.0), (0.94, 0.0), (1.0, 0.0))
@@ -81,8 +81,8 @@ def bowing(moment: Moment) -> Act:
         "upper_arm_l": (3.0 + 36.0 * down, 9.0, 10.0),
         "upper_arm_r": (3.0 + 36.0 * down, 9.0, 10.0),
     }
-    uneven = {name: (0.0, b, c) for name, (_, b, c) in follow(moment).items()}
-    return Act(added(angles, uneven), sway(moment, 0.5))
+    uneven = {name: (0.0, b, c) for name, (_, b, c) in idle_trunk(moment).items()}
+    return Act(add_angles(angles, uneven), hip_sway(moment, 0.5))
 
 
 _BOW = curve((0.0, 0.0), (0.08, 0.0), (0.36, 1.0), (0.56, 1.0), (0.86, 0.0), (1.0, 0.0))
@@ -102,36 +102,38 @@ def leaning(moment: Moment) -> Act:
         "upper_arm_l": (4.0 + 18.0 * fore, 11.0 + 10.0 * max(aside, 0.0), 10.0),
         "upper_arm_r": (4.0 + 18.0 * fore, 11.0 + 10.0 * max(-aside, 0.0), 10.0),
     }
-    return Act(angles, sway(moment))
+    return Act(angles, hip_sway(moment))
 
 
 def looking_around(moment: Moment) -> Act:
     """Head and trunk turn to one side, then to the other, up and down."""
     style = moment.style
     cycles = style.beat(moment.time_s, 4.2)
-    look = sin(2.0 * pi * cycles) * style.size(cycles, 4)
+    appearance = sin(2.0 * pi * cycles) * style.size(cycles, 4)
     nod = sin(2.0 * pi * 0.7 * cycles + 0.6)
     trunk = {
-        "pelvis": (2.0, 0.0, 7.0 * look),
-        "abdomen": (1.0, 0.0, 6.0 * look),
-        "chest": (2.0, 0.0, 10.0 * look),
-        "neck": (4.0 + 8.0 * nod, 3.0 * look, 30.0 * look),
-        "head": (-4.0 + 9.0 * nod, 2.0 * look, 34.0 * look),
+        "pelvis": (2.0, 0.0, 7.0 * appearance),
+        "abdomen": (1.0, 0.0, 6.0 * appearance),
+        "chest": (2.0, 0.0, 10.0 * appearance),
+        "neck": (4.0 + 8.0 * nod, 3.0 * appearance, 30.0 * appearance),
+        "head": (-4.0 + 9.0 * nod, 2.0 * appearance, 34.0 * appearance),
     }
-    return Act(trunk, sway(moment))
+    return Act(trunk, hip_sway(moment))
 
 
 ROUND_S: Final = 5.0
-"""How long it takes to step all the way round, unhurried (ours)."""
+"""Duration of a full turn on the spot (ours)."""
 
 
 def _turn(turn_deg: float, progress: float, moment: Moment) -> Act:
     ahead = turn_deg / 360.0 * 60.0 * 4.0 * progress * (1.0 - progress)
-    trunk = added(follow(moment), {"chest": (0, 0, 0.3 * ahead), "neck": (0, 0, 0.5 * ahead)})
+    trunk = add_angles(
+        idle_trunk(moment), {"chest": (0, 0, 0.3 * ahead), "neck": (0, 0, 0.5 * ahead)}
+    )
     swing = 9.0 * sin(2.0 * pi * abs(turn_deg) / 90.0 * progress)
     arms: Angles = {"upper_arm_l": (2 + swing, 10, 10), "upper_arm_r": (2 - swing, 10, 10)}
     return Act(
-        trunk | arms, sway(moment), turn_deg * progress, feet=stepping_round(turn_deg, progress)
+        trunk | arms, hip_sway(moment), turn_deg * progress, feet=stepping_round(turn_deg, progress)
     )
 
 
@@ -146,8 +148,8 @@ ASIDE_S: Final = 1.0
 
 
 def _aside(turn_deg: float, moment: Moment) -> Act:
-    """Turned to a side; the clip's own fading would slide the feet, so it steps there itself."""
-    there, back = moment.time_s / ASIDE_S, moment.left_s / ASIDE_S
+    """Turned to a side. The action steps there itself, as fading it in would slide the feet."""
+    there, back = moment.time_s / ASIDE_S, moment.remaining_s / ASIDE_S
     return _turn(turn_deg, smooth_step(min(there, back)), moment)
 
 

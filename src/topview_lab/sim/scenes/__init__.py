@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from topview.records import Camera, InputError
+from topview_lab.sim.appearance import Appearance
 from topview_lab.sim.furniture import furnished, living_room
 from topview_lab.sim.light import STEADY, Light
-from topview_lab.sim.looks import Look
 from topview_lab.sim.scene import MAX_PEOPLE, Actor, Mount, Room, Scene
 from topview_lab.sim.scenes.alone import ALONE, MHAD
 from topview_lab.sim.scenes.classic import CLASSIC
@@ -25,11 +25,11 @@ KINECT_V1_HALF: Final = Camera(fx=262.5, fy=262.5, cx=159.5, cy=119.5, width=320
 """The same at half the resolution."""
 
 SCENES: Final[dict[str, SceneKind]] = {**CLASSIC, **MHAD, **ALONE, **SEVERAL}
-"""What happens in each scene, by its name."""
+"""All scenes by name."""
 
 
 def _bystander(casting: Casting, k: int) -> Actor:
-    """Somebody at the back of the room, the k-th from 0."""
+    """The k-th bystander at the back of the room, counted from 0."""
     x, y = ((-1.15, 3.6), (1.25, 3.7), (0.60, 4.1), (-0.60, 4.1), (-1.9, 3.4))[k]
     return casting.actor(stands(x + casting.rng.uniform(-0.05, 0.05), y))
 
@@ -41,7 +41,7 @@ def scene_by_name(
     frames: int | None = None,
     people: int | None = None,
     camera: Camera = KINECT_V1_HALF,
-    looks: Sequence[Look] | None = None,
+    appearances: Sequence[Appearance] | None = None,
 ) -> Scene:
     """A scene of `SCENES`.
 
@@ -64,19 +64,21 @@ def scene_by_name(
         raise InputError(f"people is {people}; it must be 1 to {MAX_PEOPLE}")
     kind = SCENES[name]
     rng = np.random.default_rng((seed, *name.encode()))
-    casting = Casting(rng, looks or ())
+    casting = Casting(rng, appearances or ())
     staging = kind.cast(casting)
     actors = list(staging.actors)
     wanted = len(actors) if people is None else people
     actors += [_bystander(casting, k) for k in range(wanted - len(actors))]
-    if looks is not None and len(looks) > wanted:
-        raise InputError(f"scene {name}: looks are {len(looks)}; people are only {wanted}")
+    if appearances is not None and len(appearances) > wanted:
+        raise InputError(
+            f"scene {name}: appearances are {len(appearances)}; people are only {wanted}"
+        )
     room, mount, furniture, light = Room(), Mount(), living_room(), STEADY
     if kind.has_varied_room:
         of_room = rng.spawn(1)[0]
         room, mount = varied_room(of_room)
         furniture = furnished(of_room, room)
-        light = Light.drawn(of_room)
+        light = Light.sample(of_room)
     return Scene(
         name=name,
         seed=seed,

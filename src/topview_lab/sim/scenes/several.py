@@ -1,4 +1,4 @@
-"""Several people, who hide, meet and touch each other."""
+"""Scenes of several people who hide, meet and touch each other."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """A walk through places, begun at a moment, looking somewhere afterwards."""
+    """A walk through places from a start time on, and the heading after it."""
 
     start_s: float
     to: tuple[Place, ...]
@@ -41,7 +41,7 @@ class Go:
 
 
 def route(start: Place, heading_rad: float, *walks: Go) -> Route:
-    """From a place through walks, one after the other."""
+    """A route from a place through several walks."""
     legs = [Path((start,), heading_rad, heading_rad)] if not walks else []
     for walk in walks:
         legs.append(
@@ -175,7 +175,8 @@ def _dummy_occluder(casting: Casting) -> Staging:
 
 
 def _hiding_x(user: Actor, dummy: Actor, share: float) -> float:
-    """Where the dummy, from the left, hides that share of the user's trunk, by rendering."""
+    """The x at which the dummy, coming from the left, hides a share of the user's trunk; found by
+    rendering."""
     background = render_room(Room(), (), TINY, Mount())
     T_camera_room = Mount().T_camera_room()
     trunk = [SIM_PART_NAMES.index(part) for part in ("upper_torso", "lower_torso")]

@@ -1,4 +1,4 @@
-"""What scenes are made with: people drawn from a seed, places, chairs."""
+"""Building blocks of scenes: people drawn from a seed, places, chairs."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 
 from topview_lab.sim.actions import Style
-from topview_lab.sim.actions.rests import SEAT_BACK
+from topview_lab.sim.actions.sitting_kneeling import SEAT_BACK
+from topview_lab.sim.appearance import CLOTHS, Appearance, Rgb, Sex, random_appearance
 from topview_lab.sim.bodies import build_body
 from topview_lab.sim.furniture import WOODS, chair
-from topview_lab.sim.looks import CLOTHS, Look, Rgb, Sex, random_look
 from topview_lab.sim.motions import Clip, Performance
 from topview_lab.sim.paths import Path, Route
 from topview_lab.sim.scene import Actor, Furniture, Mount, Room
@@ -23,14 +23,14 @@ TO_RIGHT: Final = 0.0
 TO_LEFT: Final = radians(180)
 FOREVER_S: Final = 1e4
 EASY_RAMP_S: Final = 0.8
-"""How long people take to begin and end in the longer scenes (ours)."""
+"""Duration of fading actions in and out in the longer scenes (ours)."""
 SETTLE_S: Final = 0.5
-"""How long people stand before they act, as in Berkeley MHAD."""
+"""Time that people stand before they act, as in Berkeley MHAD."""
 
 
 @dataclass(frozen=True, slots=True)
 class Staging:
-    """Who is in a scene, and what they need there."""
+    """The people of a scene, and the furniture that they use."""
 
     actors: list[Actor]
     furniture: tuple[Furniture, ...] = ()
@@ -42,19 +42,19 @@ class Casting:
     Looks that are given are taken first, in their order.
     """
 
-    def __init__(self, rng: np.random.Generator, looks: Sequence[Look] = ()) -> None:
+    def __init__(self, rng: np.random.Generator, appearances: Sequence[Appearance] = ()) -> None:
         self.rng = rng
-        self._looks = list(looks)
+        self._looks = list(appearances)
         self._shirts = [CLOTHS[k] for k in rng.permutation(len(CLOTHS))]
 
     def actor(
         self, path: Path | Route, clips: tuple[Clip, ...] = (), sex: Sex | None = None
     ) -> Actor:
-        """Somebody new who walks a path and acts."""
-        look = random_look(self.rng, sex, self._shirts.pop())
+        """A new person who walks a path and acts."""
+        appearance = random_appearance(self.rng, sex, self._shirts.pop())
         if self._looks:
-            look = self._looks.pop(0)
-        return Actor(build_body(look), Performance(path, clips, Style.drawn(self.rng)))
+            appearance = self._looks.pop(0)
+        return Actor(build_body(appearance), Performance(path, clips, Style.sample(self.rng)))
 
 
 Cast = Callable[[Casting], Staging]
@@ -67,7 +67,7 @@ class SceneKind:
     Attributes:
         about: one line that says what happens.
         cast: who is in it.
-        frames: how many it is made for.
+        frames: its default length.
         group: under which it is listed.
         has_varied_room: whether furniture, walls and camera differ with the seed.
     """
@@ -85,15 +85,15 @@ def stands(x: float, y: float, heading_rad: float = TO_CAMERA) -> Path:
 
 
 def clip(action: str, start_s: float, end_s: float = FOREVER_S, **more: object) -> Clip:
-    """A clip that by default lasts as long as the recording and takes its time to begin."""
+    """A clip with slow fading that lasts as long as the recording by default."""
     return replace(Clip(action, start_s, end_s, ramp_s=EASY_RAMP_S), **more)
 
 
 def chair_of(actor: Actor, seat_m: float, color: Rgb = WOODS[0]) -> tuple[Furniture, ...]:
-    """The chair on which somebody sits down who stands before it."""
-    place = actor.performance.path.walked(0.0)
+    """The chair behind somebody who is going to sit down."""
+    place = actor.performance.path.state_at(0.0)
     x, y = place.position_room
-    back = SEAT_BACK * actor.body.look.stature_m
+    back = SEAT_BACK * actor.body.appearance.stature_m
     h = place.heading_rad
     return chair((float(x) - back * cos(h), float(y) - back * sin(h)), h, seat_m, color)
 

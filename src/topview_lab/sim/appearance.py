@@ -1,4 +1,4 @@
-"""Who people are: stature, proportions, skin, hair and clothes."""
+"""Appearance of people: stature, proportions, skin, hair and clothes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Pattern = Literal["plain", "stripes", "checks"]
 Rgb = tuple[float, float, float]
 
 MEAN_STATURE_M: Final = 1.756
-"""Of the men of Gordon et al. (1989), the reference of all girths in `topview_lab.sim.flesh`."""
+"""Mean of the men of Gordon et al. (1989); all girths in `topview_lab.sim.flesh` refer to it."""
 LEAST_STATURE_M, GREATEST_STATURE_M = 1.0, 2.2
 CHILD_STATURE_M: Final = 1.42
-"""Whoever is smaller is called a child."""
+"""A smaller person is labelled a child."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Proportions:
     muscle: float = 1.0
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Proportions:
+    def sample(cls, rng: np.random.Generator) -> Proportions:
         """Natural variation (`SPREADS`), within two standard deviations."""
         drawn = {
             name: getattr(AVERAGE, name) + spread * float(np.clip(rng.standard_normal(), -2.0, 2.0))
@@ -99,8 +99,8 @@ as much as in Gordon et al. (1989)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """Who a body belongs to.
+class Appearance:
+    """A person's appearance, from which the body is built.
 
     Attributes:
         stature_m: of the standing person, without shoes and hair.
@@ -132,11 +132,11 @@ class Look:
 
     @property
     def label(self) -> str:
-        """What tables call this body, such as "woman 1.62 m"."""
+        """The name of this body in tables, such as "woman 1.62 m"."""
         who = "child" if self.stature_m < CHILD_STATURE_M else self.sex
         return f"{who} {self.stature_m:.2f} m"
 
-    def even(self) -> Look:
+    def even(self) -> Appearance:
         """The same person, mirror-symmetric, without folds."""
         return replace(self, folds_seed=None, proportions=replace(self.proportions, left_arm=1.0))
 
@@ -162,11 +162,13 @@ LEATHERS: Final[tuple[Rgb, ...]] = (
 )  # fmt: skip
 
 
-def random_look(rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | None = None) -> Look:
+def random_appearance(
+    rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | None = None
+) -> Appearance:
     """An adult of either sex; statures after Gordon et al. (1989), colours and clothes ours."""
     sex = sex or ("man" if rng.random() < 0.5 else "woman")
     mean, spread = (MEAN_STATURE_M, 0.067) if sex == "man" else (1.629, 0.064)
-    return Look(
+    return Appearance(
         stature_m=float(np.clip(rng.normal(mean, spread), 1.45, 2.0)),
         sex=sex,
         girth=float(np.clip(rng.normal(1.0, 0.1), 0.8, 1.3)),
@@ -174,7 +176,7 @@ def random_look(rng: np.random.Generator, sex: Sex | None = None, shirt: Rgb | N
         hair=_pick(rng, HAIRS),
         has_long_hair=sex == "woman" and bool(rng.random() < 0.7),
         clothes=_random_clothes(rng, sex, shirt),
-        proportions=Proportions.drawn(rng),
+        proportions=Proportions.sample(rng),
         folds_seed=int(rng.integers(2**31)),
     )
 

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from topview.records import Camera
-from topview_lab.sim import CHILD_LOOK, TWELVE_LOOKS
+from topview_lab.sim import CHILD, TWELVE_PEOPLE
 from topview_lab.sim.anthropometry import head_share, hip_share, knee_share
+from topview_lab.sim.appearance import AVERAGE, Appearance, random_appearance
 from topview_lab.sim.bodies import Body, build_body
 from topview_lab.sim.folds import Folds
-from topview_lab.sim.looks import AVERAGE, Look, random_look
 from topview_lab.sim.materials import SKIN, TROUSERS, fold_amplitudes
 from topview_lab.sim.render import draw_people
 from topview_lab.sim.skeleton import SEGMENTS, Pose, segment_poses
 from topview_lab.sim.surface import surface_detail
 
-FOLDS = Folds.drawn(np.random.default_rng(5))
+FOLDS = Folds.sample(np.random.default_rng(5))
 CAMERA = Camera(fx=131.0, fy=131.0, cx=79.5, cy=59.5, width=160, height=120)
 R_CAMERA_ROOM = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -36,38 +36,40 @@ def standing(body: Body) -> np.ndarray:
 
 
 def test_the_twelve_are_as_different_as_people_are() -> None:
-    statures = [look.stature_m for look in TWELVE_LOOKS]
-    assert len(set(TWELVE_LOOKS)) == len({look.label for look in TWELVE_LOOKS}) == 12
+    statures = [appearance.stature_m for appearance in TWELVE_PEOPLE]
+    assert len(set(TWELVE_PEOPLE)) == len({appearance.label for appearance in TWELVE_PEOPLE}) == 12
     assert (min(statures), max(statures)) == (1.50, 1.95)
-    assert sum(look.sex == "woman" for look in TWELVE_LOOKS) == 5
-    assert min(look.girth for look in TWELVE_LOOKS) < 0.87
-    assert max(look.girth for look in TWELVE_LOOKS) > 1.2
-    assert any(look.clothes.skirt_share for look in TWELVE_LOOKS)
-    assert any(look.clothes.has_hood for look in TWELVE_LOOKS)
-    assert any(look.has_long_hair for look in TWELVE_LOOKS)
-    assert len({look.skin for look in TWELVE_LOOKS}) == 6
+    assert sum(appearance.sex == "woman" for appearance in TWELVE_PEOPLE) == 5
+    assert min(appearance.girth for appearance in TWELVE_PEOPLE) < 0.87
+    assert max(appearance.girth for appearance in TWELVE_PEOPLE) > 1.2
+    assert any(appearance.clothes.skirt_share for appearance in TWELVE_PEOPLE)
+    assert any(appearance.clothes.has_hood for appearance in TWELVE_PEOPLE)
+    assert any(appearance.has_long_hair for appearance in TWELVE_PEOPLE)
+    assert len({appearance.skin for appearance in TWELVE_PEOPLE}) == 6
 
 
 def test_labels_tell_who_it_is() -> None:
-    assert replace(TWELVE_LOOKS[0], sex="woman", stature_m=1.62).label == "woman 1.62 m"
-    assert CHILD_LOOK.label == "child 1.27 m"
+    assert replace(TWELVE_PEOPLE[0], sex="woman", stature_m=1.62).label == "woman 1.62 m"
+    assert CHILD.label == "child 1.27 m"
 
 
 def test_a_child_has_a_large_head_and_short_legs() -> None:
-    adult = TWELVE_LOOKS[0]
-    assert 6.0 < 1.0 / head_share(CHILD_LOOK) < 6.6  # eight years: about 6.4 heads tall
+    adult = TWELVE_PEOPLE[0]
+    assert 6.0 < 1.0 / head_share(CHILD) < 6.6  # eight years: about 6.4 heads tall
     assert 1.0 / head_share(adult) > 7.4
-    assert hip_share(CHILD_LOOK) < hip_share(adult)
+    assert hip_share(CHILD) < hip_share(adult)
 
 
 def test_random_people_vary_as_much_as_measured_ones() -> None:
-    looks = [random_look(np.random.default_rng(seed)) for seed in range(300)]
+    appearances = [random_appearance(np.random.default_rng(seed)) for seed in range(300)]
     for share in (hip_share, knee_share):
-        shares = np.array([share(look) for look in looks])
+        shares = np.array([share(appearance) for appearance in appearances])
         assert 0.015 < shares.std() / shares.mean() < 0.05
         assert np.abs(shares / shares.mean() - 1.0).max() < 0.12
-    assert len({look.skin for look in looks}) == 6
-    assert 0.02 < np.mean([look.clothes.skirt_share > 0.0 for look in looks]) < 0.2
+    assert len({appearance.skin for appearance in appearances}) == 6
+    assert (
+        0.02 < np.mean([appearance.clothes.skirt_share > 0.0 for appearance in appearances]) < 0.2
+    )
 
 
 @settings(max_examples=50)
@@ -87,7 +89,7 @@ def test_folds_are_bounded_and_their_slopes_are_their_derivative(seed: int, high
 
 
 def test_folds_move_with_the_body() -> None:
-    body = build_body(TWELVE_LOOKS[4])
+    body = build_body(TWELVE_PEOPLE[4])
     rng = np.random.default_rng(0)
     piece = rng.integers(0, len(body.parts), 400).astype(np.int32)
     points = rng.uniform(-0.3, 0.3, (400, 3)) + np.array([0.0, 0.0, 2.8])
@@ -106,31 +108,35 @@ def test_folds_move_with_the_body() -> None:
     assert np.abs(here.displacements).max() > 0.002
 
 
-@pytest.mark.parametrize("look", [TWELVE_LOOKS[4], TWELVE_LOOKS[10]], ids=["jumper", "skirt"])
-def test_folds_change_the_surface_by_no_more_than_their_size(look: Look, render_plain) -> None:
+@pytest.mark.parametrize(
+    "appearance", [TWELVE_PEOPLE[4], TWELVE_PEOPLE[10]], ids=["jumper", "skirt"]
+)
+def test_folds_change_the_surface_by_no_more_than_their_size(
+    appearance: Appearance, render_plain
+) -> None:
     empty = render_plain(np.full((CAMERA.height, CAMERA.width), np.inf, np.float32))
-    even, folded = (build_body(one) for one in (replace(look, folds_seed=None), look))
+    even, folded = (build_body(one) for one in (replace(appearance, folds_seed=None), appearance))
     images = [draw_people([body], [standing(body)], empty, CAMERA) for body in (even, folded)]
     both = np.logical_and(*(image.instance == 1 for image in images))
     both &= images[0].material == images[1].material
     change = np.abs(images[0].depth_m[both] - images[1].depth_m[both])
     assert both.sum() > 1000
-    assert 0.002 < np.median(change) < max(fold_amplitudes(look))
+    assert 0.002 < np.median(change) < max(fold_amplitudes(appearance))
     assert (images[0].instance != images[1].instance).sum() > 10  # the outline too
 
 
 def test_the_same_person_is_built_alike_each_time_and_others_otherwise() -> None:
-    look = random_look(np.random.default_rng(8))
-    first, again = build_body(look), build_body(look)
+    appearance = random_appearance(np.random.default_rng(8))
+    first, again = build_body(appearance), build_body(appearance)
     np.testing.assert_array_equal(first.start_radii_m, again.start_radii_m)
     np.testing.assert_array_equal(first.folds.waves, again.folds.waves)
-    other = build_body(replace(look, folds_seed=4321))
+    other = build_body(replace(appearance, folds_seed=4321))
     assert not np.array_equal(first.start_radii_m, other.start_radii_m)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_an_even_body_is_its_own_mirror_image(seed: int) -> None:
-    body = build_body(random_look(np.random.default_rng(seed)).even())
+    body = build_body(random_appearance(np.random.default_rng(seed)).even())
     balls = np.column_stack([body.starts_m, body.start_radii_m])
     places = np.array([np.round(row, 6) for row in balls * (-1, 1, 1, 1)])
     for row in places[::3]:
@@ -139,11 +145,11 @@ def test_an_even_body_is_its_own_mirror_image(seed: int) -> None:
 
 def test_a_skirt_hides_the_thighs(render_plain) -> None:
     empty = render_plain(np.full((CAMERA.height, CAMERA.width), np.inf, np.float32))
-    look = replace(TWELVE_LOOKS[9], proportions=AVERAGE)
-    trousers = replace(look, clothes=replace(look.clothes, skirt_share=0.0))
+    appearance = replace(TWELVE_PEOPLE[9], proportions=AVERAGE)
+    trousers = replace(appearance, clothes=replace(appearance.clothes, skirt_share=0.0))
     dressed, other = (
         draw_people([body], [standing(body)], empty, CAMERA)
-        for body in (build_body(look), build_body(trousers))
+        for body in (build_body(appearance), build_body(trousers))
     )
     wide = [(image.material == TROUSERS).sum(1) for image in (dressed, other)]
     above_knee = slice(70, 78)  # hips are in row 60, knees in row 82

@@ -1,4 +1,4 @@
-"""Sitting on a chair, and kneeling: what else than the soles carries a person."""
+"""Sitting on a chair, and kneeling on one knee."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from math import pi, sin
 from typing import Final
 
 from topview_lab.sim.actions.act import Act, Angles, Feet, Foot, Moment
-from topview_lab.sim.actions.arms import added, follow
+from topview_lab.sim.actions.arms import add_angles, idle_trunk
 from topview_lab.sim.actions.keyframes import curve
 from topview_lab.sim.actions.style import smooth_step
 from topview_lab.sim.anthropometry import HIP_SHARE
 
 SEAT_BACK: Final = 0.225
-"""The hip centres of a seated person behind those of the same person standing (ours)."""
+"""How far sitting moves the hip centres back, share of the stature (ours)."""
 SEAT_FLESH: Final = 0.058
-"""The hip centres above the seat: Gordon et al. (1989), less than the trochanter, pressed."""
+"""Height of the hip centres above the seat, share of the stature: after the trochanter of Gordon et
+al. (1989), less as the flesh is pressed."""
 SIT_S: Final = 1.8
-"""How long it takes to sit down or to stand up (ours, unhurried; MHAD's take about as long)."""
+"""Duration of sitting down or standing up (ours; Berkeley MHAD's take about as long)."""
 
 
 def _sat(moment: Moment, down: float) -> Act:
@@ -40,19 +41,19 @@ def _sat(moment: Moment, down: float) -> Act:
         }
     back = smooth_step(1.35 * down)
     return Act(
-        angles=added(angles, restless),
+        angles=add_angles(angles, restless),
         hips=(0.006 * style.drift(t, 3) * (1 - down), seated * down, -SEAT_BACK * back),
-        rests=min(1.6 * down, 1.0),
+        support=min(1.6 * down, 1.0),
     )
 
 
 def _wandering(moment: Moment, effort: float) -> Angles:
-    """How the trunk wanders, without the posture of standing."""
+    """Slow drifts of the trunk, relative to the standing posture."""
     still = {"pelvis": (2, 0, 0), "abdomen": (1, 0, 0), "chest": (2, 0, 0), "neck": (7, 0, 0),
              "head": (-5, 0, 0)}  # fmt: skip
     return {
         name: (effort * (a - still[name][0]), effort * 0.6 * b, effort * c)
-        for name, (a, b, c) in follow(moment).items()
+        for name, (a, b, c) in idle_trunk(moment).items()
     }
 
 
@@ -81,7 +82,7 @@ def sit_down_stand_up(moment: Moment) -> Act:
 
 
 KNEE_UP: Final = 0.048
-"""The knee's centre above the floor while it carries: half its breadth, in trousers (ours)."""
+"""Height of the knee's centre above the floor while kneeling: half its breadth (ours)."""
 THIGH_SHARE: Final = 0.245
 _KNEEL = curve((0.0, 0.0), (0.05, 0.0), (0.30, 1.0), (0.66, 1.0), (0.92, 0.0), (1.0, 0.0))
 
@@ -116,5 +117,5 @@ def kneel(moment: Moment, down: float) -> Act:
         ),
     }
     hips = (0.008 * moment.style.drift(moment.time_s, 3), hips_up * down, 0.0)
-    trunk = added(angles, _wandering(moment, 1.4))
-    return Act(trunk, hips, feet=feet, rests=min(1.5 * down, 1.0))
+    trunk = add_angles(angles, _wandering(moment, 1.4))
+    return Act(trunk, hips, feet=feet, support=min(1.5 * down, 1.0))
