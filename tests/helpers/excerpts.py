@@ -20,7 +20,8 @@ class Excerpt:
         self._frames = list(islice(recording, count))
         self.problems = list(recording.problems)
 
-    def __len__(self) -> int:
+    @property
+    def frame_count(self) -> int:
         return len(self._frames)
 
     def __iter__(self) -> Iterator[Frame]:

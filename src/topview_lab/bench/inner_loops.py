@@ -65,8 +65,7 @@ def _evidence_of_nearest(frame: Frame) -> Evidence:
     finder = PeopleFinder()
     image = Pyramid(frame)
     user = by_depth(finder.update(image))[0]
-    is_users = label_image([user], frame.depth_m.shape) > 0
-    return gather(user, image, is_users, finder.floor)
+    return gather(user, image, label_image([user], frame.depth_m.shape), finder.floor)
 
 
 def _utvr_call(camera: Camera, threads: int) -> Callable[[], object]:
