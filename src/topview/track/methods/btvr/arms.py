@@ -23,8 +23,8 @@ from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
 
 Array = NDArray[np.float64]
 
-# All ours but where a table is named; metres, radians.
-# Palms. An extremity is one of the points that nothing else explains, and are far apart.
+# All ours but where a table or an equation is named.
+# Where the palm may be. Extremities are points that nothing else explains, far from each other.
 LIKELY_WEIGHT: Final = 0.5  # of a point, from which on it may be an extremity
 EXTREMITIES: Final = 8  # points that may be palms where no colour tells
 EXTREMITY_CONFIDENCE: Final = 0.5  # of these, as of a hand candidate
@@ -34,7 +34,6 @@ ARM_REACH: Final = 1.1  # a palm is no farther from the shoulder, in lengths of 
 # Sampling; every round is half as wide as the one before.
 JITTER_RAD: Final = 0.4  # around the kept hypotheses
 SHOULDER_JITTER: Final = 0.5  # of their shoulders, in radii of the upper arm
-NEAREST_SHOULDER_M: Final = 0.3  # a shoulder counts as no nearer to the camera
 PAIRS: Final = 20  # of shoulder and palm in each round
 ELBOWS_PER_PAIR: Final = 6  # on the circle of Eq. 5.4 - 5.6
 # The discrepancy between an arm's rendered depth and the image; 1 for an arm in free space.
@@ -42,13 +41,14 @@ DIFFERENCE_CAP_M: Final = 0.1  # the largest difference of a pixel, and that of 
 OCCLUDED_DIFFERENCE_M: Final = 0.03  # of a pixel that something else hides
 SELF_OCCLUDED_CAP_M: Final = 0.07  # of a pixel that the body hides: arms are seldom behind the back
 LEAST_AREA: Final = 0.3  # share of the whole arm's pixels: an arm that points at the camera has few
+NEAREST_SHOULDER_M: Final = 0.3  # for that area, a shoulder counts as no nearer to the camera
 # What is added to the discrepancy.
 UNEXPLAINED_WEIGHT: Final = 1.5  # of as many unexplained pixels as a whole arm has
 MOTION_WEIGHT: Final = 0.03  # of log(1 + (turn / MOTION_RAD)^2) since the last frame, each part
 MOTION_RAD: Final = 0.5
 SHOULDER_WEIGHT: Final = 0.02  # of a shoulder's squared distance from its joint, in arm radii
 RANGE_WEIGHT: Final = 1.0  # per radian beyond Table 5.1
-RANGE_SLACK_RAD: Final = 0.35  # beyond Table 5.1, for nothing
+RANGE_SLACK_RAD: Final = 0.35  # beyond Table 5.1 that costs nothing
 # The arm is the mean of the best hypothesis and those like it.
 AVERAGED: Final = 8  # hypotheses at the most
 ALIKE_RAD: Final = 0.35  # which differ by less from the best one
