@@ -47,13 +47,17 @@ class Project:
         (folder / "python3").write_text(STAND_IN)
         (folder / "python3").chmod(0o755)
 
-    def run(self, *arguments: str, pip_status: int = 0) -> tuple[int, list[str], str]:
+    def run(
+        self, *arguments: str, pip_status: int = 0, **environment: str
+    ) -> tuple[int, list[str], str]:
         """Exit status, the programs that were started, and stderr."""
         self.calls.write_text("")
         ended = subprocess.run(
             [sys.executable, "-c", AS_STAND_IN, "run", str(self.folder / "python3"), *arguments],
             cwd=self.folder,
-            env=os.environ | {"CALLS": str(self.calls), "PIP_STATUS": str(pip_status)},
+            env=os.environ
+            | {"CALLS": str(self.calls), "PIP_STATUS": str(pip_status)}
+            | environment,
             capture_output=True,
             text=True,
             check=False,
@@ -113,6 +117,14 @@ def test_every_extra_is_declared_and_test_holds_the_others():
 
 def test_the_exit_status_is_the_child_s(project):
     assert project.run("fail")[0] == 7
+
+
+@pytest.mark.parametrize(("never_written", "by_pip"), [("", False), ("1", True)])
+def test_byte_code_is_made_by_pip_only_where_python_would_not_keep_it(
+    project, never_written, by_pip
+):
+    _, calls, _ = project.run("demo", PYTHONDONTWRITEBYTECODE=never_written)
+    assert ("--no-compile" not in calls[1]) == by_pip
 
 
 def test_a_changed_declaration_is_installed_again(project):
