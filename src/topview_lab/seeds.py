@@ -103,13 +103,13 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         Knowledge.NUMBERS_READ, "the report was made again after changes",
     ),
     SeedUse(
-        (range(7600, 7700),), "detection, --seed 6", "users found", Knowledge.LOOKED_AT,
-        "the people finder was made better on them",
+        (range(7100, 7200), range(7600, 7700)), "detection, --seed 1 and 6", "users found",
+        Knowledge.LOOKED_AT, "the people finder was made better on them",
     ),
     SeedUse(
-        (range(7000, 7600), range(7700, 8000)), "detection, --seed 0 to 5, 7 to 9", "users found",
-        Knowledge.NUMBERS_READ,
-        "one of these --seed was looked at, too; the history does not tell which",
+        (range(7000, 7100), range(7200, 7600), range(7700, 8000)),
+        "detection, --seed 0, 2 to 5, 7 to 9", "users found", Knowledge.NUMBERS_READ,
+        "one more of --seed 0 to 9 was looked at; the history does not tell which",
     ),
 )  # fmt: skip
 

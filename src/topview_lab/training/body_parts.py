@@ -23,8 +23,7 @@ from topview_lab.datasets.joints import RENDERED_JOINTS
 from topview_lab.rivals.forest.growing import NO_CLASS, LabelledBody
 from topview_lab.rivals.forest.model import person_depth
 from topview_lab.sim.actions import ACTIONS
-from topview_lab.sim.bodies import SIM_JOINT_NAMES as SIM_JOINTS
-from topview_lab.sim.bodies import Body
+from topview_lab.sim.bodies import SIM_JOINT_NAMES, Body
 from topview_lab.sim.furniture import furnished
 from topview_lab.sim.images import Rendering
 from topview_lab.sim.motions import Clip
@@ -224,7 +223,7 @@ def _cut_out(
 
 
 _SIM_NAME: Final = {ours: theirs for theirs, ours in RENDERED_JOINTS.items() if ours is not None}
-_OURS: Final = [SIM_JOINTS.index(_SIM_NAME[name]) for name in JOINT_NAMES]
+_OURS: Final = [SIM_JOINT_NAMES.index(_SIM_NAME[name]) for name in JOINT_NAMES]
 # Ours: a joint with this many points within this distance is visible.
 SHOWN_M: Final = 0.2
 SHOWN_POINTS: Final = 8

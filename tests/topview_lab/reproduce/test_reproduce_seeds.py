@@ -38,7 +38,7 @@ def test_every_seed_of_the_default_report_is_recorded(tmp_path):
 
 
 def test_what_the_history_says_of_some_seeds():
-    for seed in (12, 503, report_seed(0, 1), detection_seed(6, 4)):
+    for seed in (12, 503, report_seed(0, 1), detection_seed(1, 0), detection_seed(6, 4)):
         assert use_of(seed).knowledge == Knowledge.LOOKED_AT
     for seed in (0, *HANDS_LEARNT_SEEDS):
         assert use_of(seed).knowledge == Knowledge.FITTED

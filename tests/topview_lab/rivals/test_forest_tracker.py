@@ -15,7 +15,7 @@ from topview.track import Tracker, TrackerSettings
 from topview_lab.rivals.forest import default_forest, propose_joints
 from topview_lab.rivals.forest.tracker import ForestSettings, rigid_fit
 from topview_lab.sim import SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import SIM_JOINT_NAMES as SIM_JOINTS
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.recording import SimulatedFrame
 
 SCENE = scene_by_name("waving_two_hands", seed=2950, frames=30)
@@ -60,7 +60,7 @@ def test_head_and_hands_of_somebody_new_are_proposed(
 ) -> None:
     candidates = propose_joints(depth_of(seen), seen.mask == 1, SCENE.camera, default_forest())
     best = next(candidate for candidate in candidates if candidate.joint == ours)
-    truth = seen.truth.joints[0, SIM_JOINTS.index(theirs)]
+    truth = seen.truth.joints[0, SIM_JOINT_NAMES.index(theirs)]
     assert np.linalg.norm(best.place_camera - truth) < tolerance_m
 
 
@@ -86,14 +86,14 @@ def test_the_tracker_follows_the_forest_and_threads_do_not_matter() -> None:
     assert np.array_equal(alone, together)
     truth = SimulatedRecording(SCENE).simulate(5).truth.joints[0]
     for ours, theirs in (("head", "head"), ("left_knee", "knee_l"), ("right_elbow", "elbow_r")):
-        gap = alone[5, JOINT_NAMES.index(ours)] - truth[SIM_JOINTS.index(theirs)]
+        gap = alone[5, JOINT_NAMES.index(ours)] - truth[SIM_JOINT_NAMES.index(theirs)]
         assert np.linalg.norm(gap) < 0.15, ours
 
 
 def test_limbs_out_of_view_stay_with_the_trunk(seen: SimulatedFrame) -> None:
     """Only the upper body is left in the image: the legs are guessed, and nothing breaks."""
     depth_m = depth_of(seen)
-    hips = seen.truth.joints[0, SIM_JOINTS.index("pelvis")]
+    hips = seen.truth.joints[0, SIM_JOINT_NAMES.index("pelvis")]
     depth_m[int(project(hips[None], SCENE.camera)[0, 1]) :] = 0.0
     tracker = Tracker(TrackerSettings(method="forest"))
     people = [tracker.update(Frame(k, k / 30, depth_m, SCENE.camera)) for k in range(3)][-1]
