@@ -5,7 +5,8 @@
 Tracks the beginnings of the demo's scene and of recordings of one's own, with nothing compiled
 before, and notes the types with which each kernel is called and the seconds that they take to
 compile. Give it one recording of each kind that you have: with and without colour, with a second
-camera for it, of several resolutions. Run it again when a kernel's arguments have changed; a test tells.
+camera for it, of several resolutions. Run it again when a kernel's arguments have changed; a test
+tells.
 """
 
 from __future__ import annotations

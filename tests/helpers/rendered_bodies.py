@@ -74,7 +74,7 @@ def evidence_in(
 
 def at_frame(evidence: Evidence, index: int) -> Evidence:
     """The same, seen in a later frame."""
-    return replace(evidence, frame_index=index, timestamp_s=index / 30)
+    return replace(evidence, timestamp_s=index / 30)
 
 
 def subject(seed: int = 0, threads: int = 1) -> Subject:

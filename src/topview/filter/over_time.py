@@ -6,7 +6,12 @@ second, and what counts is how many seconds have gone by.
 
 from __future__ import annotations
 
-from math import exp
+from math import exp, floor
+from typing import Final
+
+# Ours.
+FRAME_S: Final = 1 / 30  # from frame to frame where noise and weights of priors were chosen
+PAUSE_FRAMES: Final = 6.0  # a longer pause makes nothing that is known less certain
 
 
 def share_after(elapsed_s: float, memory_s: float) -> float:
@@ -16,6 +21,32 @@ def share_after(elapsed_s: float, memory_s: float) -> float:
     the same time forget as much.
     """
     return 1.0 - exp(-max(elapsed_s, 0.0) / memory_s)
+
+
+def turn_of(time_s: float, every_s: float) -> int:
+    """The number of the turn that a moment belongs to, of turns that begin every so often.
+
+    Work that is done when the number has changed is done at the same moments at any rate of frames,
+    as far as there are frames. Timestamps are rounded: a turn may begin 1 % of one too early.
+    """
+    return floor(time_s / every_s + 0.01)
+
+
+class Pace:
+    """How fast frames come, in units of `FRAME_S`.
+
+    What was chosen for frames of that length (a variance, a share of evidence) is multiplied by it.
+    """
+
+    def __init__(self) -> None:
+        self._last_s: float | None = None
+
+    def frames(self, time_s: float) -> float:
+        """Units that have gone by since the last call, 0 to `PAUSE_FRAMES`; 1 at the first."""
+        last_s, self._last_s = self._last_s, time_s
+        if last_s is None:
+            return 1.0
+        return min(max(time_s - last_s, 0.0) / FRAME_S, PAUSE_FRAMES)
 
 
 class Turns:

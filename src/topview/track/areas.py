@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera import project
+from topview.filter.over_time import share_after
 from topview.people.users import User
 from topview.records import Camera
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 # All ours but where an equation is named.
 STRIDE_PX: Final = 4  # of the pixels that are counted
 FREE_SHARE: Final = 0.05  # an area is updated while no more than this share of it is hidden
-LEARNING: Final = 0.3  # share of the area seen now in the updated one
+MEMORY_S: Final = 0.0935  # after which an area is 63 % what is seen now
 LEAST_AREA_PIXELS: Final = 20  # counted pixels; of fewer no area is made
 CONTOUR: Final = 4.0  # squared deviations at the border of a filled ellipse (Eq. 4.7)
 
@@ -36,9 +37,14 @@ class UserAreas:
 
     def __init__(self) -> None:
         self._areas: dict[int, _Area] = {}
+        self._last_s: float | None = None
 
     def hidden_shares(
-        self, users: Sequence[User], labels: NDArray[np.int32], camera: Camera
+        self,
+        users: Sequence[User],
+        labels: NDArray[np.int32],
+        camera: Camera,
+        timestamp_s: float,
     ) -> dict[int, float]:
         """P_occl of each user (Eq. 5.3), 0 to 1, by id.
 
@@ -46,7 +52,10 @@ class UserAreas:
             users: nearest first.
             labels: [H, W] id of the user that each pixel belongs to, 0 for nobody.
             camera: of the image.
+            timestamp_s: of the image.
         """
+        learning = share_after(timestamp_s - (self._last_s or timestamp_s), MEMORY_S)
+        self._last_s = timestamp_s
         thinned_labels = labels[::STRIDE_PX, ::STRIDE_PX]
         u, v = (np.arange(0, side, STRIDE_PX) for side in (camera.width, camera.height))
         areas: dict[int, _Area] = {}
@@ -65,8 +74,8 @@ class UserAreas:
                 shares[user.id] = _covered(area, right_m, down_m, np.isin(thinned_labels, nearer))
             if area and seen and shares[user.id] <= FREE_SHARE:
                 area = _Area(
-                    area.mean + LEARNING * (seen.mean - area.mean),
-                    area.covariance + LEARNING * (seen.covariance - area.covariance),
+                    area.mean + learning * (seen.mean - area.mean),
+                    area.covariance + learning * (seen.covariance - area.covariance),
                 )
             if area:
                 areas[user.id] = area

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.filter.particles import generator
+from topview.filter.particles import generator, time_key
 from topview.timing import StageClock
 from topview.track.evidence import Evidence
 
@@ -53,7 +53,7 @@ class Subject:
 
     def rng(self, part: int, evidence: Evidence) -> np.random.Generator:
         """The random generator for a part in one frame."""
-        return generator(self.seed, self.person, part, evidence.frame_index)
+        return generator(self.seed, self.person, part, time_key(evidence.timestamp_s))
 
 
 @dataclass(frozen=True, slots=True)

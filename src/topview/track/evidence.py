@@ -30,7 +30,7 @@ class Evidence:
     """One user in one frame; images are at the working resolution.
 
     Attributes:
-        frame_index, timestamp_s: of the frame.
+        timestamp_s: of the frame.
         stride: full pixels from one pixel of these images to the next.
         view: the scene's depth.
         user_mask: [H, W] bool, pixels of the user.
@@ -53,7 +53,6 @@ class Evidence:
             1; None if unknown.
     """
 
-    frame_index: int
     timestamp_s: float
     stride: int
     view: DepthView
@@ -144,7 +143,6 @@ def gather(
     step = max(1, -(-len(points) // MAX_REFINEMENT_POINTS))
     distance_m = float(np.median(points[:, 2])) if len(points) else 1.0
     return Evidence(
-        frame_index=frame.index,
         timestamp_s=frame.timestamp_s,
         stride=stride,
         view=view,

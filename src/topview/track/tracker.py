@@ -116,7 +116,9 @@ class Tracker:
         """The scene before any body is fitted."""
         shares: dict[int, float] = {}
         if self.body.needs.hidden_share:
-            shares = self._areas.hidden_shares(users, labels, image.frame.camera)
+            shares = self._areas.hidden_shares(
+                users, labels, image.frame.camera, image.frame.timestamp_s
+            )
         return FittedScene(image, labels, self.finder.floor, (*hands, *self.finder.hands), shares)
 
     def _track_of(self, user: User, threads: int) -> PersonTrack:

@@ -141,8 +141,8 @@ def _preface(context: Context, seconds: float) -> tuple[str, ...]:
         "The simulated people are not unseen data: the last section says which of them were looked "
         "at while something was built. Nor are they neutral. Simulator and tracker take the places "
         "of hips, knees, ankles and shoulders and the forearm's length from the same shares of the "
-        "stature (Drillis and Contini, as in Winter), and their girths from the same survey (Gordon "
-        "et al.), which flatters distances that have no offsets out.",
+        "stature (Drillis and Contini, as in Winter), and their girths from the same survey "
+        "(Gordon et al.), which flatters distances that have no offsets out.",
         f"topview {version('topview')}, {size}, seed {context.seed}; made in "
         f"{seconds / 60:.0f} minutes on {os.cpu_count()} cores of {platform.machine()}, Python "
         f"{platform.python_version()}.",

@@ -33,7 +33,7 @@ from topview.track.methods.utvr import UtvrSettings
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 from topview_lab.sim import SimulatedRecording, scene_by_name
-from topview_lab.sim.bodies import JOINT_NAMES as TRUE_JOINT_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES as TRUE_JOINT_NAMES
 
 FRAMES = 3
 ONE, TWO = "stand", "two_users"

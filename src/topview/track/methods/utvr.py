@@ -14,6 +14,7 @@ of it. Where the thesis leaves a point open:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import ClassVar, Final
 
 import numpy as np
@@ -24,6 +25,7 @@ from topview.body.limits import excess_rad
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
+from topview.filter.over_time import Pace
 from topview.filter.particles import importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
@@ -41,7 +43,7 @@ Array = NDArray[np.float64]
 # the torso go for the head as well.
 TORSO_SIGMA_RAD: Final = (0.06, 0.08, 0.06)
 LIMB_SIGMA_RAD: Final = (0.35, 0.0, 0.35)
-SPREADING: Final = 1.3  # a part without evidence is searched this much wider with every frame
+SPREADING: Final = 1.3  # in `FRAME_S` a part without evidence comes to be searched so much wider
 WIDEST: Final = 2.0  # up to this, which is also how wide a person's first frame is searched
 # Of the radii of placed parts, when collisions are counted: skin that touches does not collide.
 # Adjoining parts share a joint and are left out.
@@ -126,6 +128,7 @@ class UtvrTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
         self._particles: list[_Particles] = []
+        self._pace = Pace()
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
@@ -133,11 +136,12 @@ class UtvrTracker:
             self.model = BodyModel.of(evidence.stature_m, THESIS)
         if not self._particles:
             self._particles = self._roughly_standing(evidence)
+        frames = self._pace.frames(evidence.timestamp_s)
         body = _Body(self.model, evidence.head_camera)
         cloud = evidence.all_points_camera
         with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
-                self._particles[part] = self._filtered(part, body, cloud, evidence)
+                self._particles[part] = self._filtered(part, body, cloud, evidence, frames)
                 body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud, self.settings.clothing_m)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
@@ -147,18 +151,22 @@ class UtvrTracker:
         pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         return [_Particles(R[None], np.ones(1), WIDEST) for R in pose.Rs]
 
-    def _filtered(self, part: int, body: _Body, cloud: Array, evidence: Evidence) -> _Particles:
+    def _filtered(
+        self, part: int, body: _Body, cloud: Array, evidence: Evidence, frames: float
+    ) -> _Particles:
         """One part's filter: sample, evaluate, keep the N best. Without evidence, keep those of the
-        last frame that the part above allows, and search wider in the next frame."""
+        last frame that the part above allows, and search wider in the next frame. `frames` of
+        `FRAME_S` have gone by: a part turns like a random walk."""
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
+        width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
         for halvings in range(s.rounds):
-            Rs = self._sampled(part, particles, before.spread / 2**halvings, body, rng)
+            Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
             known, scores = self._evaluated(part, Rs, cloud, body, evidence)
             if not len(known):
                 allowed = Rs[: len(before.Rs)]
-                spread = min(SPREADING * before.spread, WIDEST)
+                spread = min(SPREADING**frames * before.spread, WIDEST)
                 return _Particles(allowed, np.ones(len(allowed)), spread)
             best = n_best(scores, s.n_best or PARTS[part].n_best)
             particles = _Particles(known[best], scores[best], 1.0)

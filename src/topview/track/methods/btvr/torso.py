@@ -91,8 +91,8 @@ class TorsoFilter:
         self.torso: Torso | None = None
         self.yaw = YawFilter()
 
-    def update(self, model: BodyModel, evidence: Evidence) -> Torso:
-        """The torso in the next frame."""
+    def update(self, model: BodyModel, evidence: Evidence, frames: float = 1.0) -> Torso:
+        """The torso in the next frame, `frames` of `FRAME_S` later."""
         stature_m = model.stature_m
         R_yaw = _about_y(self.yaw.yaw_rad)
         upright = facing(0.0, evidence.up_camera)
@@ -103,13 +103,14 @@ class TorsoFilter:
         else:
             last = self.torso.R_camera_torso[:, 1]
             axis = self._axis(last, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
-            smoothing = AXIS_SMOOTHING + (1.0 - AXIS_SMOOTHING) * evidence.hidden_share
+            smoothing = AXIS_SMOOTHING**frames
+            smoothing += (1.0 - smoothing) * evidence.hidden_share
             axis = unit(smoothing * last + (1.0 - smoothing) * axis)
         R = _turned_to(axis, upright)
         neck = self._necks((R @ R_yaw)[None], stature_m, evidence)[0]
         below_head = neck + NECK_BEHIND * stature_m * (R @ R_yaw)[:, 2]
         points = (evidence.all_points_camera - below_head) @ R
-        R = R @ _about_y(self.yaw.update(points, stature_m, NECK_BEHIND))
+        R = R @ _about_y(self.yaw.update(points, stature_m, NECK_BEHIND, frames))
         self.torso = Torso(self._necks(R[None], stature_m, evidence)[0], R)
         return self.torso
 

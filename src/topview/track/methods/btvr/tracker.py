@@ -20,6 +20,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.body.proportions import ANATOMICAL, THESIS
+from topview.filter.over_time import Pace
 from topview.geometry.rotations import transform, unit
 from topview.kernels.limbs import judge_limbs
 from topview.people.height import PRIOR_HEIGHT_M
@@ -79,6 +80,7 @@ class BtvrTracker:
         self.model = BodyModel.of(PRIOR_HEIGHT_M, PROPORTIONS)
         self._torso = TorsoFilter(settings.torso, subject.threads)
         self._yaw_cues = YawCues()
+        self._pace = Pace()
         self._arms = [
             ArmFilter(LEFT_UPPER_ARM, -1.0, settings.arms),
             ArmFilter(RIGHT_UPPER_ARM, 1.0, settings.arms),
@@ -89,9 +91,10 @@ class BtvrTracker:
         if evidence.stature_m is not None:
             self.model = BodyModel.of(evidence.stature_m, PROPORTIONS)
         with self.subject.clock.stage("torso"):
-            self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence))
+            frames = self._pace.frames(evidence.timestamp_s)
+            self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
             last = self._torso.torso
-            torso = self._torso.update(self.model, evidence)
+            torso = self._torso.update(self.model, evidence, frames)
         if last is not None and _is_reversed(torso, last):
             self._arms[0].exchange_sides(self._arms[1])
         with self.subject.clock.stage("arms"):

@@ -22,8 +22,8 @@ YAWS_RAD: Array = np.linspace(-np.pi, np.pi, N_YAWS, endpoint=False, dtype=np.fl
 
 # All ours.
 FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
-STEP_RAD: Final = 0.06  # by how much somebody may turn between two frames
-EVIDENCE_SHARE: Final = 0.2  # of a frame's log likelihood that counts: frames in a row err alike
+STEP_RAD: Final = 0.06  # standard deviation of how far somebody turns within `FRAME_S`
+EVIDENCE_SHARE: Final = 0.2  # of the log likelihood in `FRAME_S`: frames in a row err alike
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
 # By how much a yaw may be likelier than its opposite in one frame, in a logarithm: only where the
 # head is tells them apart.
@@ -68,7 +68,7 @@ class YawFilter:
         weights = np.where(np.abs(off) < MEAN_WITHIN_RAD, self._belief, 0.0)
         return float(_wrapped(middle + (weights @ off) / weights.sum()))
 
-    def update(self, points: Array, stature_m: float, behind: float) -> float:
+    def update(self, points: Array, stature_m: float, behind: float, frames: float = 1.0) -> float:
         """The yaw in the next frame.
 
         Args:
@@ -77,12 +77,13 @@ class YawFilter:
             stature_m: of the person.
             behind: share of it by which the torso's axis is behind the head, which tells front and
                 back apart.
+            frames: of `FRAME_S` that have gone by.
         """
-        self._belief = self._predicted()
+        self._belief = self._predicted(frames)
         costs = np.zeros(N_YAWS)
         for section in (SHOULDER_SECTION, TRUNK_SECTION):
             costs += _costs(points, stature_m, behind, section)
-        log_likelihood = _limited(-0.5 * EVIDENCE_SHARE * (costs - costs.min()))
+        log_likelihood = _limited(-0.5 * min(EVIDENCE_SHARE * frames, 1.0) * (costs - costs.min()))
         self._belief = _normalised(self._belief * (np.exp(log_likelihood) + OUTLIER_LIKELIHOOD))
         return self.yaw_rad
 
@@ -90,10 +91,11 @@ class YawFilter:
         """Multiply the belief by the likelihood of other evidence, [N_YAWS] for `YAWS_RAD`."""
         self._belief = _normalised(self._belief * np.exp(log_likelihood))
 
-    def _predicted(self) -> Array:
-        """The belief before the frame is seen: anybody may have turned by `STEP_RAD`."""
+    def _predicted(self, frames: float) -> Array:
+        """The belief before the frame is seen: everybody turns like a random walk."""
         off = _wrapped(YAWS_RAD - YAWS_RAD[0])
-        kernel = np.exp(-0.5 * (off / STEP_RAD) ** 2)
+        sigma_rad = STEP_RAD * np.sqrt(max(frames, 0.1))
+        kernel = np.exp(-0.5 * (off / sigma_rad) ** 2)
         moved = np.fft.ifft(np.fft.fft(self._belief) * np.fft.fft(kernel / kernel.sum()))
         return _normalised(np.maximum(np.real(moved), 1e-9))
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS, UPPER_TORSO
+from topview.filter.over_time import turn_of
 from topview.geometry.rotations import horizontal, unit
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
@@ -30,8 +31,8 @@ class FacingSettings:
     """Ours, all of it; belief is in log odds.
 
     Attributes:
-        every, every_in_doubt: frames from one look to the next, and while belief is below
-            `doubt`.
+        first_every_s, every_s, every_in_doubt_s: from one look to the next, seconds: of the
+            first looks, of later ones, and of these while belief is below `doubt`.
         remembered: looks that the belief is a mean of.
         head_weight, head_weight_across: of the head's centre before the trunk's axis, per stature;
             where that is along the line of sight, and where it is across, which is measured better.
@@ -51,8 +52,9 @@ class FacingSettings:
         turned_round: belief in the front that turns somebody round.
     """
 
-    every: int = 5
-    every_in_doubt: int = 2
+    first_every_s: float = 1 / 30
+    every_s: float = 5 / 30
+    every_in_doubt_s: float = 2 / 30
     doubt: float = 1.0
     remembered: int = 10
     head_weight: float = 110.0
@@ -79,13 +81,18 @@ class Facing:
         self.settings = settings
         self.belief = 0.0
         self._looks = 0
+        self._asked_s: float | None = None
         self._left_camera: Array | None = None
 
-    def is_due(self, frame: int) -> bool:
-        """Whether it is time to look again."""
+    def is_due(self, time_s: float) -> bool:
+        """Whether it is time to look again; looks are due at the same moments whatever the rate of
+        frames."""
         s = self.settings
-        every = s.every if self.belief > s.doubt else s.every_in_doubt
-        return self._looks < s.remembered or frame % every == 0
+        every_s = s.every_s if self.belief > s.doubt else s.every_in_doubt_s
+        if self._looks < s.remembered:
+            every_s = s.first_every_s
+        asked_s, self._asked_s = self._asked_s, time_s
+        return asked_s is None or turn_of(time_s, every_s) != turn_of(asked_s, every_s)
 
     def step(self, pose: Pose, up_camera: Array) -> None:
         """People walk to their front."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
+from topview.filter.over_time import FRAME_S, PAUSE_FRAMES, share_after, turn_of
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.records import InputError
 from topview.timing import StageClock
@@ -29,13 +30,14 @@ Array = NDArray[np.float64]
 # is added to that; all costs, margins and weights are in that unit.
 HEIGHT_STEP_M: Final = 0.01  # a body is rebuilt when its height estimate moves by this
 LEAST_BODY_POINTS: Final = 30  # with fewer the person counts as not seen, and keeps the pose
-STATURE_FRAMES: Final = 15  # with the person in sight, in which statures are tried
+STATURE_S: Final = 0.5  # with the person in sight, in which statures are tried
+LIMB_SEARCH_S: Final = 1 / 15  # from one search of the limbs to the next
 STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 FREE_SPACE_COST: Final = 1.0  # of the share of the body in free space
 DEPARTURE_COST: Final = 0.3  # of the mean squared turn away from the prior, per square radian
-VELOCITY_SHARE: Final = 0.6  # of the last motion, in the predicted one
+VELOCITY_S: Final = 0.0295  # after which 63 % of a velocity is gone
 # A person is searched anew at first, and when the pose is lost: its cost is above `LOST_COST`, to
 # which the second is added in proportion to the occluded share. A recovery must be better by
 # `LOST_MARGIN`.
@@ -103,6 +105,7 @@ class FrameContext:
     model: BodyModel
     evidence: Evidence
     clock: StageClock
+    elapsed_s: float  # since the frame before
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,22 +130,25 @@ class TopviewTracker:
         self._limbs = LimbSearch(settings.limbs, subject.threads)
         self._facing = Facing(settings.facing)
         self._before: Pose | None = None
+        self._last_s: float | None = None  # when the pose was
+        self._step_s = 0.0  # from the one before to it
         self._kept: Kept = {}
         self._hidden_share = 0.0
-        self._frames = 0
+        self._in_sight_s = 0.0
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         stature_m = evidence.stature_m
         self._scale_to(stature_m)
+        elapsed_s = 0.0 if self._last_s is None else max(evidence.timestamp_s - self._last_s, 0.0)
         if len(evidence.points_camera) < LEAST_BODY_POINTS:
             pose = self._hidden(evidence)
         else:
-            look = FrameContext(self.model, evidence, self.subject.clock)
-            is_open = stature_m is None and self._frames < STATURE_FRAMES
+            look = FrameContext(self.model, evidence, self.subject.clock, elapsed_s)
+            is_open = stature_m is None and self._in_sight_s < STATURE_S
             statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
-            self._frames += 1
+            self._in_sight_s += elapsed_s
             if self.pose is None:
                 found = self._start(look, statures_m)
             else:
@@ -151,6 +157,7 @@ class TopviewTracker:
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
         self._before, self.pose = self.pose, pose
+        self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
         return pose
 
     def _scale_to(self, stature_m: float | None) -> None:
@@ -168,12 +175,16 @@ class TopviewTracker:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
         wider."""
         hidden = max(self._hidden_share, _beyond_tolerance(look.evidence.hidden_share))
-        moving = self._extrapolated(last) if hidden < STILL_OCCLUSION else last
+        moving = self._extrapolated(last, look.elapsed_s) if hidden < STILL_OCCLUSION else last
         with look.clock.stage("body"):
-            prior_scale = 1.0 + OCCLUDED_PRIOR_SCALE * hidden
+            prior_scale = _firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
             refined = self._refined([last, moving], last, look, prior_scale=prior_scale)
             pose = refined.poses[int(np.argmin(self._costs(refined)))]
-        found = self._with_limbs(pose, moving, self._kept, look, prior_scale)
+        torso = moving if hidden > 0.0 else None
+        if self._limbs_are_due(look):
+            found = self._with_limbs(pose, moving, self._kept, look, torso, prior_scale)
+        else:
+            found = self._refined_whole(pose, self._kept, look, torso, prior_scale)
         if found.cost < LOST_COST + LOST_COST_OCCLUDED * found.hidden:
             return found
         with look.clock.stage("body"):
@@ -196,7 +207,7 @@ class TopviewTracker:
         """What was found, or that turned round where its back is the front."""
         self._facing.step(found.pose, look.evidence.up_camera)
         is_clear = found.cost < FACING_COST and self._trunk_hidden(found, look) < FACING_OCCLUSION
-        if not is_clear or not self._facing.is_due(look.evidence.frame_index):
+        if not is_clear or not self._facing.is_due(look.evidence.timestamp_s):
             return found
         look = replace(look, model=found.model)
         with look.clock.stage("facing"):
@@ -276,15 +287,41 @@ class TopviewTracker:
         lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
         return LIFT_WEIGHT_PER_M * max(0.0, lowest_m - LIFT_M)
 
+    def _limbs_are_due(self, look: FrameContext) -> bool:
+        """Whether to search the limbs: at the same moments whatever the rate of frames; refinement
+        alone follows them in between."""
+        if self._last_s is None:
+            return True
+        now_s = look.evidence.timestamp_s
+        return turn_of(now_s, LIMB_SEARCH_S) != turn_of(self._last_s, LIMB_SEARCH_S)
+
     def _with_limbs(
-        self, pose: Pose, predicted: Pose, kept: Kept, look: FrameContext, prior_scale: float = 1.0
+        self,
+        pose: Pose,
+        predicted: Pose,
+        kept: Kept,
+        look: FrameContext,
+        torso: Pose | None = None,
+        prior_scale: float = 1.0,
     ) -> _Found:
         """The pose with its limbs searched and all of it refined."""
         with look.clock.stage("limbs"):
             rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
             pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
+        return self._refined_whole(pose, kept, look, torso, prior_scale)
+
+    def _refined_whole(
+        self,
+        pose: Pose,
+        kept: Kept,
+        look: FrameContext,
+        torso: Pose | None,
+        prior_scale: float,
+    ) -> _Found:
+        """The pose with all parts refined, and what it costs; head and torso are held to those of
+        `torso` where much is hidden."""
         with look.clock.stage("refinement"):
-            prior = _with_torso_of(predicted, pose) if prior_scale > 1.0 else None
+            prior = None if torso is None else _with_torso_of(torso, pose)
             refined = self._refined([pose], prior, look, prior_scale=prior_scale)
         cost = float(self._costs(refined)[0])
         found = _Found(refined.poses[0], kept, look.model, cost, 0.0)
@@ -311,11 +348,11 @@ class TopviewTracker:
             + DEPARTURE_COST * refined.departure
         )
 
-    def _extrapolated(self, last: Pose) -> Pose:
+    def _extrapolated(self, last: Pose, elapsed_s: float) -> Pose:
         """Constant velocity, damped."""
-        if self._before is None:
+        if self._before is None or self._step_s <= 0.0:
             return last
-        share = VELOCITY_SHARE
+        share = VELOCITY_S * share_after(elapsed_s, VELOCITY_S) / self._step_s
         before, now = self._before.relative(), last.relative()
         turn = vectors_from_rotations(np.swapaxes(before, 1, 2) @ now)
         return Pose.from_relative(
@@ -339,6 +376,12 @@ class TopviewTracker:
             shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
             poses.append(Pose(pose.neck_camera + shift, Rs))
         return poses
+
+
+def _firmness(elapsed_s: float) -> float:
+    """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
+    of the present one; its variance grows with the time, as a random walk's does."""
+    return 1.0 / min(max(elapsed_s / FRAME_S, 0.25), PAUSE_FRAMES)
 
 
 def _beyond_tolerance(hidden_share: float) -> float:
