@@ -46,13 +46,13 @@ LEAST_CURVATURE_PER_M: Final = 3.0
 """Of a shoulder."""
 SHOULDER_SIGMA_M: Final = 0.06
 """Standard deviation of a shoulder from its prediction by the last torso."""
-CENTRE_SIGMA_M, TURN_SIGMA_RAD = 0.03, 0.15
+TORSO_CENTRE_SIGMA_M, TORSO_TURN_SIGMA_RAD = 0.03, 0.15
 """Standard deviations of the torso from the pose that the shoulders give."""
 MOTION_SIGMA_RAD: Final = 0.5
 """Standard deviation of the turn of an arm's part from the start of its search."""
 LEAST_SURFACE_POINTS: Final = 20
 """Fewer points show neither an arm nor a torso."""
-EXTREMITIES, CIRCLE_TURNS = 5, 8
+PALM_CANDIDATES, ELBOWS_ON_CIRCLE = 5, 8
 """Points that are tried as palms, and elbows on each one's circle."""
 CAP_M: Final = 0.1
 """The largest distance that counts where arms are compared."""
@@ -236,7 +236,9 @@ class EllipsoidTracker:
             turn = rotations_from_vectors(state[3:])
             gaps = pseudo_distances((points - state[:3]) @ turn, semi_axes)
             gaps = np.clip(gaps, -4 * s.noise_m, 4 * s.noise_m) / s.noise_m
-            held = np.concatenate([state[:3] / CENTRE_SIGMA_M, state[3:] / TURN_SIGMA_RAD])
+            held = np.concatenate(
+                [state[:3] / TORSO_CENTRE_SIGMA_M, state[3:] / TORSO_TURN_SIGMA_RAD]
+            )
             return np.append(gaps * np.sqrt(30.0 / len(points)), held)
 
         state = least_squares(residuals, np.zeros(6), max_nfev=15).x
@@ -275,9 +277,9 @@ class EllipsoidTracker:
         s = self.settings
         if len(points) < LEAST_SURFACE_POINTS:
             return arm.last, CAP_M
-        palms = spread_points(points, arm.shoulder, EXTREMITIES)
+        palms = spread_points(points, arm.shoulder, PALM_CANDIDATES)
         upper_m, fore_m = map(float, arm.lengths_m)
-        drawn = elbows_on_circle(arm.shoulder, palms, upper_m, fore_m, CIRCLE_TURNS)
+        drawn = elbows_on_circle(arm.shoulder, palms, upper_m, fore_m, ELBOWS_ON_CIRCLE)
         starts = np.concatenate([arm.last[None], drawn])
         costs = np.minimum(np.abs(arm.distances(points, starts)), CAP_M).mean(1)
         turned = np.arccos(np.clip((starts * arm.last).sum(-1), -1.0, 1.0)).sum(1)

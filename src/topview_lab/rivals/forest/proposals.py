@@ -44,7 +44,7 @@ MOST_VOTES: Final = 800
 """Pixels that vote for a joint, chosen evenly among more."""
 MODES: Final = 4
 """Modes that are looked for, from as many starts."""
-ITERATIONS: Final = 12
+MEAN_SHIFT_ITERATIONS: Final = 12
 """Of the mean shift."""
 
 
@@ -138,7 +138,7 @@ def surface_modes(seen: SurfaceVotes) -> list[Floats]:
         modes = np.empty((MODES, 4), np.float32)
         find_modes(
             seen.points_camera[voters], votes[voters] * seen.areas_m2[voters] * np.float32(step),
-            np.float32(BANDWIDTH_M), ITERATIONS, modes,
+            np.float32(BANDWIDTH_M), MEAN_SHIFT_ITERATIONS, modes,
         )  # fmt: skip
         modes = modes[np.argsort(-modes[:, 3], kind="stable")]
         out.append(_distinct(modes[modes[:, 3] > 0.0]))
