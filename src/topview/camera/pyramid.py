@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import cv2
@@ -71,7 +70,7 @@ class Pyramid:
         self.frame = undistorted(frame)
         self._made: dict[tuple[str, int], Any] = {}
 
-    @cached_property
+    @property
     def full(self) -> DepthView:
         """The depth of every pixel."""
         return self.view(1)

@@ -23,13 +23,22 @@ def share_after(elapsed_s: float, memory_s: float) -> float:
     return 1.0 - exp(-max(elapsed_s, 0.0) / memory_s)
 
 
-def turn_of(time_s: float, every_s: float) -> int:
-    """The number of the turn that a moment belongs to, of turns that begin every so often.
+def begins_turn(time_s: float, last_s: float | None, every_s: float) -> bool:
+    """Whether one of the turns that begin every so often has begun since the last frame (None for
+    the first one, which begins one).
 
-    Work that is done when the number has changed is done at the same moments at any rate of frames,
+    Turns are counted from time 0, so that work is done at the same moments at any rate of frames,
     as far as there are frames. Timestamps are rounded: a turn may begin 1 % of one too early.
     """
-    return floor(time_s / every_s + 0.01)
+    if last_s is None:
+        return True
+    now, last = (floor(moment_s / every_s + 0.01) for moment_s in (time_s, last_s))
+    return now != last
+
+
+def frames_in(elapsed_s: float) -> float:
+    """How many `FRAME_S` have gone by, 0 to `PAUSE_FRAMES`."""
+    return min(max(elapsed_s, 0.0) / FRAME_S, PAUSE_FRAMES)
 
 
 class Pace:
@@ -44,9 +53,7 @@ class Pace:
     def frames(self, time_s: float) -> float:
         """Units that have gone by since the last call, 0 to `PAUSE_FRAMES`; 1 at the first."""
         last_s, self._last_s = self._last_s, time_s
-        if last_s is None:
-            return 1.0
-        return min(max(time_s - last_s, 0.0) / FRAME_S, PAUSE_FRAMES)
+        return 1.0 if last_s is None else frames_in(time_s - last_s)
 
 
 class Turns:

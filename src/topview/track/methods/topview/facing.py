@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS, UPPER_TORSO
-from topview.filter.over_time import turn_of
+from topview.filter.over_time import begins_turn
 from topview.geometry.rotations import horizontal, unit
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
@@ -92,7 +92,7 @@ class Facing:
         if self._looks < s.remembered:
             every_s = s.first_every_s
         asked_s, self._asked_s = self._asked_s, time_s
-        return asked_s is None or turn_of(time_s, every_s) != turn_of(asked_s, every_s)
+        return begins_turn(time_s, asked_s, every_s)
 
     def step(self, pose: Pose, up_camera: Array) -> None:
         """People walk to their front."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
-from topview.filter.over_time import FRAME_S, PAUSE_FRAMES, share_after, turn_of
+from topview.filter.over_time import begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.records import InputError
 from topview.timing import StageClock
@@ -290,10 +290,7 @@ class TopviewTracker:
     def _limbs_are_due(self, look: FrameContext) -> bool:
         """Whether to search the limbs: at the same moments whatever the rate of frames; refinement
         alone follows them in between."""
-        if self._last_s is None:
-            return True
-        now_s = look.evidence.timestamp_s
-        return turn_of(now_s, LIMB_SEARCH_S) != turn_of(self._last_s, LIMB_SEARCH_S)
+        return begins_turn(look.evidence.timestamp_s, self._last_s, LIMB_SEARCH_S)
 
     def _with_limbs(
         self,
@@ -381,7 +378,7 @@ class TopviewTracker:
 def _firmness(elapsed_s: float) -> float:
     """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
     of the present one; its variance grows with the time, as a random walk's does."""
-    return 1.0 / min(max(elapsed_s / FRAME_S, 0.25), PAUSE_FRAMES)
+    return 1.0 / max(frames_in(elapsed_s), 0.25)
 
 
 def _beyond_tolerance(hidden_share: float) -> float:
