@@ -54,7 +54,8 @@ class UserAreas:
             camera: of the image.
             timestamp_s: of the image.
         """
-        learning = share_after(timestamp_s - (self._last_s or timestamp_s), MEMORY_S)
+        last_s = timestamp_s if self._last_s is None else self._last_s
+        learning = share_after(timestamp_s - last_s, MEMORY_S)
         self._last_s = timestamp_s
         thinned_labels = labels[::STRIDE_PX, ::STRIDE_PX]
         u, v = (np.arange(0, side, STRIDE_PX) for side in (camera.width, camera.height))

@@ -258,6 +258,14 @@ def test_areas_remember_what_is_hidden():
     assert areas.hidden_shares(*users_at((60, 2.0), (60, 3.0)), CAMERA, 0.07)[2] > 0.8
 
 
+def test_an_area_is_learnt_after_a_first_frame_at_time_0():
+    areas, fresh = UserAreas(), UserAreas()
+    areas.hidden_shares(*users_at((10, 3.0)), CAMERA, 0.0)
+    areas.hidden_shares(*users_at((10, 2.0)), CAMERA, 10.0)
+    fresh.hidden_shares(*users_at((10, 2.0)), CAMERA, 10.0)
+    np.testing.assert_allclose(areas._areas[1].covariance, fresh._areas[1].covariance, rtol=1e-9)
+
+
 def seen_upper_body(yaw_rad: float = 0.0) -> tuple[Evidence, Array]:
     """Somebody whose head is before the trunk, as people's are, and the [11, 4, 4] parts."""
     pose = standing_pose(yaw_rad)
