@@ -8,7 +8,6 @@ does the same for a sensor of another kind.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
 
@@ -35,52 +34,42 @@ NEVER_SEEN_RGB: Final = (255, 0, 255)
 FIRST_S: Final = 0.12
 FIRST_LESSON_S: Final = 1 / 30
 EARLY_LESSONS: Final = 20
-# OpenCV's default, which counts where no rate of learning is given; here one always is.
+# Ours: seconds that something must stand still to become part of the room; roughly a tenth of it
+# where the place was seen empty before.
+ROOM_MEMORY_S: Final = 20.0
+# Ours: seconds from one lesson to the next; between them the room is only looked at.
+LESSON_S: Final = 0.125
+# Ours: time stamps are rounded by up to so many seconds.
+ROUNDED_S: Final = 0.002
+# OpenCV's defaults. A pixel shows something else from so many standard deviations from each mean of
+# a mixture on; and the frames that count where no rate of learning is given (here one always is).
+DISTANCE_SIGMAS: Final = 4.0
 HISTORY: Final = 500
-
-
-@dataclass(frozen=True, slots=True)
-class BackgroundSettings:
-    """How the room is learnt; all ours where not said.
-
-    Attributes:
-        memory_s: how long something must stand still to become part of the room, roughly a tenth
-            of it where the place was seen empty before.
-        lesson_s: from one lesson to the next; between them the room is only looked at.
-        distance: from a mean of the mixture, in standard deviations, beyond which a pixel shows
-            something else (OpenCV's default).
-        nearer_m: besides the noise, what is before the room is at least this far before it.
-        lamp_share: of the pixels that nobody covers, from which a change of colour means that
-            the light has changed, not that somebody came.
-        lamp_memory_s: how long the new light takes to be learnt.
-        lamp_coarseness: pixels of the small image per mixture of a `LampWatch`, in both directions.
-        still_s: how long the depth of a place must stay for a `StillRoom`.
-    """
-
-    memory_s: float = 20.0
-    lesson_s: float = 0.125
-    distance: float = 4.0
-    nearer_m: float = 0.03
-    lamp_share: float = 0.5
-    lamp_memory_s: float = 0.5
-    lamp_coarseness: int = 4
-    still_s: float = 2.0
+# Ours: besides the noise, what is before the room is at least so many metres before it.
+ROOM_MARGIN_M: Final = 0.03
+# All ours. Of the pixels that nobody covers, if this share changes its colour, the light has
+# changed; in so many seconds the new light is learnt. A `LampWatch` has one mixture for so many
+# pixels, in both directions.
+LAMP_SHARE: Final = 0.5
+LAMP_MEMORY_S: Final = 0.5
+LAMP_STRIDE_PX: Final = 4
+# Ours: seconds that the depth of a place must stay the same for a `StillRoom`.
+STILL_S: Final = 2.0
 
 
 class Lessons:
     """When to learn a room, and how much of it."""
 
-    def __init__(self, settings: BackgroundSettings) -> None:
-        self._settings = settings
+    def __init__(self) -> None:
         self._count = 0
         self._first_s = self._last_s = 0.0
 
     def is_due(self, view: ColorView, light_changed: bool) -> bool:
         """Whether the view is to be learnt."""
         now_s = view.frame.timestamp_s
-        lesson_s = FIRST_LESSON_S if now_s - self._first_s < FIRST_S else self._settings.lesson_s
-        # Time stamps are rounded; and they may start anew.
-        is_time = not 0.0 <= now_s - self._last_s < lesson_s - 0.002
+        lesson_s = FIRST_LESSON_S if now_s - self._first_s < FIRST_S else LESSON_S
+        # Time stamps may start anew.
+        is_time = not 0.0 <= now_s - self._last_s < lesson_s - ROUNDED_S
         return not self._count or light_changed or is_time
 
     def start(self, view: ColorView) -> float:
@@ -106,16 +95,15 @@ class BackgroundMixtures:
     learnt, however long they stand still.
     """
 
-    def __init__(self, settings: BackgroundSettings | None = None) -> None:
-        self.settings = settings or BackgroundSettings()
+    def __init__(self) -> None:
         self._forget()
 
     def _forget(self) -> None:
-        self._color, self._depth = _mixture(self.settings), _mixture(self.settings)
+        self._color, self._depth = _mixture(), _mixture()
         self._last_rgb: NDArray[np.uint8] | None = None
         self._last_level: NDArray[np.float32] | None = None
         self._room_level: NDArray[np.float32] | None = None
-        self._lessons = Lessons(self.settings)
+        self._lessons = Lessons()
         self.light_changed = False
 
     def foreground(self, view: ColorView) -> Mask:
@@ -131,10 +119,10 @@ class BackgroundMixtures:
         level, noise = depth_levels(view.depth_m, view.camera.noise), view.camera.noise
         has_reading = level > 0.0
         is_before = _is_new(self._depth, level)
-        margin = _margin(level, view.depth_m, noise, self.settings.nearer_m)
+        margin = _margin(level, view.depth_m, noise)
         is_before &= level > self._room_level + margin
         color_is_new = _is_new(self._color, view.rgb)
-        self.light_changed = _is_lamp(color_is_new, has_reading & ~is_before, self.settings)
+        self.light_changed = _is_lamp(color_is_new, has_reading & ~is_before)
         unread = np.bool_(True) if self.light_changed else color_is_new
         return np.where(has_reading, is_before, unread)
 
@@ -153,10 +141,10 @@ class BackgroundMixtures:
         is_free = ~is_somebodys
         self._last_rgb[is_free] = view.rgb[is_free]
         np.copyto(self._last_level, level, where=is_free & (level > 0.0))
-        elapsed_s, settings = self._lessons.start(view), self.settings
-        memory_s = settings.lamp_memory_s if self.light_changed else settings.memory_s
+        elapsed_s = self._lessons.start(view)
+        memory_s = LAMP_MEMORY_S if self.light_changed else ROOM_MEMORY_S
         self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
-        depth_rate = self._lessons.rate(elapsed_s / settings.memory_s)
+        depth_rate = self._lessons.rate(elapsed_s / ROOM_MEMORY_S)
         self._depth.apply(self._last_level, learningRate=depth_rate)
         self._room_level = np.asarray(self._depth.getBackgroundImage(), np.float32)
 
@@ -164,14 +152,13 @@ class BackgroundMixtures:
 class LampWatch:
     """Notices that the light changes, by a coarse mixture over the room's colours alone."""
 
-    def __init__(self, settings: BackgroundSettings | None = None) -> None:
-        self.settings = settings or BackgroundSettings()
+    def __init__(self) -> None:
         self._forget()
 
     def _forget(self) -> None:
-        self._color = _mixture(self.settings)
+        self._color = _mixture()
         self._last_rgb: NDArray[np.uint8] | None = None
-        self._lessons = Lessons(self.settings)
+        self._lessons = Lessons()
         self.light_changed = False
 
     def is_lesson_due(self, view: ColorView) -> bool:
@@ -182,7 +169,7 @@ class LampWatch:
         """Look at a frame, if it is time to, where it is nobody's ([h, w]), and learn it."""
         if not self.is_lesson_due(view):
             return
-        step = min(self.settings.lamp_coarseness, *view.depth_m.shape)
+        step = min(LAMP_STRIDE_PX, *view.depth_m.shape)
         rgb = averaged(view.rgb, step)
         height, width = rgb.shape[:2]
         is_free = ~is_somebodys[::step, ::step][:height, :width]
@@ -191,10 +178,10 @@ class LampWatch:
         if self._last_rgb is None:
             self._last_rgb = _never_seen(rgb)
         else:
-            self.light_changed = _is_lamp(_is_new(self._color, rgb), is_free, self.settings)
+            self.light_changed = _is_lamp(_is_new(self._color, rgb), is_free)
         self._last_rgb[is_free] = rgb[is_free]
-        elapsed_s, settings = self._lessons.start(view), self.settings
-        memory_s = settings.lamp_memory_s if self.light_changed else settings.memory_s
+        elapsed_s = self._lessons.start(view)
+        memory_s = LAMP_MEMORY_S if self.light_changed else ROOM_MEMORY_S
         self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
 
 
@@ -205,8 +192,7 @@ class StillRoom:
     still there.
     """
 
-    def __init__(self, settings: BackgroundSettings | None = None) -> None:
-        self.settings = settings or BackgroundSettings()
+    def __init__(self) -> None:
         self._nearest_m = np.empty((0, 0), np.float32)
         self._last_m = np.empty((0, 0), np.float32)
         self._still_s = np.empty((0, 0), np.float32)
@@ -221,24 +207,20 @@ class StillRoom:
 
     def learn(self, view: ColorView, is_somebodys: Mask) -> None:
         """Learn a frame where it is nobody's ([h, w]); the first one tells all."""
-        depth_m, settings = view.depth_m, self.settings
+        depth_m = view.depth_m
         if self._nearest_m.shape != depth_m.shape:
             self._nearest_m = np.full(depth_m.shape, np.inf, np.float32)
             self._last_m = depth_m.copy()
-            self._still_s = np.full(depth_m.shape, settings.still_s, np.float32)
+            self._still_s = np.full(depth_m.shape, STILL_S, np.float32)
         elapsed_s = np.float32(max(view.frame.timestamp_s - self._learnt_s, 0.0))
         self._learnt_s = view.frame.timestamp_s
         is_free = ~is_somebodys & (depth_m > 0.0)
-        margin_m = self._margin_m(depth_m, view.camera.noise)
+        margin_m = _still_margin_m(depth_m, view.camera.noise)
         stays = np.abs(depth_m - self._last_m) < margin_m
         np.copyto(self._still_s, (self._still_s + elapsed_s) * stays, where=is_free)
         np.copyto(self._last_m, depth_m, where=is_free)
-        is_still = is_free & (self._still_s >= settings.still_s)
+        is_still = is_free & (self._still_s >= STILL_S)
         np.copyto(self._nearest_m, depth_m - margin_m, where=is_still)
-
-    def _margin_m(self, depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
-        """[h, w] by how much the depth of something still may change."""
-        return np.float32(self.settings.nearer_m) + self.settings.distance * noise.sigma_m(depth_m)
 
 
 def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
@@ -254,12 +236,17 @@ def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.
 
 
 def _margin(
-    level: NDArray[np.float32], depth_m: NDArray[np.float32], noise: DepthNoise, nearer_m: float
+    level: NDArray[np.float32], depth_m: NDArray[np.float32], noise: DepthNoise
 ) -> NDArray[np.float32]:
-    """[h, w] levels by which a surface rises when it comes nearer by `nearer_m`."""
+    """[h, w] levels by which a surface rises when it comes nearer by `ROOM_MARGIN_M`."""
     if not noise.is_quadratic:
-        return np.float32(NOISE_LEVELS * nearer_m) / noise.sigma_m(depth_m)
-    return level * level * np.float32(nearer_m / (NOISE_LEVELS / noise.per_square_m))
+        return np.float32(NOISE_LEVELS * ROOM_MARGIN_M) / noise.sigma_m(depth_m)
+    return level * level * np.float32(ROOM_MARGIN_M / (NOISE_LEVELS / noise.per_square_m))
+
+
+def _still_margin_m(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
+    """[h, w] metres by which the depth of something still may change."""
+    return np.float32(ROOM_MARGIN_M) + DISTANCE_SIGMAS * noise.sigma_m(depth_m)
 
 
 @lru_cache(maxsize=8)
@@ -272,8 +259,8 @@ def _level_table(noise: DepthNoise) -> NDArray[np.float32]:
     return read_only(table.astype(np.float32))
 
 
-def _mixture(settings: BackgroundSettings) -> cv2.BackgroundSubtractorMOG2:
-    return cv2.createBackgroundSubtractorMOG2(HISTORY, settings.distance**2, detectShadows=False)
+def _mixture() -> cv2.BackgroundSubtractorMOG2:
+    return cv2.createBackgroundSubtractorMOG2(HISTORY, DISTANCE_SIGMAS**2, detectShadows=False)
 
 
 def _is_new(mixture: cv2.BackgroundSubtractorMOG2, image: NDArray[Any]) -> Mask:
@@ -281,10 +268,10 @@ def _is_new(mixture: cv2.BackgroundSubtractorMOG2, image: NDArray[Any]) -> Mask:
     return np.asarray(mixture.apply(image, learningRate=0.0), np.uint8) > 0
 
 
-def _is_lamp(color_is_new: Mask, is_empty: Mask, settings: BackgroundSettings) -> bool:
+def _is_lamp(color_is_new: Mask, is_empty: Mask) -> bool:
     """Whether so much of the empty room has another colour that a lamp must have been switched."""
     empty = np.count_nonzero(is_empty)
-    return bool(np.count_nonzero(color_is_new & is_empty) > settings.lamp_share * empty)
+    return bool(np.count_nonzero(color_is_new & is_empty) > LAMP_SHARE * empty)
 
 
 def _never_seen(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import exp
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,35 +23,28 @@ from topview.kernels.skin import count_values, median_reading, paint, share_pixe
 Pixels = NDArray[np.float32]
 
 
-@dataclass(frozen=True, slots=True)
-class BlobSettings:
-    """How blobs are followed; all ours.
-
-    Attributes:
-        grace_s: how long a blob lives on without support; at most as long as it had some.
-        spread_mps: standard deviation of the speed with which a blob moves other than predicted.
-        greatest_spread_m: of a blob's predicted place.
-        usual_depth_m: of a blob whose depth is not known.
-        velocity_s: time over which a velocity is averaged.
-        coasting_s: time in which a velocity that nothing supports fades.
-        same_depth_m: a pixel belongs to blobs that are as near, if there are any.
-        shared: share of a blob's pixels that others claim too, from which it keeps its own form.
-        least_gain: with which a blob follows pixels that all are others' too.
-        merged: share of its pixels that others claim too, from which a blob may be theirs.
-        merged_s: how long it may be so, inside an older one, until it goes.
-    """
-
-    grace_s: float = 0.4
-    spread_mps: float = 0.75
-    greatest_spread_m: float = 0.06
-    usual_depth_m: float = 2.5
-    velocity_s: float = 0.06
-    coasting_s: float = 0.4
-    same_depth_m: float = 0.10
-    shared: float = 0.2
-    least_gain: float = 0.2
-    merged: float = 0.8
-    merged_s: float = 1.0
+# All ours.
+# Seconds that a blob lives on without support; at most as long as it had some.
+GRACE_S: Final = 0.4
+# Standard deviation of the speed with which a blob moves other than predicted, metres a second; and
+# of its predicted place at most, metres.
+SPREAD_MPS: Final = 0.75
+GREATEST_SPREAD_M: Final = 0.06
+# Metres, of a blob whose depth is not known.
+USUAL_DEPTH_M: Final = 2.5
+# Seconds over which a velocity is averaged, and in which one that nothing supports fades.
+BLOB_VELOCITY_S: Final = 0.06
+COASTING_S: Final = 0.4
+# Metres: a pixel belongs to blobs that are as near as this, if there are any.
+SAME_DEPTH_M: Final = 0.10
+# From this share of a blob's pixels that others claim too, it keeps its own form; with this gain it
+# follows pixels that all are others' too.
+SHARED_OVERLAP: Final = 0.2
+LEAST_GAIN: Final = 0.2
+# From this share of its pixels that others claim too, a blob may be theirs; inside an older one it
+# lives on for so many seconds.
+MERGED_OVERLAP: Final = 0.8
+MERGED_S: Final = 1.0
 
 
 @dataclass(slots=True, eq=False)
@@ -96,8 +90,7 @@ class Blob:
 class BlobTracker:
     """Follows blobs from frame to frame."""
 
-    def __init__(self, settings: BlobSettings | None = None) -> None:
-        self.settings = settings or BlobSettings()
+    def __init__(self) -> None:
         self.blobs: list[Blob] = []
         self._next_id = 1
         self._last_s: float | None = None
@@ -108,9 +101,9 @@ class BlobTracker:
         elapsed_s = 0.0 if self._last_s is None else max(now_s - self._last_s, 0.0)
         self._last_s = now_s
         for blob in self.blobs:
-            focal_px = view.camera.fx / (blob.depth_m or self.settings.usual_depth_m)
+            focal_px = view.camera.fx / (blob.depth_m or USUAL_DEPTH_M)
             unseen_s = max(now_s - blob.seen_s, 0.0)
-            spread_m = min(self.settings.spread_mps * unseen_s, self.settings.greatest_spread_m)
+            spread_m = min(SPREAD_MPS * unseen_s, GREATEST_SPREAD_M)
             blob.move(elapsed_s, spread_m * focal_px)
             blob.region = None
         supports = self._supports(view, regions)
@@ -118,7 +111,7 @@ class BlobTracker:
             self._follow(view, regions[r], blobs, elapsed_s)
         for blob in self.blobs:
             if blob.region is None:
-                blob.velocity_px_s *= exp(-elapsed_s / self.settings.coasting_s)
+                blob.velocity_px_s *= exp(-elapsed_s / COASTING_S)
                 blob.ellipse = Ellipse.of_moments(blob.moments)
         self._eliminate(now_s)
         for r, region in enumerate(regions):
@@ -189,7 +182,7 @@ class BlobTracker:
             view.depth_m,
             np.array([blob.ellipse.parameters for blob in blobs]),
             np.array([blob.depth_m for blob in blobs]),
-            self.settings.same_depth_m,
+            SAME_DEPTH_M,
             belongs,
         )
         return belongs
@@ -204,17 +197,16 @@ class BlobTracker:
         elapsed_s: float,
         now_s: float,
     ) -> None:
-        settings = self.settings
         seen = Moments.of_pixels(pixels)
         moved = seen.x - blob.moments.x, seen.y - blob.moments.y
-        if overlap > settings.shared:
-            gain = max(1.0 - overlap, settings.least_gain)
+        if overlap > SHARED_OVERLAP:
+            gain = max(1.0 - overlap, LEAST_GAIN)
             blob.shift(gain * moved[0], gain * moved[1])
-            blob.velocity_px_s *= exp(-elapsed_s * overlap / settings.coasting_s)
+            blob.velocity_px_s *= exp(-elapsed_s * overlap / COASTING_S)
         else:
             blob.pixels, blob.moments, blob.depth_m = pixels, seen, depth_m
             if elapsed_s > 0.0:
-                share = elapsed_s / (settings.velocity_s + elapsed_s)
+                share = elapsed_s / (BLOB_VELOCITY_S + elapsed_s)
                 blob.velocity_px_s = blob.velocity_px_s + np.array(moved) * (share / elapsed_s)
         blob.ellipse = Ellipse.of_moments(blob.moments)
         blob.region, blob.overlap, blob.seen_s = region, overlap, now_s
@@ -223,16 +215,16 @@ class BlobTracker:
         """Let go what has had no support for long, or none of its own inside an older one."""
         kept: list[Blob] = []
         for blob in self.blobs:  # oldest first
-            if now_s - blob.seen_s > min(self.settings.grace_s, blob.seen_s - blob.born_s):
+            if now_s - blob.seen_s > min(GRACE_S, blob.seen_s - blob.born_s):
                 continue
-            is_merged = blob.overlap > self.settings.merged and any(
+            is_merged = blob.overlap > MERGED_OVERLAP and any(
                 other.ellipse.holds(blob.ellipse) for other in kept
             )
             if not is_merged:
                 blob.merged_since_s = None
             elif blob.merged_since_s is None:
                 blob.merged_since_s = now_s
-            elif now_s - blob.merged_since_s > self.settings.merged_s:
+            elif now_s - blob.merged_since_s > MERGED_S:
                 continue
             kept.append(blob)
         self.blobs = kept

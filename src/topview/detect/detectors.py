@@ -22,6 +22,7 @@ from topview.detect.heads import (
     Hints,
 )
 from topview.detect.protocol import HeadDetector
+from topview.detect.skin import SkinSettings
 from topview.records import Frame, InputError
 from topview.timing import StageClock
 
@@ -48,10 +49,10 @@ class SkinHeads:
         sight: what the last frame's colours told; None before the first.
     """
 
-    def __init__(self, clock: StageClock) -> None:
+    def __init__(self, clock: StageClock, skin: SkinSettings | None = None) -> None:
         """The time for colours is counted in the `clock`."""
         self._clock = clock
-        self._faces_and_hands = FacesAndHands()
+        self._faces_and_hands = FacesAndHands(skin)
         self._cascade = CascadeFaces()
         self.sight: Sight | None = None
 
@@ -105,9 +106,14 @@ class DepthAndSkinHeads(SkinHeads):
     """A `HeadDetector` of heads by their shape and of faces by their colour, each where the other
     fails; without usable colour it finds what `DepthHeadDetector` does."""
 
-    def __init__(self, clock: StageClock) -> None:
-        super().__init__(clock)
-        self._depth = DepthHeadDetector()
+    def __init__(
+        self,
+        clock: StageClock,
+        skin: SkinSettings | None = None,
+        depth: DepthHeadDetector | None = None,
+    ) -> None:
+        super().__init__(clock, skin)
+        self._depth = depth or DepthHeadDetector()
 
     @property
     def needs_color(self) -> bool:

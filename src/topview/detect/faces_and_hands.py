@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import dist, pi
 from typing import Final
 
@@ -11,14 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.detect.background import (
-    BackgroundMixtures,
-    BackgroundSettings,
-    LampWatch,
-    StillRoom,
-)
+from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom
 from topview.detect.beliefs import BeliefTables, Features, Kind
-from topview.detect.blobs import Blob, BlobSettings, BlobTracker
+from topview.detect.blobs import USUAL_DEPTH_M, Blob, BlobTracker
 from topview.detect.ellipses import Ellipse
 from topview.detect.heads import center_behind
 from topview.detect.palms import palm_of
@@ -109,15 +104,6 @@ class Sight:
         return sorted(found, key=lambda blob: -float(blob.belief[kind]))
 
 
-@dataclass(frozen=True, slots=True)
-class FacesAndHandsSettings:
-    """How faces and hands are found by their colour."""
-
-    background: BackgroundSettings = field(default_factory=BackgroundSettings)
-    skin: SkinSettings = field(default_factory=SkinSettings)
-    blobs: BlobSettings = field(default_factory=BlobSettings)
-
-
 class FacesAndHands:
     """Finds faces and hands in one frame after the other.
 
@@ -128,18 +114,18 @@ class FacesAndHands:
 
     def __init__(
         self,
-        settings: FacesAndHandsSettings | None = None,
+        settings: SkinSettings | None = None,
         histograms: SkinHistograms | None = None,
         tables: BeliefTables | None = None,
     ) -> None:
-        self.settings = settings or FacesAndHandsSettings()
-        self._mixtures = BackgroundMixtures(self.settings.background)
-        self._lamps = LampWatch(self.settings.background)
-        self._still = StillRoom(self.settings.background)
+        self.settings = settings or SkinSettings()
+        self._mixtures = BackgroundMixtures()
+        self._lamps = LampWatch()
+        self._still = StillRoom()
         self._room: BackgroundMixtures | LampWatch = self._mixtures
-        self._skin = SkinColor(histograms, self.settings.skin)
+        self._skin = SkinColor(histograms)
         self._tables = tables or BeliefTables.load()
-        self._tracker = BlobTracker(self.settings.blobs)
+        self._tracker = BlobTracker()
         self._beliefs: dict[int, Vector] = {}
         self._features: dict[int, Features] = {}
         self._last_s = 0.0
@@ -169,7 +155,7 @@ class FacesAndHands:
             self._room = self._lamps
             where = view.small(is_candidate) & ~self._still.is_seen_in(view)
         probability = self._skin.probability(view, where)
-        regions, is_skin = skin_regions(view, probability, self.settings.skin)
+        regions, is_skin = skin_regions(view, probability, self.settings)
         blobs = self._tracker.update(view, regions)
         heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
         self._believe(view, blobs, heads)
@@ -245,7 +231,7 @@ def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ())
     """The observation O_t of a blob (Sec. 4.1.4), and what depth adds where it is known."""
     camera, ellipse = view.camera, blob.ellipse
     depth_m = blob.depth_m
-    metres_per_px = (depth_m or BlobSettings().usual_depth_m) / camera.fx
+    metres_per_px = (depth_m or USUAL_DEPTH_M) / camera.fx
     horizontal_px_s, vertical_px_s = blob.velocity_px_s.tolist()
     features = {
         "complexity": perimeter(blob.pixels) ** 2 / (4.0 * pi * len(blob.pixels)),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
 from topview.kernels.heads import below_others, fit_template, median_about, strongest, tops_of
+from topview.records import check_range
 
 Vector = NDArray[np.float64]
 
@@ -199,12 +200,19 @@ class DepthHeadDetector:
     """Heads by their shape in the depth image.
 
     Attributes:
-        min_confidence: candidates below it are not reported.
-        max_depth_m: further away a head is only noise.
+        min_confidence: candidates below it are not reported; 0 to 1.
+        max_depth_m: further away a head is only noise; 0.5 to 100 metres.
+
+    Raises:
+        InputError: a value out of range.
     """
 
     min_confidence: float = 0.6
     max_depth_m: float = 7.0
+
+    def __post_init__(self) -> None:
+        check_range(self, 0.0, 1.0, "min_confidence")
+        check_range(self, 0.5, 100.0, "max_depth_m")
 
     @property
     def needs_color(self) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from topview.detect.ellipses import Box
 from topview.detect.seeing import ColorView
 from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
-from topview.records import InputError, read_only
+from topview.records import InputError, check_range, read_only
 
 Mask = NDArray[np.bool_]
 Counts = NDArray[np.floating]
@@ -37,6 +37,19 @@ PERSON_M2: Final = 0.7
 """Nobody's front is larger: 1.9 m tall, of a mean breadth of 0.37 m (ours)."""
 LEAST_READ: Final = 0.1
 """Share of a region's pixels that must have a reading, for its depth to be known (ours)."""
+GAMMA: Final = 0.8
+"""Influence of the training against the last frames (Eq. 4.2; A. Argyros and M. Lourakis, ECCV
+2004)."""
+WINDOW_S: Final = 0.15
+"""w, how long ago the last frames are, seconds (same; theirs are 5, at 30 a second)."""
+LEAST_PIXELS_LEARNT: Final = 100
+"""Of skin in the window, from which it says something (ours)."""
+LEAST_REGION_PIXELS: Final = 12
+"""Smaller regions are noise (ours)."""
+LEAST_SKIN_M2: Final = 0.0008
+"""Of a region whose depth is known: half a child's fist, seen edge on (ours)."""
+GREATEST_SKIN_M2: Final = 0.15
+"""The same: a bare arm with its hand, or a bare chest, but no wall (ours)."""
 
 DEFAULT_SKIN: Final = Path(__file__).parent / "data" / "skin.npz"
 
@@ -113,37 +126,28 @@ def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
 
 @dataclass(frozen=True, slots=True)
 class SkinSettings:
-    """How skin is told; ours where not said.
+    """From what probability on a pixel is skin (Sec. 4.1.2); the defaults are ours.
 
     Attributes:
-        seed_probability: T_max, from which a pixel starts a blob.
-        growth_probability: T_min, from which it joins one that it touches.
-        gamma: influence of the training against the last frames (Eq. 4.2; A. Argyros and
-            M. Lourakis, ECCV 2004).
-        window_s: w, how long ago the last frames are (same; theirs are 5, at 30 a second).
-        least_pixels: smaller blobs are noise.
-        least_area_m2: of a blob whose depth is known: half a child's fist, seen edge on.
-        greatest_area_m2: the same: a bare arm with its hand, or a bare chest, but no wall.
-        least_pixels_learnt: of skin in the window, from which it says something.
+        seed_probability: T_max, from which a pixel starts a region, 0 to 1.
+        growth_probability: T_min, from which it joins one that it touches, 0 to `seed_probability`.
+
+    Raises:
+        InputError: a value out of range.
     """
 
     seed_probability: float = 0.3
     growth_probability: float = 0.2
-    gamma: float = 0.8
-    window_s: float = 0.15
-    least_pixels: int = 12
-    least_area_m2: float = 0.0008
-    greatest_area_m2: float = 0.15
-    least_pixels_learnt: int = 100
+
+    def __post_init__(self) -> None:
+        check_range(self, 0.0, 1.0, "seed_probability")
+        check_range(self, 0.0, self.seed_probability, "growth_probability")
 
 
 class SkinColor:
     """P(s|c) of pixels: as trained, and as the last frames were (Eq. 4.2)."""
 
-    def __init__(
-        self, histograms: SkinHistograms | None = None, settings: SkinSettings | None = None
-    ) -> None:
-        self.settings = settings or SkinSettings()
+    def __init__(self, histograms: SkinHistograms | None = None) -> None:
         self._trained = (histograms or SkinHistograms.load()).probability
         self._window: deque[tuple[float, Counts, Counts]] = deque()
         self._skin, self._seen = np.zeros((BINS, BINS)), np.zeros((BINS, BINS))
@@ -165,16 +169,15 @@ class SkinColor:
         self._window.append((now_s, skin, seen))
         self._skin += skin
         self._seen += seen
-        while not 0.0 <= now_s - self._window[0][0] <= self.settings.window_s:
+        while not 0.0 <= now_s - self._window[0][0] <= WINDOW_S:
             _, skin, seen = self._window.popleft()
             self._skin -= skin
             self._seen -= seen
         mixed = self._trained
-        if self._skin.sum() >= self.settings.least_pixels_learnt:
-            gamma = self.settings.gamma
+        if self._skin.sum() >= LEAST_PIXELS_LEARNT:
             # The trained probability weighs as much as one pixel per bin, against chance.
             recent = (_smooth(self._skin) + self._trained) / (_smooth(self._seen) + 1.0)
-            mixed = gamma * self._trained + (1.0 - gamma) * np.minimum(recent, 1.0)
+            mixed = GAMMA * self._trained + (1.0 - GAMMA) * np.minimum(recent, 1.0)
         self._table = np.asarray(np.rint(255.0 * mixed), np.uint8)
 
 
@@ -215,7 +218,7 @@ def skin_regions(
             levels = cut(view, levels, settings)
         is_too_large = np.zeros(probability.shape, np.bool_)
         for region in _connected(view, levels, settings):
-            if region.area_m2 <= settings.greatest_area_m2:
+            if region.area_m2 <= GREATEST_SKIN_M2:
                 regions.append(region)
                 paint(region.pixels, True, is_skin)
             elif cut is None or region.area_m2 < PERSON_M2:
@@ -252,7 +255,7 @@ def _connected(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> Iterator[SkinRegion]:
     """Connected pixels above T_min with a seed among them, that are not too small."""
-    most = probability.size // settings.least_pixels + 1
+    most = probability.size // LEAST_REGION_PIXELS + 1
     pixels = np.empty((probability.size, 2), np.float32)
     starts = np.zeros(most + 1, np.int32)
     boxes, means = np.empty((most, 4), np.int32), np.empty((most, 3))
@@ -261,7 +264,7 @@ def _connected(
         view.depth_m,
         int(255.0 * settings.growth_probability),
         int(255.0 * settings.seed_probability),
-        settings.least_pixels,
+        LEAST_REGION_PIXELS,
         np.zeros(probability.shape, np.bool_),
         pixels,
         starts,
@@ -274,6 +277,6 @@ def _connected(
         own = pixels[ends[k] : ends[k + 1]].copy()
         depth_m = median_m if read >= LEAST_READ else 0.0
         area_m2 = len(own) * depth_m * depth_m * m2_per_px_at_1_m
-        if area_m2 == 0.0 or area_m2 >= settings.least_area_m2:
+        if area_m2 == 0.0 or area_m2 >= LEAST_SKIN_M2:
             left, top, right, bottom = boxes[k].tolist()
             yield SkinRegion(own, (left, top, right, bottom), depth_m, area_m2, level / 255.0)

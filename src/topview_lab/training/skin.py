@@ -79,17 +79,15 @@ def find_skin(
     frame: Frame,
     histograms: SkinHistograms,
     is_foreground: Mask | None = None,
-    settings: SkinSettings | None = None,
 ) -> tuple[ColorView, NDArray[np.uint8], Mask]:
     """The view of a single frame, P(s|c) in 1/255 and the regions of skin in it, [h, w] each."""
     view = ColorView.from_frame(frame)
     assert view is not None
-    settings = settings or SkinSettings()
     if is_foreground is None:
         is_foreground = np.ones(frame.depth_m.shape, np.bool_)
     where = _small(is_foreground, view)
-    probability = SkinColor(histograms, settings).probability(view, where)
-    _, is_skin = skin_regions(view, probability, settings)
+    probability = SkinColor(histograms).probability(view, where)
+    _, is_skin = skin_regions(view, probability, SkinSettings())
     return view, probability, is_skin
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from detect_scenes import SHIRT_RGB, SKIN_RGB, frame_of, view_of
 from topview.detect.skin import (
     BINS,
+    WINDOW_S,
     SkinColor,
     SkinHistograms,
     SkinSettings,
@@ -69,7 +70,7 @@ def test_default_finds_skin_and_leaves_shirt_and_wall() -> None:
 
 def test_regions_need_a_seed_and_grow_from_it() -> None:
     view = view_of(frame_of())
-    settings = SkinSettings(seed_probability=0.6, growth_probability=0.3, least_pixels=1)
+    settings = SkinSettings(seed_probability=0.6, growth_probability=0.3)
     probability = np.zeros((120, 160), np.uint8)
     probability[10:20, 10:30] = 100  # above T_min alone
     probability[50:60, 10:30] = 100
@@ -105,7 +106,7 @@ def test_skin_follows_a_change_of_light() -> None:
     assert after[is_hand].mean() > before + 25
     assert after[~is_hand].mean() < 5
     nothing = np.zeros_like(is_hand)
-    later = frame_of([(80, 60, 14, 2.0, tinted)], index=round(30 * color.settings.window_s) + 1)
+    later = frame_of([(80, 60, 14, 2.0, tinted)], index=round(30 * WINDOW_S) + 1)
     color.adapt(view_of(later), nothing, EVERYWHERE)
     assert color.probability(view, EVERYWHERE)[is_hand].mean() == pytest.approx(before)
 
