@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.seeing import ColorView
+from topview.detect.color_view import ColorView
 from topview.detect.skin import SkinRegion
 from topview.records import Camera, Frame
 

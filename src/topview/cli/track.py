@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from topview.cli.progress import print_summary, track_with_progress, warn
 from topview.cli.status import INTERRUPTED
-from topview.detect.seeing import Light
+from topview.detect.color_view import Light
 from topview.io import (
     MirroredRecording,
     open_recording,

@@ -1,9 +1,9 @@
-"""What an image shows besides the room: an adaptive Gaussian mixture per pixel (Sec. 4.1).
+"""Separate foreground from background: an adaptive Gaussian mixture per pixel (Sec. 4.1).
 
 C. Stauffer and W. Grimson, Adaptive background mixture models for real-time tracking (CVPR 1999),
-as improved by Z. Zivkovic (ICPR 2004) in OpenCV. One mixture is over colour, one over inverse
-depth, in which a structured-light or stereo sensor's noise is the same near and far, or over what
-does the same for a sensor of another kind.
+as improved by Z. Zivkovic (ICPR 2004) in OpenCV. One mixture models colour, the other depth. The
+depth of a structured-light or stereo sensor enters as inverse depth, whose noise is the same near
+and far; the depth of another sensor is warped to the same effect.
 """
 
 from __future__ import annotations
@@ -15,65 +15,65 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.seeing import ColorView, averaged
+from topview.detect.color_view import ColorView, averaged
 from topview.records import DepthNoise, read_only
 
 Mask = NDArray[np.bool_]
 
-# The sensor's noise is so many levels wide, as a colour camera's is.
+# Levels per standard deviation of the depth noise; the noise of a colour camera is as wide.
 NOISE_LEVELS: Final = 2.0
-# Ours: where levels are looked up, in steps of one below any sensor's noise, and how far.
-STEPS_PER_M: Final = 1000
-FAR_M: Final = 20.0
-# No reading, and a place that somebody stood before since the start: infinitely far away, and a
-# colour that nothing has.
+# Ours: resolution and end of the table of levels; a step is below the noise of any sensor.
+LEVELS_PER_M: Final = 1000
+FARTHEST_LEVEL_M: Final = 20.0
+# A pixel that has had no reading, or has been covered by a person since the start: infinitely far
+# away, and of a colour that nothing has.
 NEVER_SEEN_LEVEL: Final = 0.0
 NEVER_SEEN_RGB: Final = (255, 0, 255)
-# Ours: in so many seconds at the start lessons are no further apart than this; so many lessons tell
-# more than later ones.
-FIRST_S: Final = 0.12
-FIRST_LESSON_S: Final = 1 / 30
-EARLY_LESSONS: Final = 20
-# Ours: seconds that something must stand still to become part of the room; roughly a tenth of it
-# where the place was seen empty before.
-ROOM_MEMORY_S: Final = 20.0
-# Ours: seconds from one lesson to the next; between them the room is only looked at.
-LESSON_S: Final = 0.125
-# Ours: time stamps are rounded by up to so many seconds.
-ROUNDED_S: Final = 0.002
-# OpenCV's defaults. A pixel shows something else from so many standard deviations from each mean of
-# a mixture on; and the frames that count where no rate of learning is given (here one always is).
+# Ours: seconds that an object must keep still to become background; roughly a tenth of it where the
+# pixel was seen empty before.
+BACKGROUND_MEMORY_S: Final = 20.0
+# Ours: seconds from one update to the next. In the first `WARM_UP_S` seconds updates come more
+# often, and the first `EARLY_UPDATES` weigh more.
+UPDATE_INTERVAL_S: Final = 0.125
+WARM_UP_S: Final = 0.12
+WARM_UP_INTERVAL_S: Final = 1 / 30
+EARLY_UPDATES: Final = 20
+# Ours: timestamps are rounded by up to so many seconds.
+TIMESTAMP_ROUNDING_S: Final = 0.002
+# OpenCV's defaults. A pixel is foreground if it lies so many standard deviations from every mean of
+# its mixture; and the length of the history where no learning rate is given (here one always is).
 DISTANCE_SIGMAS: Final = 4.0
 HISTORY: Final = 500
-# Ours: besides the noise, what is before the room is at least so many metres before it.
-ROOM_MARGIN_M: Final = 0.03
-# All ours. Of the pixels that nobody covers, if this share changes its colour, the light has
-# changed; in so many seconds the new light is learnt. A `LampWatch` has one mixture for so many
-# pixels, in both directions.
-LAMP_SHARE: Final = 0.5
-LAMP_MEMORY_S: Final = 0.5
-LAMP_STRIDE_PX: Final = 4
-# Ours: seconds that the depth of a place must stay the same for a `StillRoom`.
+# Ours: foreground is nearer than the background by this much, besides the noise.
+BACKGROUND_MARGIN_M: Final = 0.03
+# All ours. The light has changed if this share of the uncovered pixels changes colour; seconds in
+# which the new light is learnt; and pixels per mixture of a `LightChangeDetector`, in both
+# directions.
+LIGHT_CHANGE_SHARE: Final = 0.5
+LIGHT_CHANGE_MEMORY_S: Final = 0.5
+LIGHT_CHANGE_STRIDE_PX: Final = 4
+# Ours: seconds that the depth of a pixel must stay the same for a `StillBackground`.
 STILL_S: Final = 2.0
 
 
-class Lessons:
-    """When to learn a room, and how much of it."""
+class UpdateSchedule:
+    """When a background is updated, and at what learning rate."""
 
     def __init__(self) -> None:
         self._count = 0
         self._first_s = self._last_s = 0.0
 
     def is_due(self, view: ColorView, light_changed: bool) -> bool:
-        """Whether the view is to be learnt."""
+        """Whether the background is to be updated with this view."""
         now_s = view.frame.timestamp_s
-        lesson_s = FIRST_LESSON_S if now_s - self._first_s < FIRST_S else LESSON_S
-        # Time stamps may start anew.
-        is_time = not 0.0 <= now_s - self._last_s < lesson_s - ROUNDED_S
+        is_warming_up = now_s - self._first_s < WARM_UP_S
+        interval_s = WARM_UP_INTERVAL_S if is_warming_up else UPDATE_INTERVAL_S
+        # Timestamps may start anew.
+        is_time = not 0.0 <= now_s - self._last_s < interval_s - TIMESTAMP_ROUNDING_S
         return not self._count or light_changed or is_time
 
     def start(self, view: ColorView) -> float:
-        """Start the next one; gives the seconds since the last."""
+        """Start the next update; returns the seconds since the last one."""
         now_s = view.frame.timestamp_s
         if not self._count:
             self._first_s = self._last_s = now_s
@@ -82,139 +82,140 @@ class Lessons:
         return elapsed_s
 
     def rate(self, share: float) -> float:
-        """Of learning, for a lesson that should tell this share of the whole; the first tell
-        more."""
-        rate = max(share, 1.0 / (2.0 * self._count)) if self._count < EARLY_LESSONS else share
+        """The learning rate of an update that should weigh `share` of the whole, 0..1; early
+        updates weigh more."""
+        rate = max(share, 1.0 / (2.0 * self._count)) if self._count < EARLY_UPDATES else share
         return float(min(max(rate, 1e-6), 1.0))
 
 
 class BackgroundMixtures:
-    """The room as it looks without people, by colour and by depth; learnt on-line.
+    """The background by colour and by depth, learnt on-line.
 
-    `foreground` looks, `learn` learns: in between it becomes known where people are, who are not
-    learnt, however long they stand still.
+    `foreground` compares a frame with the background, `update` learns from it. In between people
+    are found; their pixels are not learnt, however long they stand still.
     """
 
     def __init__(self) -> None:
-        self._forget()
+        self._reset()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self._color, self._depth = _mixture(), _mixture()
         self._last_rgb: NDArray[np.uint8] | None = None
         self._last_level: NDArray[np.float32] | None = None
-        self._room_level: NDArray[np.float32] | None = None
-        self._lessons = Lessons()
+        self._background_level: NDArray[np.float32] | None = None
+        self._schedule = UpdateSchedule()
         self.light_changed = False
 
     def foreground(self, view: ColorView) -> Mask:
-        """[h, w] where something stands before the room, or it is not known whether.
+        """[h, w] True where something stands before the background, or the background is unknown.
 
-        Depth decides wherever there is a reading, so that shadows, screens and lamps are nobody;
-        colour decides where there is none. While the light changes, colour says nothing.
+        Depth decides wherever there is a reading, so that shadows, screens and lamps are
+        background; colour decides elsewhere. While the light changes, colour is not used.
         """
         if self._last_level is not None and self._last_level.shape != view.depth_m.shape:
-            self._forget()
-        if self._room_level is None:
+            self._reset()
+        if self._background_level is None:
             return np.ones(view.depth_m.shape, np.bool_)
         level, noise = depth_levels(view.depth_m, view.camera.noise), view.camera.noise
         has_reading = level > 0.0
-        is_before = _is_new(self._depth, level)
-        margin = _margin(level, view.depth_m, noise)
-        is_before &= level > self._room_level + margin
+        is_nearer = _is_new(self._depth, level)
+        is_nearer &= level > self._background_level + _margin_levels(level, view.depth_m, noise)
         color_is_new = _is_new(self._color, view.rgb)
-        self.light_changed = _is_lamp(color_is_new, has_reading & ~is_before)
+        self.light_changed = _light_changed(color_is_new, has_reading & ~is_nearer)
         unread = np.bool_(True) if self.light_changed else color_is_new
-        return np.where(has_reading, is_before, unread)
+        return np.where(has_reading, is_nearer, unread)
 
-    def is_lesson_due(self, view: ColorView) -> bool:
-        """Whether `learn` would learn the view."""
-        return self._lessons.is_due(view, self.light_changed)
+    def is_update_due(self, view: ColorView) -> bool:
+        """Whether `update` would learn from the view."""
+        return self._schedule.is_due(view, self.light_changed)
 
-    def learn(self, view: ColorView, is_somebodys: Mask) -> None:
-        """Learn a frame, if it is time to, where it is nobody's ([h, w], e.g. the users' areas)."""
-        if not self.is_lesson_due(view):
+    def update(self, view: ColorView, is_person: Mask) -> None:
+        """Learn from a frame, if an update is due, outside the people's pixels ([h, w])."""
+        if not self.is_update_due(view):
             return
         level = depth_levels(view.depth_m, view.camera.noise)
         if self._last_level is None or self._last_rgb is None:
             self._last_level = np.full_like(level, NEVER_SEEN_LEVEL)
             self._last_rgb = _never_seen(view.rgb)
-        is_free = ~is_somebodys
+        is_free = ~is_person
         self._last_rgb[is_free] = view.rgb[is_free]
         np.copyto(self._last_level, level, where=is_free & (level > 0.0))
-        elapsed_s = self._lessons.start(view)
-        memory_s = LAMP_MEMORY_S if self.light_changed else ROOM_MEMORY_S
-        self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
-        depth_rate = self._lessons.rate(elapsed_s / ROOM_MEMORY_S)
+        elapsed_s = self._schedule.start(view)
+        memory_s = LIGHT_CHANGE_MEMORY_S if self.light_changed else BACKGROUND_MEMORY_S
+        self._color.apply(self._last_rgb, learningRate=self._schedule.rate(elapsed_s / memory_s))
+        depth_rate = self._schedule.rate(elapsed_s / BACKGROUND_MEMORY_S)
         self._depth.apply(self._last_level, learningRate=depth_rate)
-        self._room_level = np.asarray(self._depth.getBackgroundImage(), np.float32)
+        self._background_level = np.asarray(self._depth.getBackgroundImage(), np.float32)
 
 
-class LampWatch:
-    """Notices that the light changes, by a coarse mixture over the room's colours alone."""
+class LightChangeDetector:
+    """Detects that the light has changed, by a coarse mixture over the background's colour."""
 
     def __init__(self) -> None:
-        self._forget()
+        self._reset()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self._color = _mixture()
         self._last_rgb: NDArray[np.uint8] | None = None
-        self._lessons = Lessons()
+        self._schedule = UpdateSchedule()
         self.light_changed = False
 
-    def is_lesson_due(self, view: ColorView) -> bool:
-        """Whether `learn` would look at the view."""
-        return self._lessons.is_due(view, self.light_changed)
+    def is_update_due(self, view: ColorView) -> bool:
+        """Whether `update` would look at the view."""
+        return self._schedule.is_due(view, self.light_changed)
 
-    def learn(self, view: ColorView, is_somebodys: Mask) -> None:
-        """Look at a frame, if it is time to, where it is nobody's ([h, w]), and learn it."""
-        if not self.is_lesson_due(view):
+    def update(self, view: ColorView, is_person: Mask) -> None:
+        """Compare a frame with the background, if an update is due, outside the people's pixels
+        ([h, w]), and learn from it."""
+        if not self.is_update_due(view):
             return
-        step = min(LAMP_STRIDE_PX, *view.depth_m.shape)
+        step = min(LIGHT_CHANGE_STRIDE_PX, *view.depth_m.shape)
         rgb = averaged(view.rgb, step)
         height, width = rgb.shape[:2]
-        is_free = ~is_somebodys[::step, ::step][:height, :width]
+        is_free = ~is_person[::step, ::step][:height, :width]
         if self._last_rgb is not None and self._last_rgb.shape != rgb.shape:
-            self._forget()
+            self._reset()
         if self._last_rgb is None:
             self._last_rgb = _never_seen(rgb)
         else:
-            self.light_changed = _is_lamp(_is_new(self._color, rgb), is_free)
+            self.light_changed = _light_changed(_is_new(self._color, rgb), is_free)
         self._last_rgb[is_free] = rgb[is_free]
-        elapsed_s = self._lessons.start(view)
-        memory_s = LAMP_MEMORY_S if self.light_changed else ROOM_MEMORY_S
-        self._color.apply(self._last_rgb, learningRate=self._lessons.rate(elapsed_s / memory_s))
+        elapsed_s = self._schedule.start(view)
+        memory_s = LIGHT_CHANGE_MEMORY_S if self.light_changed else BACKGROUND_MEMORY_S
+        self._color.apply(self._last_rgb, learningRate=self._schedule.rate(elapsed_s / memory_s))
 
 
-class StillRoom:
-    """The room by its stillness in depth alone: what is no candidate, though it is taken for one.
+class StillBackground:
+    """The background among given candidates: pixels whose depth keeps still.
 
-    What has kept still is the room, and so is all that is behind it, until something else has kept
-    still there.
+    A pixel that has kept still is background, and so is everything behind it, until another depth
+    has kept still there.
     """
 
     def __init__(self) -> None:
         self._nearest_m = np.empty((0, 0), np.float32)
         self._last_m = np.empty((0, 0), np.float32)
         self._still_s = np.empty((0, 0), np.float32)
-        self._learnt_s = 0.0
+        self._updated_s = 0.0
 
-    def is_seen_in(self, view: ColorView) -> Mask:
-        """[h, w] where the depth is the room's, or further away, or there is no reading: beside
-        people lies the sensor's shadow on the room."""
+    def background(self, view: ColorView) -> Mask:
+        """[h, w] True where the depth is the background's, or further away, or there is no reading:
+        beside people lies the sensor's shadow on the background."""
         if self._nearest_m.shape != view.depth_m.shape:
             return np.zeros(view.depth_m.shape, np.bool_)
         return (view.depth_m > self._nearest_m) | (view.depth_m == 0.0)
 
-    def learn(self, view: ColorView, is_somebodys: Mask) -> None:
-        """Learn a frame where it is nobody's ([h, w]); the first one tells all."""
+    def update(self, view: ColorView, is_person: Mask) -> None:
+        """Learn from a frame outside the people's pixels ([h, w]); all of the first frame is
+        background."""
         depth_m = view.depth_m
         if self._nearest_m.shape != depth_m.shape:
             self._nearest_m = np.full(depth_m.shape, np.inf, np.float32)
             self._last_m = depth_m.copy()
             self._still_s = np.full(depth_m.shape, STILL_S, np.float32)
-        elapsed_s = np.float32(max(view.frame.timestamp_s - self._learnt_s, 0.0))
-        self._learnt_s = view.frame.timestamp_s
-        is_free = ~is_somebodys & (depth_m > 0.0)
+        elapsed_s = np.float32(max(view.frame.timestamp_s - self._updated_s, 0.0))
+        self._updated_s = view.frame.timestamp_s
+        is_free = ~is_person & (depth_m > 0.0)
         margin_m = _still_margin_m(depth_m, view.camera.noise)
         stays = np.abs(depth_m - self._last_m) < margin_m
         np.copyto(self._still_s, (self._still_s + elapsed_s) * stays, where=is_free)
@@ -227,7 +228,7 @@ def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.
     """[h, w] float32, the higher the nearer, `NOISE_LEVELS` to a standard deviation of the noise at
     any depth; 0 where there is no reading, as infinitely far away."""
     if not noise.is_quadratic:
-        steps = np.minimum(depth_m * STEPS_PER_M + 0.5, STEPS_PER_M * FAR_M)
+        steps = np.minimum(depth_m * LEVELS_PER_M + 0.5, LEVELS_PER_M * FARTHEST_LEVEL_M)
         return _level_table(noise)[steps.astype(np.int32)]
     level = np.zeros_like(depth_m)
     per_inverse_m = np.float32(NOISE_LEVELS / noise.per_square_m)
@@ -235,25 +236,26 @@ def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.
     return level
 
 
-def _margin(
+def _margin_levels(
     level: NDArray[np.float32], depth_m: NDArray[np.float32], noise: DepthNoise
 ) -> NDArray[np.float32]:
-    """[h, w] levels by which a surface rises when it comes nearer by `ROOM_MARGIN_M`."""
+    """[h, w] by how many levels a surface rises when it comes nearer by `BACKGROUND_MARGIN_M`."""
     if not noise.is_quadratic:
-        return np.float32(NOISE_LEVELS * ROOM_MARGIN_M) / noise.sigma_m(depth_m)
-    return level * level * np.float32(ROOM_MARGIN_M / (NOISE_LEVELS / noise.per_square_m))
+        return np.float32(NOISE_LEVELS * BACKGROUND_MARGIN_M) / noise.sigma_m(depth_m)
+    return level * level * np.float32(BACKGROUND_MARGIN_M / (NOISE_LEVELS / noise.per_square_m))
 
 
 def _still_margin_m(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
-    """[h, w] metres by which the depth of something still may change."""
-    return np.float32(ROOM_MARGIN_M) + DISTANCE_SIGMAS * noise.sigma_m(depth_m)
+    """[h, w] metres by which the depth of a still object may change."""
+    return np.float32(BACKGROUND_MARGIN_M) + DISTANCE_SIGMAS * noise.sigma_m(depth_m)
 
 
 @lru_cache(maxsize=8)
 def _level_table(noise: DepthNoise) -> NDArray[np.float32]:
-    """Of each step: the sum of `NOISE_LEVELS` over the noise from there to the farthest."""
-    middles_m = (np.arange(round(STEPS_PER_M * FAR_M)) + 0.5) / STEPS_PER_M
-    rises = NOISE_LEVELS / STEPS_PER_M / noise.sigma_m(middles_m)
+    """The level at each step of depth: the sum of `NOISE_LEVELS` over the noise from there to the
+    farthest."""
+    middles_m = (np.arange(round(LEVELS_PER_M * FARTHEST_LEVEL_M)) + 0.5) / LEVELS_PER_M
+    rises = NOISE_LEVELS / LEVELS_PER_M / noise.sigma_m(middles_m)
     table = np.append(np.cumsum(rises[::-1])[::-1], 0.0)
     table[0] = 0.0  # no reading
     return read_only(table.astype(np.float32))
@@ -264,14 +266,14 @@ def _mixture() -> cv2.BackgroundSubtractorMOG2:
 
 
 def _is_new(mixture: cv2.BackgroundSubtractorMOG2, image: NDArray[Any]) -> Mask:
-    """[h, w] what is not of the mixture, which learns nothing."""
+    """[h, w] the pixels that the mixture does not explain; it learns nothing here."""
     return np.asarray(mixture.apply(image, learningRate=0.0), np.uint8) > 0
 
 
-def _is_lamp(color_is_new: Mask, is_empty: Mask) -> bool:
-    """Whether so much of the empty room has another colour that a lamp must have been switched."""
-    empty = np.count_nonzero(is_empty)
-    return bool(np.count_nonzero(color_is_new & is_empty) > LAMP_SHARE * empty)
+def _light_changed(color_is_new: Mask, is_free: Mask) -> bool:
+    """Whether so many uncovered pixels have a new colour that the light must have changed."""
+    free = np.count_nonzero(is_free)
+    return bool(np.count_nonzero(color_is_new & is_free) > LIGHT_CHANGE_SHARE * free)
 
 
 def _never_seen(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

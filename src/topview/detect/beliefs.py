@@ -1,8 +1,8 @@
-"""Whether a blob is a face, a left or a right hand: recursive naive Bayes (Sec. 4.1.4).
+"""Classify blobs as face, left hand or right hand: recursive naive Bayes (Sec. 4.1.4).
 
 H. Baltzakis, M. Pateraki and P. Trahanias, Visual tracking of hands, faces and facial features of
 multiple persons (MVA 2012). Besides its five features, depth gives true sizes, and known heads
-give places relative to the person; and what is neither face nor hand has a class of its own.
+give places relative to the person. Blobs that are neither face nor hand have a class of their own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Vector = NDArray[np.float64]
 
 
 class Kind(IntEnum):
-    """What a blob may be; left and right are the person's own."""
+    """The kinds of blobs; left and right are the person's own."""
 
     FACE = 0
     LEFT_HAND = 1
@@ -35,8 +35,8 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """A quantity with a 1D look-up table: `bins` of the same width from `low` to `high`; what is
-    beyond counts as being in the outermost bin."""
+    """A quantity with a 1D look-up table: `bins` of the same width from `low` to `high`; values
+    beyond fall into the outermost bin."""
 
     low: float
     high: float
@@ -77,14 +77,14 @@ THESIS_FEATURES: Final = (
 Features = Mapping[str, float]
 
 DEFAULT_TABLES: Final = Path(__file__).parent / "data" / "faces_and_hands.npz"
-# Ours: what every bin of a table is taken to have been seen besides what was counted.
+# Ours: prior count of every bin of a table.
 LEAST_COUNT: Final = 2.0
 # Ours: standard deviation, in bins, with which a table is smoothed: other people in other rooms
 # differ by more than those that were counted.
-SMOOTHING_BINS: Final = 1.0
+TABLE_SMOOTHING_BINS: Final = 1.0
 # Ours: a belief never falls below this, so that it can still be won back.
 LEAST_BELIEF: Final = 0.005
-# Ours: observations that are closer in time say nearly the same.
+# Ours: seconds from which on an observation is independent of the one before.
 NEW_EVIDENCE_S: Final = 0.15
 
 
@@ -95,7 +95,7 @@ class BeliefTables:
     Attributes:
         prior: [4] of the kinds.
         tables: by the feature's name, [4, bins]; rows sum to one.
-        trained_on: in words.
+        trained_on: the training data, in words.
     """
 
     prior: Vector
@@ -126,8 +126,8 @@ class BeliefTables:
     def updated(self, belief: Vector | None, features: Features, elapsed_s: float) -> Vector:
         """[4] B_t of B_{t-1} and an observation (Eq. 4.9); they sum to one.
 
-        An observation weighs as much as it is new: at 30 frames a second, consecutive ones are
-        far from independent.
+        An observation weighs less the sooner it follows the one before: at 30 frames a second,
+        consecutive ones are far from independent.
         """
         if belief is None:
             posterior = self.prior * self.likelihood(features)
@@ -138,7 +138,7 @@ class BeliefTables:
         return posterior / posterior.sum()
 
     def only(self, names: Sequence[str]) -> BeliefTables:
-        """With these features alone."""
+        """The tables of these features alone."""
         tables = {name: table for name, table in self.tables.items() if name in names}
         return BeliefTables(self.prior.copy(), tables, self.trained_on)
 
@@ -154,7 +154,7 @@ class BeliefTables:
                 if name in features:
                     table[kind, feature.bin(features[name])] += 1.0
             around = "wrap" if name == "orientation_rad" else "nearest"
-            table = gaussian_filter1d(table, SMOOTHING_BINS, axis=1, mode=around)
+            table = gaussian_filter1d(table, TABLE_SMOOTHING_BINS, axis=1, mode=around)
             tables[name] = table / table.sum(axis=1, keepdims=True)
         prior = np.full(len(Kind), 1.0 / len(Kind))  # how many others there are, the scene decides
         return cls(prior, tables, trained_on)

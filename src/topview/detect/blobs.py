@@ -1,8 +1,8 @@
-"""Skin regions followed over time as ellipses (Sec. 4.1.3).
+"""Track skin regions over time as ellipses (Sec. 4.1.3).
 
 A. Argyros and M. Lourakis, Real-time tracking of multiple skin-colored objects with a possibly
 moving camera (ECCV 2004); predictions by H. Baltzakis and A. Argyros, Propagation of pixel
-hypotheses for multiple objects tracking (ISVC 2009): a blob's pixels move on with it.
+hypotheses for multiple objects tracking (ISVC 2009): a blob's pixels are propagated with it.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Ellipse, Moments
-from topview.detect.seeing import ColorView
 from topview.detect.skin import SkinRegion
 from topview.kernels.skin import count_values, median_reading, paint, share_pixels
 
@@ -24,25 +24,25 @@ Pixels = NDArray[np.float32]
 
 
 # All ours.
-# Seconds that a blob lives on without support; at most as long as it had some.
+# Seconds that a blob coasts without support; at most as long as it was supported.
 GRACE_S: Final = 0.4
-# Standard deviation of the speed with which a blob moves other than predicted, metres a second; and
-# of its predicted place at most, metres.
+# Standard deviation of a blob's speed from the predicted one, metres a second; and the greatest
+# standard deviation of its predicted place, metres.
 SPREAD_MPS: Final = 0.75
 GREATEST_SPREAD_M: Final = 0.06
 # Metres, of a blob whose depth is not known.
 USUAL_DEPTH_M: Final = 2.5
-# Seconds over which a velocity is averaged, and in which one that nothing supports fades.
+# Seconds over which a velocity is averaged, and in which the velocity of a coasting blob decays.
 BLOB_VELOCITY_S: Final = 0.06
 COASTING_S: Final = 0.4
-# Metres: a pixel belongs to blobs that are as near as this, if there are any.
+# Metres: a pixel goes to blobs whose depth differs from its own by less than this, if any.
 SAME_DEPTH_M: Final = 0.10
-# From this share of a blob's pixels that others claim too, it keeps its own form; with this gain it
-# follows pixels that all are others' too.
+# If others claim more than this share of a blob's pixels, it keeps its form and follows them with a
+# gain that falls with the overlap, to this one at least.
 SHARED_OVERLAP: Final = 0.2
 LEAST_GAIN: Final = 0.2
-# From this share of its pixels that others claim too, a blob may be theirs; inside an older one it
-# lives on for so many seconds.
+# If others claim more than this share of a blob's pixels, and it lies inside an older one, it is
+# pruned after so many seconds.
 MERGED_OVERLAP: Final = 0.8
 MERGED_S: Final = 1.0
 
@@ -58,10 +58,10 @@ class Blob:
         ellipse: of these.
         velocity_px_s: [2].
         depth_m: median of its pixels' readings, 0 if not known.
-        born_s, seen_s: when it first and last had support.
-        region: what supports it in this frame, None if nothing does.
+        born_s, seen_s: when it was first and last supported.
+        region: supports it in this frame; None while it coasts.
         overlap: share of its pixels that other blobs claim too.
-        merged_since_s: since when an older one has claimed nearly all of it.
+        merged_since_s: since when it has been merged with an older one; None if it is not.
     """
 
     id: int
@@ -77,7 +77,7 @@ class Blob:
     merged_since_s: float | None = None
 
     def move(self, elapsed_s: float, spread_px: float) -> None:
-        """Propagate its pixels; the ellipse is as much wider as their places are uncertain."""
+        """Propagate its pixels; the ellipse grows by the uncertainty of their places."""
         self.shift(*(self.velocity_px_s * elapsed_s).tolist())
         self.ellipse = Ellipse.of_moments(self.moments, spread_px)
 
@@ -88,7 +88,7 @@ class Blob:
 
 
 class BlobTracker:
-    """Follows blobs from frame to frame."""
+    """Tracks blobs from frame to frame."""
 
     def __init__(self) -> None:
         self.blobs: list[Blob] = []
@@ -96,7 +96,7 @@ class BlobTracker:
         self._last_s: float | None = None
 
     def update(self, view: ColorView, regions: Sequence[SkinRegion]) -> list[Blob]:
-        """The blobs after the next frame; those with `seen_s` before it are only predicted."""
+        """The blobs in the next frame; those whose `seen_s` is earlier are predicted."""
         now_s = view.frame.timestamp_s
         elapsed_s = 0.0 if self._last_s is None else max(now_s - self._last_s, 0.0)
         self._last_s = now_s
@@ -108,12 +108,12 @@ class BlobTracker:
             blob.region = None
         supports = self._supports(view, regions)
         for r, blobs in supports.items():
-            self._follow(view, regions[r], blobs, elapsed_s)
+            self._assign(view, regions[r], blobs, elapsed_s)
         for blob in self.blobs:
             if blob.region is None:
                 blob.velocity_px_s *= exp(-elapsed_s / COASTING_S)
                 blob.ellipse = Ellipse.of_moments(blob.moments)
-        self._eliminate(now_s)
+        self._prune(now_s)
         for r, region in enumerate(regions):
             if r not in supports and not any(
                 blob.ellipse.count(region.pixels, region.box) for blob in self.blobs
@@ -156,13 +156,15 @@ class BlobTracker:
                 supports.setdefault(landed.index(max(landed)), []).append(blob)
         return supports
 
-    def _follow(
+    def _assign(
         self, view: ColorView, region: SkinRegion, blobs: list[Blob], elapsed_s: float
     ) -> None:
-        """Share a region's pixels among its blobs and move each to its own."""
+        """Assign a region's pixels to its blobs and update each with its own."""
         now_s = view.frame.timestamp_s
         if len(blobs) == 1:
-            self._see(blobs[0], region, region.pixels, region.depth_m, 0.0, elapsed_s, now_s)
+            self._update_blob(
+                blobs[0], region, region.pixels, region.depth_m, 0.0, elapsed_s, now_s
+            )
             return
         belongs = self._share(view, region, blobs)
         claims = belongs.sum(axis=0)
@@ -171,11 +173,11 @@ class BlobTracker:
                 overlap = float((claims[is_its] > 1).mean())
                 own = region.pixels[is_its]
                 depth_m = median_reading(own, view.depth_m) or region.depth_m
-                self._see(blob, region, own, depth_m, overlap, elapsed_s, now_s)
+                self._update_blob(blob, region, own, depth_m, overlap, elapsed_s, now_s)
 
     def _share(self, view: ColorView, region: SkinRegion, blobs: list[Blob]) -> NDArray[np.bool_]:
-        """[K, N] which of a region's pixels belong to which of its blobs: to all in whose
-        ellipses they lie, else to the nearest one's; of those at its depth, if there are any."""
+        """[K, N] which of a region's N pixels belong to which of its K blobs: to all in whose
+        ellipses they lie, or to the nearest; among the blobs at their depth, if there are any."""
         belongs = np.empty((len(blobs), len(region.pixels)), np.bool_)
         share_pixels(
             region.pixels,
@@ -187,7 +189,7 @@ class BlobTracker:
         )
         return belongs
 
-    def _see(
+    def _update_blob(
         self,
         blob: Blob,
         region: SkinRegion,
@@ -211,14 +213,14 @@ class BlobTracker:
         blob.ellipse = Ellipse.of_moments(blob.moments)
         blob.region, blob.overlap, blob.seen_s = region, overlap, now_s
 
-    def _eliminate(self, now_s: float) -> None:
-        """Let go what has had no support for long, or none of its own inside an older one."""
+    def _prune(self, now_s: float) -> None:
+        """Remove blobs that have coasted, or been merged with an older one, for too long."""
         kept: list[Blob] = []
         for blob in self.blobs:  # oldest first
             if now_s - blob.seen_s > min(GRACE_S, blob.seen_s - blob.born_s):
                 continue
             is_merged = blob.overlap > MERGED_OVERLAP and any(
-                other.ellipse.holds(blob.ellipse) for other in kept
+                other.ellipse.contains_center_of(blob.ellipse) for other in kept
             )
             if not is_merged:
                 blob.merged_since_s = None

@@ -1,8 +1,9 @@
-"""A frame's depth image as a small, smoothed, organized cloud: what people are sought in."""
+"""A frame's depth image as a small, smoothed, organized cloud, in which people are detected."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,9 @@ from topview.camera.pyramid import Pyramid
 from topview.records import Camera, Frame
 
 # Ours: an arm of 8 cm at 4 m is then 3 pixels wide, the least that survives a 3 x 3 median.
-TARGET_FOCAL_LENGTH_PX = 140.0
-# Depth cameras read nothing that is nearer (Kinect's near mode).
-NEAREST_M = 0.4
+CLOUD_FOCAL_LENGTH_PX: Final = 140.0
+# The nearest reading of a depth camera, metres (Kinect's near mode).
+NEAREST_READING_M: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +22,7 @@ class Cloud:
     """Every `stride`-th pixel of a frame, in both directions, as points.
 
     Attributes:
-        image: where it comes from.
+        image: the pyramid that it comes from.
         stride: full pixels per cloud pixel; cloud pixel (i, j) is full pixel (i, j) * stride.
         camera: intrinsics of the small image.
         depth_m: [h, w] float32 median-filtered, 0 where there is no reading.
@@ -36,7 +37,7 @@ class Cloud:
 
     @classmethod
     def of(cls, image: Pyramid) -> Cloud:
-        stride = max(1, round(image.frame.camera.fx / TARGET_FOCAL_LENGTH_PX))
+        stride = max(1, round(image.frame.camera.fx / CLOUD_FOCAL_LENGTH_PX))
         depth_m = image.smooth_depth_m(stride)
         height, width = depth_m.shape
         camera = image.camera(stride)
@@ -50,7 +51,7 @@ class Cloud:
 
     @classmethod
     def from_frame(cls, frame: Frame) -> Cloud:
-        """The cloud of a frame that nobody else looks at."""
+        """The cloud of a frame whose pyramid nothing else shares."""
         return cls.of(Pyramid(frame))
 
     @property

@@ -1,4 +1,4 @@
-"""Heads by what the recording allows: depth, the colour of skin, faces, or all of it together."""
+"""Detect heads by what the recording has: depth, the colour of skin, frontal faces, or all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.detect.beliefs import Kind
 from topview.detect.cloud import Cloud
 from topview.detect.faces import CascadeFaces
-from topview.detect.faces_and_hands import FacesAndHands, Sight, SkinBlob
+from topview.detect.faces_and_hands import FacesAndHands, SkinBlob, SkinDetections
 from topview.detect.heads import (
     HEAD_RADIUS_M,
     NO_HINTS,
@@ -31,30 +31,30 @@ Mask = NDArray[np.bool_]
 
 DetectorName = Literal["auto", "depth", "skin", "cascade"]
 
-# All ours. A face and a head whose centres are this near are one.
-SAME_HEAD_M: Final = 2 * HEAD_RADIUS_M
-# Of several heads that are expected within this of a face it may be anyone's.
-COMPANY_M: Final = 0.5
-# How much of what a head's shape leaves in doubt a face of full belief takes away.
-FACE_TELLS: Final = 0.5
-# From this belief on a face is a head where its shape tells nothing, with this confidence at most.
+# All ours. A face and a head are one if their centres are nearer than this.
+FACE_HEAD_M: Final = 2 * HEAD_RADIUS_M
+# A face is ambiguous if several heads are expected within this distance.
+AMBIGUOUS_FACE_M: Final = 0.5
+# A face of full belief removes this share of the doubt that the shape of a head leaves.
+FACE_GAIN: Final = 0.5
+# A face without a head of that shape is a head from this belief on, with this confidence at most.
 SURE_FACE: Final = 0.8
 FACE_ALONE: Final = 0.7
 
 
 class SkinHeads:
-    """A `HeadDetector` of faces by their colour (Sec. 4.1).
+    """A `HeadDetector` by faces that have the colour of skin (Sec. 4.1).
 
     Attributes:
-        sight: what the last frame's colours told; None before the first.
+        skin_detections: of the last frame; None before the first.
     """
 
     def __init__(self, clock: StageClock, skin: SkinSettings | None = None) -> None:
-        """The time for colours is counted in the `clock`."""
+        """`clock` counts the time that colour takes."""
         self._clock = clock
         self._faces_and_hands = FacesAndHands(skin)
         self._cascade = CascadeFaces()
-        self.sight: Sight | None = None
+        self.skin_detections: SkinDetections | None = None
 
     @property
     def needs_color(self) -> bool:
@@ -67,44 +67,46 @@ class SkinHeads:
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads of faces, most likely first."""
+        """The heads of the faces, most likely first."""
         return [
             HeadCandidate(head, float(face.belief[Kind.FACE]))
             for face, head in self.faces(cloud, hints)
         ]
 
     def faces(self, cloud: Cloud, hints: Hints) -> list[tuple[SkinBlob, Vector]]:
-        """Faces that are seen, most likely first, with the centres of their heads."""
+        """The faces in a frame, most likely first, with the centres of their heads ([3] metres)."""
         may_be = None if hints.is_candidate is None else _full_size(cloud, hints.is_candidate)
         with self._clock.stage("colours"):
-            self.sight = self._faces_and_hands.update(cloud.image, hints.heads_camera, may_be)
+            self.skin_detections = self._faces_and_hands.update(
+                cloud.image, hints.heads_camera, may_be
+            )
         return [
             (face, head)
-            for face in self.sight.most_likely(Kind.FACE)
+            for face in self.skin_detections.most_likely(Kind.FACE)
             if face.is_seen and (head := face.head_camera) is not None
         ]
 
-    def look_round(
+    def check_faces_in_turn(
         self, frame: Frame, heads_camera: Sequence[Vector]
     ) -> list[tuple[int, bool | None]]:
-        """As `CascadeFaces.look_round`."""
+        """As `CascadeFaces.check_faces_in_turn`."""
         with self._clock.stage("colours"):
-            return self._cascade.look_round(frame, heads_camera)
+            return self._cascade.check_faces_in_turn(frame, heads_camera)
 
     @property
-    def learns_room(self) -> bool:
-        """Whether it is time for `learn_room`."""
-        return self._faces_and_hands.learns_room
+    def background_is_due(self) -> bool:
+        """Whether it is time for `update_background`."""
+        return self._faces_and_hands.background_is_due
 
-    def learn_room(self, is_somebodys: Mask) -> None:
-        """Learn what the room's colours are, from the frame that was looked at last."""
+    def update_background(self, is_person: Mask) -> None:
+        """Learn the background from the last frame, where [H, W] is False."""
         with self._clock.stage("colours"):
-            self._faces_and_hands.learn_room(is_somebodys)
+            self._faces_and_hands.update_background(is_person)
 
 
 class DepthAndSkinHeads(SkinHeads):
-    """A `HeadDetector` of heads by their shape and of faces by their colour, each where the other
-    fails; without usable colour it finds what `DepthHeadDetector` does."""
+    """A `HeadDetector` by the shape of heads in depth and by faces that have the colour of skin.
+    Without usable colour it detects what `DepthHeadDetector` does."""
 
     def __init__(
         self,
@@ -122,18 +124,18 @@ class DepthAndSkinHeads(SkinHeads):
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads of both kinds; one that both see is surer."""
+        """The heads of both; one that both detect has a higher confidence."""
         heads = self._depth.detect(cloud, up_camera)
         centers = [head.center_camera for head in heads]
         known = Hints([*hints.heads_camera, *centers], hints.is_candidate)
         for face, center in self.faces(cloud, known):
-            if _is_among(hints.heads_camera, center):
+            if _is_ambiguous(hints.heads_camera, center):
                 continue
             belief = float(face.belief[Kind.FACE])
             near = [
                 index
                 for index, head in enumerate(heads)
-                if np.linalg.norm(head.center_camera - center) < SAME_HEAD_M
+                if np.linalg.norm(head.center_camera - center) < FACE_HEAD_M
             ]
             for index in near:
                 heads[index] = _confirmed(heads[index], belief)
@@ -143,18 +145,18 @@ class DepthAndSkinHeads(SkinHeads):
         return sorted(heads, key=lambda head: (head.torso_is_unread, -head.confidence))
 
 
-def _is_among(heads_camera: Sequence[Vector], center_camera: Vector) -> bool:
-    """Whether a face is near to the heads of several people: it may be either's, or both's."""
+def _is_ambiguous(heads_camera: Sequence[Vector], center_camera: Vector) -> bool:
+    """Whether a face is near the heads of several people, so that it may be either's."""
     offsets = [head - center_camera for head in heads_camera]
-    return sum(bool(np.linalg.norm(offset) < COMPANY_M) for offset in offsets) > 1
+    return sum(bool(np.linalg.norm(offset) < AMBIGUOUS_FACE_M) for offset in offsets) > 1
 
 
 def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
-    gain = (1.0 - head.confidence) * FACE_TELLS * belief
+    gain = (1.0 - head.confidence) * FACE_GAIN * belief
     return replace(head, confidence=head.confidence + gain, by_face=head.by_face + gain)
 
 
-# How each detector is made, given the clock that counts its time.
+# Makes each detector, given the clock that counts its time.
 DETECTORS: Final[dict[str, Callable[[StageClock], HeadDetector]]] = {
     "auto": DepthAndSkinHeads,
     "depth": lambda clock: DepthHeadDetector(),
@@ -175,7 +177,7 @@ def head_detector(name: str, clock: StageClock) -> HeadDetector:
 
 
 def _full_size(cloud: Cloud, mask: Mask) -> Mask:
-    """[H, W] of the frame from [h, w] of the cloud, a little wider."""
+    """[H, W] of the frame from [h, w] of the cloud, dilated by a pixel of the cloud."""
     camera = cloud.frame.camera
     wider = cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8))
     size = (mask.shape[1] * cloud.stride, mask.shape[0] * cloud.stride)

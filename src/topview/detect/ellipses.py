@@ -1,5 +1,4 @@
-"""Ellipses in an image: from the moments of pixels, and how far points are from them
-(Eq. 4.3 - 4.7)."""
+"""Ellipses in an image: made from the moments of pixels; distances of points (Eq. 4.3 - 4.7)."""
 
 from __future__ import annotations
 
@@ -18,11 +17,11 @@ Box = tuple[int, int, int, int]
 """Left, top, right, bottom; all inside."""
 
 PIXEL_VARIANCE: Final = 1.0 / 12.0
-"""Of the places within one square pixel."""
+"""Variance of the places within one square pixel, along x or y."""
 
 
 class Moments(NamedTuple):
-    """Of pixels: the means of x and y, and of the squares and the product of the deviations."""
+    """Moments of pixels: the means of x and y, the variances, and the covariance."""
 
     x: float
     y: float
@@ -36,7 +35,7 @@ class Moments(NamedTuple):
         return cls(*moments(pixels))
 
     def moved(self, dx: float, dy: float) -> Moments:
-        """Those of the same pixels elsewhere."""
+        """The moments of the same pixels, moved."""
         return Moments(self.x + dx, self.y + dy, self.xx, self.yy, self.xy)
 
 
@@ -68,11 +67,10 @@ class Ellipse:
 
     @classmethod
     def of_moments(cls, moments: Moments, spread_px: float = 0.0) -> Ellipse:
-        """The filled ellipse that has these.
+        """The filled ellipse that has these moments.
 
         The semi-axes are 2 sqrt(lambda), of which Eq. 4.6 leaves out the 2; in Eq. 4.7 the sign
-        before 4 s_xy^2 is plus. `spread_px` is a standard deviation with which each pixel's place
-        is uncertain.
+        before 4 s_xy^2 is plus. `spread_px` is the standard deviation of each pixel's place.
         """
         more = PIXEL_VARIANCE + spread_px * spread_px
         s_xx, s_yy, s_xy = moments.xx + more, moments.yy + more, moments.xy
@@ -112,8 +110,8 @@ class Ellipse:
             return 0
         return int(np.count_nonzero(self.distance(points) <= 1.0))
 
-    def holds(self, other: Ellipse) -> bool:
-        """Whether the other's centre lies inside."""
+    def contains_center_of(self, other: Ellipse) -> bool:
+        """Whether the other ellipse's centre lies inside."""
         dx, dy = other.x - self.x, other.y - self.y
         c, s = cos(self.angle), sin(self.angle)
         return hypot((c * dx + s * dy) / self.major, (c * dy - s * dx) / self.minor) <= 1.0

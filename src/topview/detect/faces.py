@@ -1,9 +1,8 @@
 """Faces by OpenCV's cascade of Haar-like features.
 
 P. Viola and M. Jones, Rapid object detection using a boosted cascade of simple features
-(CVPR 2001); the trained frontal cascade comes with OpenCV (R. Lienhart). It is learnt, but asks
-for no training here, and finds faces that look at the camera, more or less upright, in grey
-images too.
+(CVPR 2001); the trained frontal cascade comes with OpenCV (R. Lienhart). It detects faces that look
+at the camera, more or less upright, in grey images too.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
+from topview.detect.color_view import DIM_LEVEL
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
     HEAD_HALF_HEIGHT_M,
@@ -25,7 +25,6 @@ from topview.detect.heads import (
     HeadCandidate,
     Hints,
 )
-from topview.detect.seeing import DARK_LEVEL
 from topview.filter.over_time import Turns
 from topview.records import Frame, InputError
 
@@ -35,25 +34,24 @@ CASCADE: Final = "haarcascade_frontalface_alt2.xml"
 # The cascade's training faces are 20 x 20 pixels, brow to chin and cheek to cheek: 0.16 m (ours).
 LEAST_PX: Final = 20
 FACE_M: Final = 0.16
-# All ours: each scale's step; overlapping hits that make a face; and how much larger or smaller
-# than a head's true size a hit may be.
+# All ours: from one scale to the next; overlapping hits that make a face; and the factor by which a
+# hit may be larger or smaller than a face's true size.
 SCALE_STEP: Final = 1.15
 NEIGHBOURS: Final = 3
 SIZE_FACTOR: Final = 1.6
-# Ours: a hit's confidence, as a head's: frontal cascades seldom err where the size fits too.
+# Ours: of a head whose face is detected: the cascade seldom errs where the size fits too.
 CONFIDENCE: Final = 0.8
-# All ours: a known head is looked for a face in a window of this half width, made this small; the
-# hit then has few sizes to have.
-WINDOW_M: Final = 0.18
+# All ours: the face of a known head is searched in a window of this half width, resized to this
+# side, in which it can have few sizes.
+FACE_WINDOW_M: Final = 0.18
 WINDOW_PX: Final = 60
 GREATEST_PX: Final = 40
 WINDOW_NEIGHBOURS: Final = 2
-# All ours: a face of fewer pixels, a window of which less is in view, or that is darker than this
-# of 255 levels, tells nothing.
+# All ours: a face of fewer pixels, or in a window of which less is in view, cannot be detected.
 LEAST_SEEN_PX: Final = 14
 LEAST_SHARE_IN_VIEW: Final = 0.6
-# Ours: seconds from one head that is looked at to the next.
-LOOK_S: Final = 1 / 30
+# Ours: seconds from one head that is checked to the next.
+FACE_CHECK_S: Final = 1 / 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +66,8 @@ class Face:
 
 
 class CascadeFaces:
-    """A `HeadDetector` of faces; also looks at known heads alone, which costs a hundredth."""
+    """A `HeadDetector` by frontal faces. It also checks known heads alone, at a hundredth of the
+    cost."""
 
     def __init__(self) -> None:
         path = Path(cv2.__file__).parent / "data" / CASCADE
@@ -76,7 +75,7 @@ class CascadeFaces:
             raise InputError(f"{path}: no such file; OpenCV 4 (not 5) must be installed, with it")
         self._cascade = cv2.CascadeClassifier(str(path))
         self._turn = 0
-        self._turns = Turns(LOOK_S)
+        self._turns = Turns(FACE_CHECK_S)
 
     @property
     def needs_color(self) -> bool:
@@ -84,12 +83,12 @@ class CascadeFaces:
 
     @property
     def colors(self) -> None:
-        """Nothing else is told."""
+        """None: it gives no skin detections."""
 
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads whose faces look at the camera, nearest first; nothing else is needed."""
+        """Heads whose faces look at the camera, nearest first; the hints are not used."""
         heads = [face.head_camera for face in self.faces(cloud.frame)]
         return sorted(
             (HeadCandidate(head, CONFIDENCE) for head in heads if head is not None),
@@ -105,29 +104,29 @@ class CascadeFaces:
         squares = self._cascade.detectMultiScale(grey, SCALE_STEP, NEIGHBOURS, minSize=least)
         return _faces_of_squares(frame, squares, 0, 0, 1.0)
 
-    def faces_of(self, frame: Frame, heads_camera: Sequence[Vector]) -> list[Face | None]:
-        """The face of each of the heads ([3] centres), None where it is not seen."""
+    def faces_at(self, frame: Frame, heads_camera: Sequence[Vector]) -> list[Face | None]:
+        """The face of each of the heads ([3] centres), None where none is detected."""
         windows = [_Window.around(frame, head) for head in heads_camera]
         faces = [[] if window is None else self._faces_at(frame, window) for window in windows]
         return [found[0] if found else None for found in faces]
 
-    def look_at(self, frame: Frame, head_camera: Vector) -> bool | None:
-        """Whether a face at this head ([3], its centre) looks at the camera; None where it is too
-        small, too dark or too little in view to tell, or there is no colour."""
+    def is_frontal(self, frame: Frame, head_camera: Vector) -> bool | None:
+        """Whether the face of this head ([3], its centre) looks at the camera; None where it is too
+        small, too dark or too little in view, or there is no colour."""
         window = _Window.around(frame, head_camera)
-        if window is None or not window.tells:
+        if window is None or not window.is_usable:
             return None
         return bool(self._faces_at(frame, window))
 
-    def look_round(
+    def check_faces_in_turn(
         self, frame: Frame, heads_camera: Sequence[Vector]
     ) -> list[tuple[int, bool | None]]:
-        """Look at the heads in turn, another one every `LOOK_S`: their indices, and what `look_at`
-        tells of each."""
+        """Check the heads in turn, another one every `FACE_CHECK_S`: their indices, and
+        `is_frontal` of each."""
         turns = min(self._turns.due(frame.timestamp_s), len(heads_camera))
         indices = [(self._turn + i) % len(heads_camera) for i in range(turns)]
         self._turn += turns
-        return [(index, self.look_at(frame, heads_camera[index])) for index in indices]
+        return [(index, self.is_frontal(frame, heads_camera[index])) for index in indices]
 
     def _faces_at(self, frame: Frame, window: _Window) -> list[Face]:
         sizes = (LEAST_PX, LEAST_PX), (GREATEST_PX, GREATEST_PX)
@@ -139,14 +138,20 @@ class CascadeFaces:
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """What surrounds a head: [h, w] grey, made `scale` times as large, from full pixel `left`,
-    `top` on; `tells`: whether a face would be found in it."""
+    """The surroundings of a head.
+
+    Attributes:
+        grey: [h, w], resized.
+        left, top: its first full pixel.
+        scale: its pixels per full pixel.
+        is_usable: whether a face would be detected in it.
+    """
 
     grey: NDArray[np.uint8]
     left: int
     top: int
     scale: float
-    tells: bool
+    is_usable: bool
 
     @classmethod
     def around(cls, frame: Frame, head_camera: Vector) -> _Window | None:
@@ -156,7 +161,7 @@ class _Window:
             return None
         camera = frame.camera
         u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
-        half = WINDOW_M * camera.fx / z
+        half = FACE_WINDOW_M * camera.fx / z
         left, right = (min(max(round(u + side), 0), camera.width) for side in (-half, half))
         top, bottom = (min(max(round(v + side), 0), camera.height) for side in (-half, half))
         scale = WINDOW_PX / (2.0 * half)
@@ -167,12 +172,12 @@ class _Window:
         way = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
         small = cv2.resize(window, (width, height), interpolation=way)
         grey = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), np.uint8)
-        tells = (
+        is_usable = (
             FACE_M * camera.fx / z >= LEAST_SEEN_PX
             and width * height >= LEAST_SHARE_IN_VIEW * WINDOW_PX**2
-            and float(grey.mean()) >= DARK_LEVEL
+            and float(grey.mean()) >= DIM_LEVEL
         )
-        return cls(grey, left, top, scale, tells)
+        return cls(grey, left, top, scale, is_usable)
 
 
 def _faces_of_squares(frame: Frame, squares: Any, left: int, top: int, scale: float) -> list[Face]:

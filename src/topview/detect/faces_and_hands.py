@@ -1,4 +1,4 @@
-"""Faces and hands in colour images, frame after frame (Sec. 4.1)."""
+"""Detect faces and hands by the colour of skin, frame after frame (Sec. 4.1)."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom
+from topview.detect.background import BackgroundMixtures, LightChangeDetector, StillBackground
 from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.blobs import USUAL_DEPTH_M, Blob, BlobTracker
+from topview.detect.color_view import ColorView, Light, Place
 from topview.detect.ellipses import Ellipse
 from topview.detect.heads import center_behind
 from topview.detect.palms import palm_of
-from topview.detect.seeing import ColorView, Light, Place
 from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
 from topview.kernels.skin import paint, perimeter
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Ours: what is further from a head is not that person's: an arm's length and half the shoulders'
-# breadth (Table 3.1, of 1.9 m).
-REACH_M: Final = 1.0
-# Ours: only what is this surely a face or a hand teaches what skin looks like today.
-TEACHING_BELIEF: Final = 0.7
-# Ours: of a blob that shares more of its pixels than this with others, the form says nothing.
+# Ours: a hand that is further from a head is another person's: an arm's length and half the
+# shoulders' breadth (Table 3.1, of 1.9 m).
+HAND_REACH_M: Final = 1.0
+# Ours: the colour of skin is adapted to a blob whose belief in a face or a hand is at least this.
+ADAPTING_BELIEF: Final = 0.7
+# Ours: from this share of pixels that others claim too, the form of a blob is no evidence.
 CONFUSED_OVERLAP: Final = 0.5
 
 
@@ -43,12 +43,12 @@ class SkinBlob:
         ellipse: in the full image.
         surface_camera: [3] metres, the middle of what is seen of it; None if its depth is not
             known.
-        palm_camera: [3] metres on the skin, where the palm is if it is a hand, maybe with its arm.
-            None if its depth is not known.
+        palm_camera: [3] metres on the skin, the palm if it is a hand, maybe with its arm; None if
+            its depth is not known.
         major_m, minor_m: true semi-axes, 0 if not known.
         is_seen: skin supports it in this frame, else it is predicted.
         skin_probability: mean P(s|c) of its region.
-        features: what the belief was updated with in this frame; empty where it was not.
+        features: the evidence of this frame; empty where the belief was not updated.
     """
 
     id: int
@@ -64,7 +64,7 @@ class SkinBlob:
 
     @property
     def kind(self) -> Kind:
-        """What it most likely is."""
+        """Its most likely kind."""
         return Kind(int(np.argmax(self.belief)))
 
     @property
@@ -76,25 +76,25 @@ class SkinBlob:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sight:
-    """What the colours of a frame tell.
+class SkinDetections:
+    """The skin detections of a frame.
 
     Attributes:
-        light: whether they tell anything; where it is not usable, there are no blobs.
+        light: whether skin can be detected; where it is not usable, there are no blobs.
         blobs: faces, hands and others.
         stride: full pixels per pixel of the masks.
-        is_foreground: [h, w] where skin was sought: the candidates, or what stands before the room
-            or is not known to be the room.
-        skin: [h, w] P(s|c) in 1/255, in the foreground.
+        is_foreground: [h, w] where skin was searched: the candidates without the background, or
+            what stands before the background.
+        skin_probability: [h, w] P(s|c) in 1/255, 0 outside of the foreground.
         is_skin: [h, w] regions of skin.
-        light_changed: a lamp was switched, say; the room is being learnt anew.
+        light_changed: whether the background is being learnt in a new light.
     """
 
     light: Light
     blobs: tuple[SkinBlob, ...] = ()
     stride: int = 1
     is_foreground: Mask | None = None
-    skin: NDArray[np.uint8] | None = None
+    skin_probability: NDArray[np.uint8] | None = None
     is_skin: Mask | None = None
     light_changed: bool = False
 
@@ -105,11 +105,11 @@ class Sight:
 
 
 class FacesAndHands:
-    """Finds faces and hands in one frame after the other.
+    """Detects faces and hands in one frame after the other.
 
-    `update` looks at a frame; `learn_room` is told, once people are found in it, where they are.
-    Without that nothing is ever background, and skin is sought in the whole image. Where somebody
-    else gives candidates, the room is what keeps still among them, and lamps are watched.
+    Call `update` with each frame, then `update_background` with the pixels of the people found in
+    it. Without the second nothing is ever background, and skin is searched in the whole image. If
+    candidates are given, the background is what keeps still among them.
     """
 
     def __init__(
@@ -120,9 +120,9 @@ class FacesAndHands:
     ) -> None:
         self.settings = settings or SkinSettings()
         self._mixtures = BackgroundMixtures()
-        self._lamps = LampWatch()
-        self._still = StillRoom()
-        self._room: BackgroundMixtures | LampWatch = self._mixtures
+        self._light = LightChangeDetector()
+        self._still = StillBackground()
+        self._background: BackgroundMixtures | LightChangeDetector = self._mixtures
         self._skin = SkinColor(histograms)
         self._tables = tables or BeliefTables.load()
         self._tracker = BlobTracker()
@@ -136,56 +136,58 @@ class FacesAndHands:
         image: Pyramid,
         heads_camera: Sequence[Vector] = (),
         is_candidate: Mask | None = None,
-    ) -> Sight:
-        """What the next frame's colours tell.
+    ) -> SkinDetections:
+        """Detect faces and hands in the next frame.
 
         Args:
             image: maybe without colour.
-            heads_camera: [3] each, centres of heads that are known (from depth, say): they tell
-                whose hand is where.
-            is_candidate: [H, W] of the full image, or of the size of the masks, where somebody may
-                be; before the room if None.
+            heads_camera: [3] each, centres of known heads (from depth, say); the place relative to
+                the nearest one is evidence for face or hand.
+            is_candidate: [H, W] of the full image, or of the size of the masks, pixels that may be
+                a person's; all before the background if None.
         """
         self._view = view = ColorView.of(image)
         if view is None or view.light != Light.USABLE:
-            return Sight(Light.ABSENT if view is None else view.light)
+            return SkinDetections(Light.ABSENT if view is None else view.light)
         if is_candidate is None:
-            self._room, where = self._mixtures, self._mixtures.foreground(view)
+            self._background, where = self._mixtures, self._mixtures.foreground(view)
         else:
-            self._room = self._lamps
-            where = view.small(is_candidate) & ~self._still.is_seen_in(view)
+            self._background = self._light
+            where = view.small(is_candidate) & ~self._still.background(view)
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings)
         blobs = self._tracker.update(view, regions)
         heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
-        self._believe(view, blobs, heads)
-        self._teach(view, blobs, where)
-        return Sight(
+        self._update_beliefs(view, blobs, heads)
+        self._adapt_skin(view, blobs, where)
+        return SkinDetections(
             view.light,
             tuple(self._described(view, blob, heads) for blob in blobs),
             view.stride,
             where,
             probability,
             is_skin,
-            self._room.light_changed,
+            self._background.light_changed,
         )
 
-    def learn_room(self, is_somebodys: Mask) -> None:
-        """Learn the room from the frame that was looked at last, where it is nobody's ([H, W], or
-        of the size of the masks); does nothing unless `learns_room`."""
-        if self._view is not None and self.learns_room:
-            is_somebodys = self._view.small(is_somebodys)
-            if self._room is self._lamps:
-                self._still.learn(self._view, is_somebodys)
-            self._room.learn(self._view, is_somebodys)
+    def update_background(self, is_person: Mask) -> None:
+        """Learn the background from the last frame outside the people's pixels ([H, W], or of the
+        size of the masks); does nothing unless `background_is_due`."""
+        if self._view is not None and self.background_is_due:
+            is_person = self._view.small(is_person)
+            if self._background is self._light:
+                self._still.update(self._view, is_person)
+            self._background.update(self._view, is_person)
 
     @property
-    def learns_room(self) -> bool:
-        """Whether the frame that was looked at last has something to teach of the room."""
+    def background_is_due(self) -> bool:
+        """Whether `update_background` would learn from the last frame."""
         view = self._view
-        return view is not None and view.light == Light.USABLE and self._room.is_lesson_due(view)
+        return (
+            view is not None and view.light == Light.USABLE and self._background.is_update_due(view)
+        )
 
-    def _believe(
+    def _update_beliefs(
         self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Place]
     ) -> None:
         now_s = view.frame.timestamp_s
@@ -199,12 +201,12 @@ class FacesAndHands:
             beliefs[blob.id] = belief
         self._beliefs = beliefs
 
-    def _teach(self, view: ColorView, blobs: Sequence[Blob], where: Mask) -> None:
-        """Adapt the colour of skin to what is surely a face or a hand (Eq. 4.2)."""
+    def _adapt_skin(self, view: ColorView, blobs: Sequence[Blob], where: Mask) -> None:
+        """Adapt the colour of skin to the blobs that are surely a face or a hand (Eq. 4.2)."""
         is_sure = np.zeros(where.shape, np.bool_)
         for blob in blobs:
             sure = 1.0 - self._beliefs[blob.id][Kind.OTHER]
-            if blob.region is not None and sure >= TEACHING_BELIEF:
+            if blob.region is not None and sure >= ADAPTING_BELIEF:
                 paint(blob.region.pixels, True, is_sure)
         self._skin.adapt(view, is_sure, where)
 
@@ -218,7 +220,7 @@ class FacesAndHands:
             belief=self._beliefs[blob.id],
             ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
             surface_camera=surface,
-            palm_camera=palm_of(view, blob, heads_camera, REACH_M),
+            palm_camera=palm_of(view, blob, heads_camera, HAND_REACH_M),
             major_m=blob.ellipse.major * metres_per_px,
             minor_m=blob.ellipse.minor * metres_per_px,
             is_seen=blob.region is not None,
@@ -228,7 +230,7 @@ class FacesAndHands:
 
 
 def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ()) -> Features:
-    """The observation O_t of a blob (Sec. 4.1.4), and what depth adds where it is known."""
+    """The observation O_t of a blob (Sec. 4.1.4); features from depth where that is known."""
     camera, ellipse = view.camera, blob.ellipse
     depth_m = blob.depth_m
     metres_per_px = (depth_m or USUAL_DEPTH_M) / camera.fx
@@ -246,7 +248,7 @@ def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ())
         features["minor_m"] = ellipse.minor * metres_per_px
         middle = view.point_camera(ellipse.x, ellipse.y, depth_m)
         head = min(heads_camera, key=lambda place: dist(place, middle), default=None)
-        if head is not None and dist(head, middle) < REACH_M:
+        if head is not None and dist(head, middle) < HAND_REACH_M:
             features["right_of_head_m"] = middle[0] - head[0]
             features["below_head_m"] = middle[1] - head[1]
     return features

@@ -1,6 +1,6 @@
-"""Which colours are a known head's, and not the body's below (ours; the thesis knows skin alone).
+"""Colour histograms of a known head and of the body below it (ours; the thesis knows skin alone).
 
-A head that hangs down, or is half hidden, has hardly a form; but hair, skin or a cap are seldom of
+A head that hangs down, or is half hidden, has hardly a shape; but hair, skin or a cap seldom have
 the colours of the clothes.
 """
 
@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NEAREST_M, Cloud
+from topview.detect.cloud import NEAREST_READING_M, Cloud
 from topview.detect.heads import center_behind
 
 Vector = NDArray[np.float64]
@@ -23,23 +23,23 @@ Counts = NDArray[np.float32]
 
 # All ours. Bins of Y, U and V, as powers of two of levels.
 SHIFTS: Final = (5, 4, 4)
-# Of a head, and of the body below it, by the distance from the head's centre.
+# Metres from the head's centre: of the head, and of the body below it from and to.
 HEAD_M: Final = 0.12
 BODY_M: Final = (0.3, 1.3)
-# Fewer pixels of either teach nothing.
-LEAST_PIXELS: Final = 12
-# New looks go into the remembered ones by this share.
-RATE: Final = 0.2
-# A colour that neither has more of than this tells nothing.
+# Fewer pixels of either give no histogram.
+LEAST_COLOR_PIXELS: Final = 12
+# Weight of a new histogram against the remembered one.
+COLOR_LEARNING_RATE: Final = 0.2
+# Added to every bin: a colour that neither has more of is no evidence.
 RARE: Final = np.float32(0.002)
-# About a place the colours within this radius are looked at; and, where a head is sought on a body,
-# within a head's, as hands and arms have its colours, too, but are not as broad.
+# Colours are averaged over this radius about a place; over a head's where a head is searched on a
+# body, as hands and arms have its colours, too, but are not as broad.
 ABOUT_M: Final = 0.06
 SEARCHED_M: Final = 0.1
-# Dark hair is hard to read; what is read of a head is no less than this.
-READ: Final = 0.5
-# What is so much nearer or further than a head is none of it, and tells nothing.
-NEAR_M: Final = 0.35
+# Dark hair is hard to read: at least this share of a head counts as read.
+LEAST_READ_SHARE: Final = 0.5
+# A pixel whose depth differs from the head's by more than this is no evidence.
+HEAD_DEPTH_M: Final = 0.35
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,8 +51,8 @@ class HeadColors:
 
     @classmethod
     def of(cls, cloud: Cloud, head_camera: Vector, body: Distance) -> HeadColors | None:
-        """Of a head at [3] and its body ([h, w] distance from it, `body_distance`); None where too
-        little of them is seen or there is no colour."""
+        """Of a head at [3] and its body ([h, w] metres from the head, `body_distance`); None where
+        too few pixels of them are visible or there is no colour."""
         every = cloud.color
         if every is None:
             return None
@@ -60,27 +60,27 @@ class HeadColors:
         offset = cloud.points_camera[is_above] - head_camera.astype(np.float32)
         head = every[is_above][np.einsum("ij,ij->i", offset, offset) < HEAD_M**2]
         below = every[is_below]
-        if min(len(head), len(below)) < LEAST_PIXELS:
+        if min(len(head), len(below)) < LEAST_COLOR_PIXELS:
             return None
         return cls(_histogram(head), _histogram(below))
 
     def learn(self, now: HeadColors) -> HeadColors:
-        """Both, with something of what they are now."""
+        """Both, updated with the histograms of a new frame."""
         head, body = (
-            np.asarray(old + RATE * (new - old), np.float32)
+            np.asarray(old + COLOR_LEARNING_RATE * (new - old), np.float32)
             for old, new in ((self.head, now.head), (self.body, now.body))
         )
         return HeadColors(head, body)
 
     def against(self, others: Sequence[HeadColors]) -> HeadColors:
-        """The same, with other people's heads and bodies for what this head is not."""
+        """The same head against its own body and other people's heads and bodies."""
         if not others:
             return self
         theirs = [counts for other in others for counts in (other.head, other.body)]
         return HeadColors(self.head, np.maximum.reduce([self.body, *theirs]))
 
     def share_at(self, cloud: Cloud, head_camera: Vector) -> float | None:
-        """Whether a head at [3] has this one's colours, 0..1; None without colour."""
+        """Whether a head at [3] has this one's colours (1) or the body's (0); None without any."""
         if cloud.frame.color is None:
             return None
         row, column, _ = cloud.pixel_of(head_camera)
@@ -89,9 +89,9 @@ class HeadColors:
     def share_about(
         self, cloud: Cloud, row: int, column: int, depth_m: float, radius_px: int
     ) -> NDArray[np.float32]:
-        """[n, n] for the pixels about one, `n = 2 * radius_px + 1`: whether around each there are
-        the head's colours (1), or the body's (0); 0.5 where that is not known. The image goes on
-        beyond its border as it is there."""
+        """[n, n] for the pixels about one, `n = 2 * radius_px + 1`: whether the colours around
+        each are the head's (1) or the body's (0); 0.5 where that is not known. The image is
+        replicated beyond its border."""
         color = cloud.frame.color
         assert color is not None
         about_px = _about_px(cloud, depth_m)
@@ -101,15 +101,15 @@ class HeadColors:
         columns = np.clip(column + reach, 0, width - 1)
         shares = self._shares(color[np.ix_(rows * cloud.stride, columns * cloud.stride)])
         off_m = np.abs(cloud.depth_m[np.ix_(rows, columns)] - np.float32(depth_m))
-        shares[off_m > NEAR_M] = 0.5
+        shares[off_m > HEAD_DEPTH_M] = 0.5
         return _mean_about(shares, about_px)[about_px:-about_px, about_px:-about_px]
 
     def place_in(
         self, cloud: Cloud, is_body: NDArray[np.bool_], near_camera: Vector, reach_m: float
     ) -> tuple[Vector, float] | None:
-        """The [3] centre of a head where a body, [h, w], has most of the head's colours, no further
-        than `reach_m` from a place [3], and their share of a window as broad as a head; None
-        without colour or body there."""
+        """The [3] centre of a head where a body, [h, w], has most of the head's colours, within
+        `reach_m` of a place [3], and their share of a window as broad as a head; None without
+        colour or body there."""
         offset = cloud.points_camera - near_camera.astype(np.float32)
         is_near = is_body & (np.einsum("ijk,ijk->ij", offset, offset) < reach_m**2)
         every = cloud.color
@@ -119,12 +119,12 @@ class HeadColors:
         own[is_body] = self._shares(every[is_body][None])[0]
         about_px = _about_px(cloud, float(near_camera[2]), SEARCHED_M)
         read = _mean_about((cloud.depth_m > 0.0).astype(np.float32), about_px)
-        share = _mean_about(own, about_px) / np.maximum(read, READ)
+        share = _mean_about(own, about_px) / np.maximum(read, LEAST_READ_SHARE)
         best = np.unravel_index(int(np.argmax(np.where(is_near, share, 0.0))), share.shape)
         return center_behind(cloud.points_camera[best].astype(np.float64)), float(share[best])
 
     def _shares(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """[n, m] of each of [n, m, 3] colours, whether it is the head's (1) or the body's (0)."""
+        """[n, m] whether each of [n, m, 3] colours is the head's (1) or the body's (0)."""
         yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
         bins = tuple(yuv[..., channel] >> shift for channel, shift in enumerate(SHIFTS))
         head, body = self.head[bins] + RARE, self.body[bins] + RARE
@@ -132,7 +132,7 @@ class HeadColors:
 
 
 def _about_px(cloud: Cloud, depth_m: float, radius_m: float = ABOUT_M) -> int:
-    return max(1, round(radius_m * cloud.camera.fx / max(depth_m, NEAREST_M)))
+    return max(1, round(radius_m * cloud.camera.fx / max(depth_m, NEAREST_READING_M)))
 
 
 def _mean_about(shares: NDArray[np.float32], about_px: int) -> NDArray[np.float32]:

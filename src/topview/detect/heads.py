@@ -1,8 +1,8 @@
-"""Heads: what every detector of them gives, and the one that needs depth alone.
+"""Head candidates, which every detector gives, and the detector that needs depth alone.
 
 A head is a top of head size with free space above it and at its sides, over shoulders that are
-wider than a neck or an arm. That holds from every side, standing or seated, and for a raised fist
-it does not: there is only an arm below it.
+wider than a neck or an arm. That holds from every side, standing or seated; below a raised fist
+there is only an arm.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ CENTER_BEHIND_SURFACE_M: Final = 2 / 3 * HEAD_RADIUS_M
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadCandidate:
-    """Something that looks like a head.
+    """A detected head.
 
     Attributes:
         center_camera: [3] metres, the centre of the head.
         confidence: 0..1.
-        torso_is_unread: the place of its torso has no reading at all, so that it counts for
-            nothing in the confidence; legs below must tell whether it is a head.
-        by_face: how much of the confidence is a face's that is seen there. Wood, too, may have the
-            colour of skin.
+        torso_is_unread: there is no reading at all where its torso would be. The confidence then
+            leaves the torso out; legs below must confirm the head.
+        by_face: how much of the confidence comes from a face. Wood, too, may have the colour of
+            skin.
     """
 
     center_camera: Vector
@@ -48,17 +48,17 @@ class HeadCandidate:
 
     @property
     def by_shape(self) -> float:
-        """The confidence that its shape alone would give."""
+        """The confidence by its shape alone."""
         return self.confidence - self.by_face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hints:
-    """What is known before heads are sought.
+    """What is known before heads are detected.
 
     Attributes:
-        heads_camera: [3] metres each, where people's heads are expected.
-        is_candidate: [h, w] pixels of the cloud that may be a person's, all if None.
+        heads_camera: [3] metres each, predicted centres of known people's heads.
+        is_candidate: [h, w] pixels of the cloud that may be a person's; all if None.
     """
 
     heads_camera: Sequence[Vector] = ()
@@ -68,8 +68,8 @@ class Hints:
 NO_HINTS: Final = Hints()
 
 
-# What belongs to a head lies between these around its centre's depth, two standard deviations of
-# the noise aside; a chest may lie further back, as people lean forward. Ours.
+# Ours: the depths of a head lie between these before and behind its centre's, besides two standard
+# deviations of the noise; a chest may lie further back, as people lean forward.
 BEFORE_M: Final = 0.20
 BEHIND_M: Final = 0.12
 CHEST_BEHIND_M: Final = 0.30
@@ -110,15 +110,19 @@ def right_of(up_camera: Vector) -> Vector:
     return right
 
 
+# Ours: the share of shoulders that is taken to be there where they are occluded.
+OCCLUDED_SHOULDERS: Final = 0.75
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadEvidence:
-    """How well the surroundings of N points fit a head's: shares of the template, 0..1 each.
+    """How well the surroundings of N points fit the template of a head; shares, 0..1 each.
 
     Attributes:
-        inside: [N] share of the head's disc that is there.
-        free: [N] share of the visible space above and beside it that is empty.
-        shoulders: [N] share of the visible shoulders and chest that is there.
-        shoulders_seen: [N] share of them that nothing hides.
+        inside: [N] of the head's disc that is there.
+        free: [N] of the visible space above and beside it that is empty.
+        shoulders: [N] of the visible shoulders and chest that is there.
+        shoulders_seen: [N] of them that is not occluded.
     """
 
     inside: NDArray[np.float64]
@@ -128,9 +132,9 @@ class HeadEvidence:
 
     @property
     def confidence(self) -> NDArray[np.float64]:
-        """[N] 0..1: all three must hold; shoulders that are out of sight get some credit."""
+        """[N] 0..1: all three must hold; occluded shoulders count as `OCCLUDED_SHOULDERS`."""
         seen = self.shoulders_seen
-        shoulders = seen * self.shoulders + (1.0 - seen) * 0.75
+        shoulders = seen * self.shoulders + (1.0 - seen) * OCCLUDED_SHOULDERS
         return self.inside * self.free * shoulders
 
 
@@ -144,8 +148,8 @@ def head_evidence(
     cloud: Cloud, centers_camera: Vector, ups_camera: Vector, least: float = 0.0
 ) -> HeadEvidence:
     """Compare the depth image around each of [N, 3] head centres with the template, upright along
-    `ups_camera`, [N, 3] or [3] for all; all is 0 where the confidence is less than `least`, if the
-    head and the space about it tell that already."""
+    `ups_camera`, [N, 3] or [3] for all. All shares are 0 where the head and the free space alone
+    limit the confidence to less than `least`."""
     camera = cloud.camera
     evidence = np.empty((4, len(centers_camera)))
     fit_template(
@@ -165,7 +169,8 @@ def head_evidence(
     return HeadEvidence(*evidence)
 
 
-# Ours: of a torso in black cloth, which swallows the infrared light, a zip or a hand may be read.
+# Ours: a torso in black cloth absorbs the infrared light, but a zip or a hand may have a reading.
+# It is unread if this share of it has none.
 UNREAD_SHARE: Final = 0.75
 
 
@@ -178,26 +183,28 @@ def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) ->
     return (is_inside & (depth_m == 0.0)).mean(1) >= UNREAD_SHARE
 
 
-# Ours: people lean to the side; the template leans with them, at some cost per radian.
+# Ours: people lean to the side; the template is tilted with them, at this penalty per radian.
 TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
-# Ours: two heads are not nearer to each other than two heads' breadths.
+# Ours: the centres of two heads are at least two heads' breadths apart.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
-# Ours: the head of somebody seen from the side is so far above what of the near shoulder looks like
-# a head, up to so far aside and at least so far behind.
+# Ours: the near shoulder of a person in profile looks like a head. The true head is above it by
+# these metres (from, to), aside by at most this, and behind it by at least this.
 ABOVE_SHOULDER_M: Final = (0.15, 0.45)
 ASIDE_SHOULDER_M: Final = 0.3
 BEHIND_SHOULDER_M: Final = 0.04
-# Ours: what is above a head in the image is further away by more than this.
+# Ours: the pixel above a head is further away by more than this.
 STEP_M: Final = 0.12
-# Ours: a head is the mean of its candidates that have more than this share of the best one's
-# confidence.
+# Ours: a candidate's centre is the centre of a surface if its depth differs by less than this.
+SURFACE_M: Final = 0.2
+# Ours: a head is the mean of those of its candidates that have more than this share of the best
+# one's confidence.
 LIKE_SHARE: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True)
 class DepthHeadDetector:
-    """Heads by their shape in the depth image.
+    """Detects heads by their shape in the depth image.
 
     Attributes:
         min_confidence: candidates below it are not reported; 0 to 1.
@@ -220,17 +227,17 @@ class DepthHeadDetector:
 
     @property
     def colors(self) -> None:
-        """Colours are not looked at."""
+        """None: it uses depth alone."""
 
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads in the frame, best first; the hints are not needed."""
+        """Heads in the frame, best first; the hints are not used."""
         ups = tilted_ups(up_camera, TILTS_RAD)
         tops = tops_of(cloud.depth_m, cloud.points_camera, self.max_depth_m, STEP_M)
         centers = (tops - HEAD_HALF_HEIGHT_M * ups[:, None]).reshape(-1, 3)
         depth, in_view = cloud.lookup(centers.T)
-        is_on_surface = in_view & (np.abs(depth - centers[:, 2]) < 0.2)
+        is_on_surface = in_view & (np.abs(depth - centers[:, 2]) < SURFACE_M)
         centers = centers[is_on_surface]
         tilt = np.repeat(np.arange(len(ups)), len(tops))[is_on_surface]
         evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
@@ -256,21 +263,21 @@ class DepthHeadDetector:
 
 
 def _is_shoulder(centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
-    """[N] which of [N, 3] candidates are the near shoulder of somebody seen from the side: there is
-    another right above and behind."""
+    """[N] which of [N, 3] candidates are the near shoulder of a person in profile: there is another
+    candidate right above and behind."""
     return below_others(
         centers_camera, up_camera, ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M
     )
 
 
 def _strongest(centers_camera: Vector, confidence: NDArray[np.float64]) -> list[HeadCandidate]:
-    """One candidate per head: the best of those within a head's size, averaged with its like."""
+    """One candidate per head: the best within a head's size, averaged with those nearly as good."""
     centers, best = strongest(centers_camera, confidence, LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE)
     return [HeadCandidate(*found) for found in zip(centers, best.tolist(), strict=True)]
 
 
 def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
-    """Centre a head on the points around it; None where too few of them are seen."""
+    """[3] a head centred on the median of the points around it; None where there are none."""
     surface, count = median_near(
         cloud,
         center_camera,
@@ -285,7 +292,7 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
 
 
 def center_behind(surface_camera: Vector) -> Vector:
-    """[3] the centre of a head of which the middle of the surface, [3], is seen."""
+    """[3] the centre of a head, from the middle of its visible surface, [3]."""
     return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface_camera))
 
 
@@ -321,6 +328,6 @@ def median_near(
 
 
 def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
-    """The first pixel within reach of a place, and the one after the last."""
+    """The first pixel within reach of `middle`, and the one after the last."""
     start = min(max(int(middle - reach), 0), size)
     return start, min(max(int(middle + reach) + 2, start), size)

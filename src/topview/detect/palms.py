@@ -1,4 +1,4 @@
-"""Where the palm is in a blob of skin: a bare arm and its hand are one blob."""
+"""Find the palm in a blob of skin; a bare arm and its hand are one blob."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.blobs import Blob
-from topview.detect.seeing import ColorView, Place
+from topview.detect.color_view import ColorView, Place
 from topview.kernels.skin import look_at_end
 
-# All ours. A blob with a longer semi-axis is more than a hand.
+# All ours. A blob with a longer semi-axis is an arm with its hand.
 HAND_M: Final = 0.12
-# The palm is in the middle of so much of an arm's end.
+# The palm is the middle of this length at the arm's end.
 END_M: Final = 0.16
-# The hand is the end further from this far below the head: elbows are near to that place, and a
-# hand that is raised to the head is not. Of simulated arms, that is right of 94 %; 85 % of the
-# ends further from the head itself are hands.
+# The hand is the end further from the chest, a point this far below the head: elbows are near it,
+# and a hand that is raised to the head is not. That is right for 94 % of simulated arms; the end
+# further from the head itself would be for 85 %.
 CHEST_BELOW_HEAD_M: Final = 0.4
 
 
@@ -28,7 +28,8 @@ def palm_of(
 ) -> NDArray[np.float64] | None:
     """[3] metres, a point on the skin, if the blob is a hand; None if its depth is not known.
 
-    The middle of what is no longer than a hand, and where no head is known within `reach_m`.
+    It is the middle of the blob if that is no longer than a hand, or if no head is known within
+    `reach_m`; else the hand's end of the arm.
     """
     if blob.depth_m == 0.0:
         return None

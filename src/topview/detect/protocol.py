@@ -1,4 +1,4 @@
-"""What a detector of people is: heads in one frame after the other, and maybe a look at colours."""
+"""What a detector of people provides: heads, and maybe skin detections, in each frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
-from topview.detect.faces_and_hands import Sight
+from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import NO_HINTS, HeadCandidate, Hints
 from topview.records import Frame
 
@@ -17,42 +17,41 @@ Vector = NDArray[np.float64]
 
 
 class ColorDetector(Protocol):
-    """What else a detector that looks at colours tells of a frame."""
+    """What a detector that uses colour provides besides heads."""
 
     @property
-    def sight(self) -> Sight | None:
-        """What the last frame's colours told; None before the first."""
+    def skin_detections(self) -> SkinDetections | None:
+        """The skin detections of the last frame; None before the first."""
         ...
 
-    def look_round(
+    def check_faces_in_turn(
         self, frame: Frame, heads_camera: Sequence[Vector]
     ) -> list[tuple[int, bool | None]]:
-        """Look for frontal faces at the heads in turn, some at a time: their indices, and whether
-        there is one at each (None if that cannot be told)."""
+        """Check some of the heads for a frontal face, in turn from call to call: their indices, and
+        whether there is one (None where that cannot be known)."""
         ...
 
     @property
-    def learns_room(self) -> bool:
-        """Whether it is time for `learn_room`."""
+    def background_is_due(self) -> bool:
+        """Whether `update_background` would learn from the last frame."""
         ...
 
-    def learn_room(self, is_somebodys: NDArray[np.bool_]) -> None:
-        """Learn the room's colours from the frame that was looked at last, where [H, W] is
-        False."""
+    def update_background(self, is_person: NDArray[np.bool_]) -> None:
+        """Learn the background from the last frame, where [H, W] is False."""
         ...
 
 
 class HeadDetector(Protocol):
-    """Finds heads in one frame after the other."""
+    """Detects heads in one frame after the other."""
 
     @property
     def needs_color(self) -> bool:
-        """Whether it finds nobody without colour images."""
+        """Whether it detects nobody without colour images."""
         ...
 
     @property
     def colors(self) -> ColorDetector | None:
-        """What looks at the colours; None if nothing does."""
+        """The part that uses colour; None if there is none."""
         ...
 
     def detect(

@@ -1,4 +1,4 @@
-"""Skin by its colour: Bayes in the U-V plane, adapted on-line (Sec. 4.1.1 and 4.1.2)."""
+"""Detect skin by its colour: Bayes in the U-V plane, adapted on-line (Sec. 4.1.1 and 4.1.2)."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Box
-from topview.detect.seeing import ColorView
 from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
 from topview.records import InputError, check_range, read_only
 
@@ -24,44 +24,44 @@ Counts = NDArray[np.floating]
 SHIFT: Final = 2
 BINS: Final = 256 >> SHIFT
 """Of U and of V each: four levels share a bin, about the noise of a colour camera (ours)."""
-SMOOTHING_BINS: Final = 1.1
+COLOR_SMOOTHING_BINS: Final = 1.1
 """Standard deviation with which neighbouring bins are mixed (ours)."""
 UNSEEN: Final = 1e-6
-"""Share of all pixels that every colour is taken to have besides what was counted (ours): what
-was never seen is no skin."""
-DARK_LEVEL: Final = 18
-"""Y below which a pixel has no colour to speak of (ours)."""
-JUMP_M: Final = 0.1
+"""Prior share of all pixels for every colour, besides its count (ours): a colour that was never
+seen is no skin."""
+COLORLESS_LEVEL: Final = 18
+"""Y below which U and V are noise (ours)."""
+DEPTH_EDGE_M: Final = 0.1
 """Neighbouring pixels of one hand or face differ by less than this in depth (ours)."""
 PERSON_M2: Final = 0.7
-"""Nobody's front is larger: 1.9 m tall, of a mean breadth of 0.37 m (ours)."""
+"""Front of a large person: 1.9 m tall, of a mean breadth of 0.37 m (ours)."""
 LEAST_READ: Final = 0.1
-"""Share of a region's pixels that must have a reading, for its depth to be known (ours)."""
+"""Share of a region's pixels with a reading from which its depth is known (ours)."""
 GAMMA: Final = 0.8
-"""Influence of the training against the last frames (Eq. 4.2; A. Argyros and M. Lourakis, ECCV
+"""Weight of the training against the last frames (Eq. 4.2; A. Argyros and M. Lourakis, ECCV
 2004)."""
 WINDOW_S: Final = 0.15
-"""w, how long ago the last frames are, seconds (same; theirs are 5, at 30 a second)."""
+"""w, seconds that the last frames reach back (same source: 5 frames at 30 a second)."""
 LEAST_PIXELS_LEARNT: Final = 100
-"""Of skin in the window, from which it says something (ours)."""
+"""Pixels of skin in the window from which the probability is adapted (ours)."""
 LEAST_REGION_PIXELS: Final = 12
 """Smaller regions are noise (ours)."""
 LEAST_SKIN_M2: Final = 0.0008
-"""Of a region whose depth is known: half a child's fist, seen edge on (ours)."""
+"""Smallest area of a region whose depth is known: half a child's fist, edge on (ours)."""
 GREATEST_SKIN_M2: Final = 0.15
-"""The same: a bare arm with its hand, or a bare chest, but no wall (ours)."""
+"""Greatest area of a region: a bare arm with its hand, or a bare chest, but no wall (ours)."""
 
 DEFAULT_SKIN: Final = Path(__file__).parent / "data" / "skin.npz"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SkinHistograms:
-    """What skin, and everything, looks like in the U-V plane.
+    """Histograms of skin, and of all pixels, in the U-V plane.
 
     Attributes:
         skin: [BINS, BINS] share of all pixels that are skin and of this (U, V): P(s) P(c|s).
         all: [BINS, BINS] share of all pixels of this (U, V): P(c).
-        trained_on: in words.
+        trained_on: the training data, in words.
     """
 
     skin: Counts
@@ -114,7 +114,7 @@ class SkinHistograms:
 
 
 def _smooth(counts: Counts) -> Counts:
-    return np.asarray(cv2.GaussianBlur(counts, (0, 0), SMOOTHING_BINS), np.float64)
+    return np.asarray(cv2.GaussianBlur(counts, (0, 0), COLOR_SMOOTHING_BINS), np.float64)
 
 
 def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
@@ -145,7 +145,7 @@ class SkinSettings:
 
 
 class SkinColor:
-    """P(s|c) of pixels: as trained, and as the last frames were (Eq. 4.2)."""
+    """P(s|c) of pixels, from training and from the last frames (Eq. 4.2)."""
 
     def __init__(self, histograms: SkinHistograms | None = None) -> None:
         self._trained = (histograms or SkinHistograms.load()).probability
@@ -156,13 +156,13 @@ class SkinColor:
     def probability(self, view: ColorView, where: Mask) -> NDArray[np.uint8]:
         """[h, w] P(s|c) in 1/255, 0 outside of `where` and where it is too dark for colour."""
         probability = np.empty(where.shape, np.uint8)
-        look_up_levels(view.yuv, where, self._table, SHIFT, DARK_LEVEL, probability)
+        look_up_levels(view.yuv, where, self._table, SHIFT, COLORLESS_LEVEL, probability)
         return probability
 
     def adapt(self, view: ColorView, is_skin: Mask, where: Mask) -> None:
         """Learn from a frame's detections among the pixels `where` (Eq. 4.2).
 
-        A colour that was not in view lately keeps its trained probability.
+        A colour that is not among the last frames keeps its trained probability.
         """
         skin, seen = count_colors(view.yuv, is_skin), count_colors(view.yuv, where)
         now_s = view.frame.timestamp_s
@@ -205,10 +205,9 @@ def skin_regions(
 ) -> tuple[list[SkinRegion], Mask]:
     """Skin by hysteresis and size (Sec. 4.1.2), and [h, w] where it is.
 
-    Connected pixels above T_min, at least one of them above T_max, of a believable size. What is
-    too large is cut apart where the depth jumps, as skin before something wooden does. What still
-    is, but not larger than a person, is sought above T_max alone: skin beside cloth of nearly its
-    colour.
+    A region is a set of connected pixels above T_min, at least one of them above T_max. One that is
+    too large is cut at depth edges: a hand before wood. One that is still too large, but smaller
+    than a person, is thresholded at T_max alone: skin beside cloth of nearly its colour.
     """
     regions: list[SkinRegion] = []
     is_skin = np.zeros(probability.shape, np.bool_)
@@ -238,23 +237,23 @@ def _cut_at_edges(
 def _cut_to_seeds(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> NDArray[np.uint8]:
-    """What is above T_max, without specks."""
+    """The pixels above T_max, without specks."""
     is_seed = (probability > 255.0 * settings.seed_probability).view(np.uint8)
     kept = cv2.morphologyEx(is_seed, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     return np.where(np.asarray(kept) > 0, probability, np.uint8(0))
 
 
 def _is_depth_edge(depth_m: NDArray[np.float32]) -> Mask:
-    """[h, w] where the depth jumps to a neighbour's, or there is no reading."""
+    """[h, w] where the depths of neighbours differ, or there is no reading."""
     around = np.ones((3, 3), np.uint8)
     spread_m = cv2.dilate(depth_m, around) - cv2.erode(depth_m, around)
-    return np.asarray((spread_m > JUMP_M) | (depth_m == 0.0))
+    return np.asarray((spread_m > DEPTH_EDGE_M) | (depth_m == 0.0))
 
 
 def _connected(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> Iterator[SkinRegion]:
-    """Connected pixels above T_min with a seed among them, that are not too small."""
+    """Regions of connected pixels above T_min with a seed among them, without the small ones."""
     most = probability.size // LEAST_REGION_PIXELS + 1
     pixels = np.empty((probability.size, 2), np.float32)
     starts = np.zeros(most + 1, np.int32)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.following import HeadView, follow_head
+from topview.detect.head_template import HeadTemplate, track_head
 from topview.detect.heads import HeadCandidate
 from topview.people.doubts import (
     ALIKE,
@@ -57,7 +57,7 @@ def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list
             user = known[index]
             head = options[matches[index]] if index in matches else None
             if head is not None and _continues(scene, user, head, present, roll.settings):
-                user.see(head, HeadView.of(scene.cloud, head.center_camera), time_s)
+                user.see(head, HeadTemplate.of(scene.cloud, head.center_camera), time_s)
                 bodies[index] = roll.body_of(scene, user)
                 present.add(user.head_camera, bodies[index])
                 taken.add(matches[index])
@@ -92,7 +92,7 @@ def _options(
         if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
             continue
         expected, colors = user.predicted(time_s), colors_of_head(roll, scene, user)
-        head = follow_head(
+        head = track_head(
             scene.cloud, user.view, expected, scene.up_camera, user.step_s(time_s), colors
         )
         if head is not None:
@@ -143,7 +143,9 @@ def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[He
         if user.rival_since_s is None or not rivals:
             user.rival_since_s = scene.time_s if rivals else None
         elif scene.time_s - user.rival_since_s >= roll.settings.new_s:
-            user.jump(rivals[0], HeadView.of(scene.cloud, rivals[0].center_camera), scene.time_s)
+            user.jump(
+                rivals[0], HeadTemplate.of(scene.cloud, rivals[0].center_camera), scene.time_s
+            )
             roll.bodies[index] = roll.body_of(scene, user)
             left.remove(rivals[0])
     return left

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.beliefs import Kind
-from topview.detect.faces_and_hands import Sight
+from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.people.users import HandCandidate
 from topview.records import Frame
@@ -73,19 +73,21 @@ class FaceMemory:
         return self._share
 
 
-def skin_share(sight: Sight | None, frame: Frame, head_camera: Vector) -> float | None:
+def skin_share(
+    detections: SkinDetections | None, frame: Frame, head_camera: Vector
+) -> float | None:
     """Share of a head's pixels that have the colour of skin; None where that is not known."""
-    if sight is None or sight.skin is None:
+    if detections is None or detections.skin_probability is None:
         return None
     x, y, z = head_camera.tolist()
     if z <= 0.1:
         return None
-    stride, camera = sight.stride, frame.camera
+    stride, camera = detections.stride, frame.camera
     u, v = ((c / stride) for c in (camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy))
     across, up = (
         DISC * HEAD_RADIUS_M * focal / (stride * z) for focal in (camera.fx, HIGHER * camera.fy)
     )
-    height, width = sight.skin.shape
+    height, width = detections.skin_probability.shape
     top, bottom = max(int(v - up), 0), min(int(v + up) + 2, height)
     left, right = max(int(u - across), 0), min(int(u + across) + 2, width)
     if bottom <= top or right <= left:
@@ -98,12 +100,14 @@ def skin_share(sight: Sight | None, frame: Frame, head_camera: Vector) -> float 
     )
     if np.count_nonzero(is_head) < LEAST_PIXELS:
         return None
-    return float((sight.skin[top:bottom, left:right][is_head] >= SKIN_LEVEL).mean())
+    return float(
+        (detections.skin_probability[top:bottom, left:right][is_head] >= SKIN_LEVEL).mean()
+    )
 
 
-def hands_in(sight: Sight | None) -> tuple[HandCandidate, ...]:
+def hands_in(detections: SkinDetections | None) -> tuple[HandCandidate, ...]:
     """The hands that are seen, whosesoever they are."""
-    blobs = () if sight is None else sight.blobs
+    blobs = () if detections is None else detections.blobs
     hands = []
     for blob in blobs:
         left, right = (float(blob.belief[kind]) for kind in (Kind.LEFT_HAND, Kind.RIGHT_HAND))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.detectors import head_detector
-from topview.detect.faces_and_hands import Sight
+from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import HeadCandidate, Hints, refine_center
 from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
@@ -44,13 +44,13 @@ class Found:
 
     Attributes:
         scene: what the depth shows.
-        sight: what the colours tell, None where they are not looked at.
+        skin_detections: None if colour is not used.
         users: nearest first.
         refusals: heads that have not been made users, and why.
     """
 
     scene: Scene
-    sight: Sight | None
+    skin_detections: SkinDetections | None
     users: tuple[User, ...]
     refusals: tuple[Refusal, ...]
 
@@ -85,14 +85,14 @@ class PeopleFinder:
         return self._floor.plane
 
     @property
-    def sight(self) -> Sight | None:
-        """What the last frame's colours told, None where they are not looked at."""
-        return None if self._skin is None else self._skin.sight
+    def skin_detections(self) -> SkinDetections | None:
+        """The skin detections of the last frame; None if colour is not used."""
+        return None if self._skin is None else self._skin.skin_detections
 
     @property
     def hands(self) -> tuple[HandCandidate, ...]:
         """The hands that the last frame's colours show, whosesoever they are."""
-        return hands_in(self.sight)
+        return hands_in(self.skin_detections)
 
     def update(self, image: Pyramid, tracked: Sequence[Person] = ()) -> list[User]:
         """The people in the next frame; `tracked` as they were in the last one."""
@@ -103,7 +103,10 @@ class PeopleFinder:
             heads = self._detect(scene)
         with self.clock.stage("users"):
             heads = find_again(roll, scene, heads)
-            sees_color, is_time = self.sight is not None, self._looks.due(scene.time_s) > 0
+            sees_color, is_time = (
+                self.skin_detections is not None,
+                self._looks.due(scene.time_s) > 0,
+            )
             if sees_color:
                 learn_heads(roll, scene, is_time)
             tell_apart(scene, roll.known, sees_color, is_time)
@@ -114,7 +117,7 @@ class PeopleFinder:
             roll.dismiss(scene)
         self._learn_room(scene, users)
         refusals = (*self._newcomers.refusals, *suspects)
-        self.found = Found(scene, self.sight, tuple(by_depth(users)), refusals)
+        self.found = Found(scene, self.skin_detections, tuple(by_depth(users)), refusals)
         self.clock.end_frame()
         return users
 
@@ -172,12 +175,12 @@ class PeopleFinder:
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""
-        if self._skin is None or not self._skin.learns_room:
+        if self._skin is None or not self._skin.background_is_due:
             return
         is_somebodys = np.zeros(scene.cloud.frame.depth_m.shape, np.bool_)
         for user in users:
             is_somebodys.ravel()[user.pixels] = True
-        self._skin.learn_room(is_somebodys)
+        self._skin.update_background(is_somebodys)
 
     def _for_somebody_first(self, bodies: list[Distance]) -> list[Distance]:
         """The bodies; of those who may be furniture, or an arm, only what nobody else reaches."""
@@ -201,7 +204,7 @@ class PeopleFinder:
             for user in self._roll.known
             if user.seen_s == frame.timestamp_s and not user.face.is_known
         ]
-        told = self._skin.look_round(frame, [user.head_camera for user in asked])
+        told = self._skin.check_faces_in_turn(frame, [user.head_camera for user in asked])
         return [asked[index] for index, is_frontal in told if is_frontal]
 
     def _users(self, scene: Scene, tracked: Sequence[Person]) -> tuple[list[User], list[Refusal]]:
@@ -227,7 +230,7 @@ class PeopleFinder:
                 head = HeadCandidate(user.head_camera, user.confidence_now)
                 suspects.append(Refusal(head, UNMOVED))
                 continue
-            skin = skin_share(self.sight, frame, user.head_camera) if is_seen else None
+            skin = skin_share(self.skin_detections, frame, user.head_camera) if is_seen else None
             users.append(
                 User(
                     user.id,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from topview.detect.cloud import Cloud
-from topview.detect.following import HeadView
 from topview.detect.head_colors import HeadColors
+from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.colors import FaceMemory
 from topview.people.height import HeightEstimate
@@ -77,7 +77,7 @@ class KnownUser:
         company: whom it may have been taken for, of late.
     """
 
-    def __init__(self, id: int, head: HeadCandidate, view: HeadView, time_s: float) -> None:
+    def __init__(self, id: int, head: HeadCandidate, view: HeadTemplate, time_s: float) -> None:
         self.id = id
         self.head_camera = self.seen_camera = head.center_camera
         self.confidence_now = head.confidence
@@ -155,7 +155,7 @@ class KnownUser:
         """The same of one head."""
         return self.scores([head], up_camera, time_s)[0]
 
-    def see(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
+    def see(self, head: HeadCandidate, view: HeadTemplate, time_s: float) -> None:
         """The head has been measured."""
         head_camera = head.center_camera
         self.confidence_now = head.confidence
@@ -172,7 +172,7 @@ class KnownUser:
         self.time_s = self.seen_s = time_s
         self.frames_seen += 1
 
-    def jump(self, head: HeadCandidate, view: HeadView, time_s: float) -> None:
+    def jump(self, head: HeadCandidate, view: HeadTemplate, time_s: float) -> None:
         """What was followed was not the head; this is."""
         self.head_camera = self.seen_camera = head.center_camera
         self.velocity = np.zeros(3)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.following import HeadView
+from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.background import Background
 from topview.people.doubts import (
@@ -162,7 +162,7 @@ class Newcomers:
         return np.where(is_body, body, np.float32(np.inf))
 
     def _seen_before(self, head: HeadCandidate, scene: Scene) -> KnownUser:
-        view = HeadView.of(scene.cloud, head.center_camera)
+        view = HeadTemplate.of(scene.cloud, head.center_camera)
         for user in self._waiting:
             if user.score(head, scene.up_camera, scene.time_s) > -np.inf:
                 self._waiting.remove(user)

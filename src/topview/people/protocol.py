@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from topview.camera.pyramid import Pyramid
-from topview.detect.faces_and_hands import Sight
+from topview.detect.faces_and_hands import SkinDetections
 from topview.people.floor import FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Person
@@ -27,8 +27,8 @@ class Finder(Protocol):
         ...
 
     @property
-    def sight(self) -> Sight | None:
-        """What the last frame's colours told, None where they are not looked at."""
+    def skin_detections(self) -> SkinDetections | None:
+        """The skin detections of the last frame; None if colour is not used."""
         ...
 
     @property

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
+from topview.detect.color_view import Light
 from topview.detect.protocol import HeadDetector
-from topview.detect.seeing import Light
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.protocol import Finder
@@ -103,8 +103,8 @@ class Tracker:
         return {**self.settings.as_json(), **named}
 
     def _count_light(self) -> None:
-        if self.finder.sight is not None:
-            self.lights[self.finder.sight.light] += 1
+        if self.finder.skin_detections is not None:
+            self.lights[self.finder.skin_detections.light] += 1
 
     def _scene(
         self,

@@ -228,21 +228,28 @@ def _masked(frame: Frame, mask: NDArray[np.bool_]) -> Image:
 
 def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
     """What was detected by colour, or why nothing was."""
-    sight = found.sight
-    if sight is None or sight.is_foreground is None or sight.skin is None or sight.is_skin is None:
-        why = "the colours are not looked at" if sight is None else str(sight.light)
+    detections = found.skin_detections
+    if (
+        detections is None
+        or detections.is_foreground is None
+        or detections.skin_probability is None
+        or detections.is_skin is None
+    ):
+        why = "colour is not used" if detections is None else str(detections.light)
         empty = np.full((FOUND_PANEL_PX[1], FOUND_PANEL_PX[0], 3), PANEL, np.uint8)
         draw_label(empty, why, (FOUND_PANEL_PX[0] / 2, FOUND_PANEL_PX[1] / 2), MUTED)
         return [("colour", empty)]
     blobs = _fitted(frame_picture(frame))
-    for blob in sight.blobs:
+    for blob in detections.blobs:
         draw_blob(blobs, blob, blobs.shape[1] / frame.camera.width)
-    skin = probability_picture(sight.skin, (frame.camera.width, frame.camera.height))
-    is_outside = ~resized_mask(sight.is_skin, (frame.camera.width, frame.camera.height))
+    skin = probability_picture(
+        detections.skin_probability, (frame.camera.width, frame.camera.height)
+    )
+    is_outside = ~resized_mask(detections.is_skin, (frame.camera.width, frame.camera.height))
     skin[is_outside] = skin[is_outside] // 2
-    changed = "; the light has changed" if sight.light_changed else ""
+    changed = "; the light has changed" if detections.light_changed else ""
     return [
-        (f"colour and depth: not the room{changed}", _masked(frame, sight.is_foreground)),
+        (f"colour and depth: foreground{changed}", _masked(frame, detections.is_foreground)),
         ("P(skin), bright where it is a region", _fitted(skin)),
         ("F face, L left hand, R right hand, ? other; belief in %", blobs),
     ]

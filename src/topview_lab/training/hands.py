@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from topview.camera import project
 from topview.camera.pyramid import Pyramid
 from topview.detect.beliefs import BeliefTables, Features, Kind
-from topview.detect.faces_and_hands import FacesAndHands, Sight, SkinBlob
+from topview.detect.faces_and_hands import FacesAndHands, SkinBlob, SkinDetections
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.skin import SkinHistograms
 from topview.io import open_recording
@@ -122,14 +122,14 @@ def observe(
         heads = labelled.places_camera[Kind.FACE]
         heads = heads[np.isfinite(heads).all(axis=1)]
         known = [head + rng.normal(0.0, HEAD_ERROR_M, 3) for head in heads] if know_heads else []
-        sight = finder.update(Pyramid(labelled.frame), known)
+        detections = finder.update(Pyramid(labelled.frame), known)
         if labelled.is_somebodys is not None:
-            finder.learn_room(labelled.is_somebodys)
-        yield from _labelled(sight, labelled)
+            finder.update_background(labelled.is_somebodys)
+        yield from _labelled(detections, labelled)
 
 
-def _labelled(sight: Sight, labelled: LabelledFrame) -> Iterator[Observation]:
-    for blob in sight.blobs:
+def _labelled(detections: SkinDetections, labelled: LabelledFrame) -> Iterator[Observation]:
+    for blob in detections.blobs:
         if not blob.is_seen or not blob.features:
             continue
         kinds = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.seeing import ColorView
+from topview.detect.color_view import ColorView
 from topview.detect.skin import (
     BINS,
     SkinColor,

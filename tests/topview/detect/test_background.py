@@ -1,4 +1,4 @@
-"""The room is learnt; people who stand still are not, and lamps are nobody."""
+"""The background is learnt; people who stand still are not, and changes of light are noticed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from detect_scenes import CAMERA, SHIRT_RGB, Disc, frame_of, view_of
-from topview.detect.background import BackgroundMixtures, LampWatch, StillRoom, depth_levels
+from topview.detect.background import (
+    BackgroundMixtures,
+    LightChangeDetector,
+    StillBackground,
+    depth_levels,
+)
 from topview.records import SENSOR_NOISE, Camera, DepthNoise, SensorName
 
 PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
@@ -26,7 +31,7 @@ def learnt(frames: int = 40, camera: Camera = CAMERA) -> BackgroundMixtures:
     for index in range(frames):
         view = view_of(frame_of(index=index, camera=camera))
         room.foreground(view)
-        room.learn(view, NOBODY)
+        room.update(view, NOBODY)
     return room
 
 
@@ -71,7 +76,7 @@ def test_a_person_who_stands_still_for_a_minute_does_not_melt_away() -> None:
     for index in range(40, 40 + 60 * 10):
         view = view_of(frame_of([PERSON], index=index, fps=10.0))
         found = room.foreground(view)
-        room.learn(view, truth)
+        room.update(view, truth)
     assert found[truth].mean() > 0.98
     gone = room.foreground(view_of(frame_of(index=700, fps=10.0)))
     assert gone.mean() < 0.01
@@ -82,7 +87,7 @@ def test_what_nobody_claims_becomes_part_of_the_room() -> None:
     for index in range(40, 40 + 20 * 10):
         view = view_of(frame_of([PERSON], index=index, fps=10.0))
         found = room.foreground(view)
-        room.learn(view, NOBODY)
+        room.update(view, NOBODY)
     assert found.mean() < 0.01
 
 
@@ -92,16 +97,16 @@ def test_who_stood_there_from_the_start_leaves_the_room_behind() -> None:
     for index in range(20):
         view = view_of(frame_of([PERSON], index=index))
         room.foreground(view)
-        room.learn(view, truth)
+        room.update(view, truth)
     assert room.foreground(view_of(frame_of([PERSON], index=20)))[truth].mean() > 0.98
     for index in range(20, 120):
         view = view_of(frame_of(index=index))
         found = room.foreground(view)
-        room.learn(view, NOBODY)
+        room.update(view, NOBODY)
     assert found.mean() < 0.01
 
 
-def test_a_lamp_is_nobody_and_is_learnt_soon() -> None:
+def test_a_change_of_light_is_background_and_learnt_soon() -> None:
     room = learnt()
     truth = is_person(PERSON)
     noticed = []
@@ -109,7 +114,7 @@ def test_a_lamp_is_nobody_and_is_learnt_soon() -> None:
         view = view_of(frame_of([PERSON], index=index, gain=1.5))
         found = room.foreground(view)
         noticed.append(room.light_changed)
-        room.learn(view, truth)
+        room.update(view, truth)
         assert found[truth].mean() > 0.98
         assert found[~truth].mean() < 0.01
     assert noticed[0]
@@ -135,44 +140,44 @@ def test_another_image_size_starts_anew() -> None:
 
 
 @pytest.mark.parametrize("fps", [30.0, 10.0])
-def test_a_lamp_is_noticed_without_a_look_at_the_room(fps: float) -> None:
-    lamps, truth = LampWatch(), is_person(PERSON)
+def test_a_change_of_light_is_detected_by_the_background_colour_alone(fps: float) -> None:
+    detector, truth = LightChangeDetector(), is_person(PERSON)
     noticed = []
     for index in range(120):
         gain = 1.5 if index >= 60 else 1.0
-        lamps.learn(view_of(frame_of([PERSON], index=index, fps=fps, gain=gain)), truth)
-        noticed.append(lamps.light_changed)
+        detector.update(view_of(frame_of([PERSON], index=index, fps=fps, gain=gain)), truth)
+        noticed.append(detector.light_changed)
     assert not any(noticed[:60])
     assert any(noticed[60 : 60 + int(0.3 * fps)])
     assert not any(noticed[90:])
 
 
-def test_who_walks_by_is_no_lamp() -> None:
-    lamps = LampWatch()
+def test_a_person_who_walks_by_is_no_change_of_light() -> None:
+    detector = LightChangeDetector()
     for index in range(80):
         walker: Disc = (3.0 * index - 40.0, 60.0, 30.0, 2.0, SHIRT_RGB)
-        lamps.learn(view_of(frame_of([walker], index=index)), NOBODY)
-        assert not lamps.light_changed
+        detector.update(view_of(frame_of([walker], index=index)), NOBODY)
+        assert not detector.light_changed
 
 
-def test_lessons_are_eight_a_second_at_any_rate_of_frames() -> None:
+def test_updates_are_eight_a_second_at_any_rate_of_frames() -> None:
     for fps in (120.0, 30.0, 8.0):
-        room, lessons = BackgroundMixtures(), 0
+        room, updates = BackgroundMixtures(), 0
         for index in range(int(4 * fps)):
             view = view_of(frame_of(index=index, fps=fps))
-            lessons += room.is_lesson_due(view)
-            room.learn(view, NOBODY)
-        assert 30 <= lessons <= 36
+            updates += room.is_update_due(view)
+            room.update(view, NOBODY)
+        assert 30 <= updates <= 36
 
 
 def test_furniture_is_room_and_who_moves_is_not() -> None:
     chair: Disc = (40.0, 80.0, 15.0, 2.5, SHIRT_RGB)
-    room = StillRoom()
+    room = StillBackground()
     for index in range(60):
         walker: Disc = (50.0 + index, 60.0, 10.0, 2.0, SHIRT_RGB)
         view = view_of(frame_of([chair, walker], index=index))
-        is_seen = room.is_seen_in(view)
-        room.learn(view, NOBODY)
+        is_seen = room.background(view)
+        room.update(view, NOBODY)
         if index > 25:  # away from where the first frame, that tells all, showed it
             assert not is_seen[is_person(walker)].any()
             assert is_seen[~is_person(walker)].mean() > 0.98
@@ -180,15 +185,15 @@ def test_furniture_is_room_and_who_moves_is_not() -> None:
 
 def test_what_keeps_still_becomes_room_unless_it_is_somebody() -> None:
     for mask, becomes_room in ((NOBODY, True), (is_person(PERSON), False)):
-        room = StillRoom()
-        room.learn(view_of(frame_of()), NOBODY)
+        room = StillBackground()
+        room.update(view_of(frame_of()), NOBODY)
         for index in range(1, 40):
             view = view_of(frame_of([PERSON], index=index, fps=10.0))
             if index < 15:
-                assert not room.is_seen_in(view)[is_person(PERSON)].any()
-            room.learn(view, mask)
+                assert not room.background(view)[is_person(PERSON)].any()
+            room.update(view, mask)
         still = view_of(frame_of([PERSON], index=40, fps=10.0))
-        share = room.is_seen_in(still)[is_person(PERSON)].mean()
+        share = room.background(still)[is_person(PERSON)].mean()
         assert share > 0.95 if becomes_room else share == 0.0
-        gone = room.is_seen_in(view_of(frame_of(index=41, fps=10.0)))
+        gone = room.background(view_of(frame_of(index=41, fps=10.0)))
         assert gone.mean() > 0.99

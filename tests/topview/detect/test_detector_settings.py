@@ -43,6 +43,6 @@ def test_thresholds_of_skin_reach_the_search_for_it(kind: type[SkinHeads]) -> No
     for settings in (None, SkinSettings(seed_probability=1.0)):
         detector = kind(StageClock(), settings)
         detector.faces(cloud, NO_HINTS)
-        assert detector.sight is not None
-        regions.append(len(detector.sight.blobs))
+        assert detector.skin_detections is not None
+        regions.append(len(detector.skin_detections.blobs))
     assert regions == [1, 0]

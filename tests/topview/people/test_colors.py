@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from topview.detect.beliefs import Kind
+from topview.detect.color_view import Light
 from topview.detect.ellipses import Ellipse
-from topview.detect.faces_and_hands import Sight, SkinBlob
-from topview.detect.seeing import Light
+from topview.detect.faces_and_hands import SkinBlob, SkinDetections
 from topview.people.colors import FaceMemory, hands_in, skin_share
 from topview.records import Camera, Frame
 
@@ -20,26 +20,28 @@ def frame(depth_m: float = 1.95) -> Frame:
     return Frame(0, 0.0, np.full((120, 160), depth_m, np.float32), CAMERA)
 
 
-def sight(skin: np.ndarray) -> Sight:
-    return Sight(Light.USABLE, skin=skin, is_skin=skin > 100, is_foreground=skin >= 0)
+def detections(skin: np.ndarray) -> SkinDetections:
+    return SkinDetections(
+        Light.USABLE, skin_probability=skin, is_skin=skin > 100, is_foreground=skin >= 0
+    )
 
 
 def test_the_share_of_skin_is_that_of_the_head() -> None:
     everywhere, nowhere = np.full((120, 160), 255, np.uint8), np.zeros((120, 160), np.uint8)
-    assert skin_share(sight(everywhere), frame(), HEAD) == 1.0
-    assert skin_share(sight(nowhere), frame(), HEAD) == 0.0
+    assert skin_share(detections(everywhere), frame(), HEAD) == 1.0
+    assert skin_share(detections(nowhere), frame(), HEAD) == 0.0
     left_half = nowhere.copy()
     left_half[:, :80] = 255
-    assert skin_share(sight(left_half), frame(), HEAD) == pytest.approx(0.5, abs=0.05)
+    assert skin_share(detections(left_half), frame(), HEAD) == pytest.approx(0.5, abs=0.05)
 
 
 def test_without_colours_or_a_head_in_view_nobody_knows() -> None:
     skin = np.full((120, 160), 255, np.uint8)
     assert skin_share(None, frame(), HEAD) is None
-    assert skin_share(Sight(Light.GREY), frame(), HEAD) is None
-    assert skin_share(sight(skin), frame(1.0), HEAD) is None  # something hides the head
+    assert skin_share(SkinDetections(Light.GREY), frame(), HEAD) is None
+    assert skin_share(detections(skin), frame(1.0), HEAD) is None  # something hides the head
     for place in ([9.0, 0.0, 2.0], [0.0, -9.0, 2.0], [0.0, 0.0, -1.0]):
-        assert skin_share(sight(skin), frame(), np.array(place)) is None
+        assert skin_share(detections(skin), frame(), np.array(place)) is None
 
 
 @given(st.lists(st.one_of(st.none(), st.floats(0.0, 1.0)), max_size=30))
@@ -101,7 +103,7 @@ def test_hands_are_the_blobs_that_are_seen_and_more_likely_hands_than_not() -> N
         blob([0.1, 0.6, 0.2, 0.1], is_seen=False),
         blob([0.1, 0.6, 0.2, 0.1], has_depth=False),
     ]
-    (hand,) = hands_in(Sight(Light.USABLE, blobs=(*others, left)))
+    (hand,) = hands_in(SkinDetections(Light.USABLE, blobs=(*others, left)))
     assert left.palm_camera is not None
     assert np.array_equal(hand.palm_camera, left.palm_camera)
     assert hand.confidence == pytest.approx(0.8)

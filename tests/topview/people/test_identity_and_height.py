@@ -8,7 +8,7 @@ from people_scenes import frame, plane, render, standing_person
 
 from topview.body.parts import JOINTS
 from topview.detect.cloud import Cloud
-from topview.detect.following import HeadView
+from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.background import KNOWN_S, Background
 from topview.people.floor import FloorPlane
@@ -30,7 +30,7 @@ from topview.people.segmentation import (
 )
 
 UP = np.array([0.0, -1.0, 0.0])
-VIEW = HeadView(np.zeros((3, 3), np.float32))
+VIEW = HeadTemplate(np.zeros((3, 3), np.float32))
 
 
 def head(x: float, y: float = 0.0, z: float = 3.0, confidence: float = 0.9) -> HeadCandidate:

@@ -8,7 +8,7 @@ from people_scenes import box, frame, head_of, plane, render, standing_person, w
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
-from topview.detect.following import HeadView, follow_head
+from topview.detect.head_template import HeadTemplate, track_head
 from topview.detect.heads import HeadCandidate, head_evidence
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
@@ -45,7 +45,7 @@ def test_a_head_is_covered_by_what_is_nearer_and_by_the_border() -> None:
 
 
 def test_who_is_not_seen_goes_on_as_high_as_he_was() -> None:
-    view = HeadView(np.zeros((3, 3), np.float32))
+    view = HeadTemplate(np.zeros((3, 3), np.float32))
     user = KnownUser(1, HeadCandidate(np.array([0.0, -0.5, 3.0]), 0.9), view, 0.0)
     for step in range(1, 6):
         place = np.array([0.03 * step, -0.5 + 0.03 * step, 3.0])
@@ -106,7 +106,7 @@ def test_a_head_that_hangs_down_is_followed() -> None:
     ]
     cloud = Cloud.from_frame(frame(render(hanging, [np.full_like(FLOOR, 4.9)])))
     upright = head_evidence(cloud, head[None], UP).confidence[0]
-    found = follow_head(cloud, HeadView.of(cloud, head), head + 0.02, UP, 1 / 30)
+    found = track_head(cloud, HeadTemplate.of(cloud, head), head + 0.02, UP, 1 / 30)
     assert found is not None
     assert np.linalg.norm(found.center_camera - head) < 0.06
     assert found.confidence > upright + 0.2

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from people_scenes import Ball, box, head_of, limb, render, standing_person
 
-from topview.detect.following import HeadView, follow_head
 from topview.detect.head_colors import HeadColors
+from topview.detect.head_template import HeadTemplate, track_head
 from topview.detect.heads import HeadCandidate
 from topview.people.doubts import (
     ALIKE,
@@ -54,7 +54,7 @@ def body_at(scene: Scene, head_camera: NDArray[np.float64]) -> Distance:
 
 def known(scene: Scene, place: NDArray[np.float64], number: int = 1) -> KnownUser:
     user = KnownUser(
-        number, HeadCandidate(place, 0.9), HeadView.of(scene.cloud, place), scene.time_s
+        number, HeadCandidate(place, 0.9), HeadTemplate.of(scene.cloud, place), scene.time_s
     )
     user.height.add(STATURE_M, scene.time_s)
     return user
@@ -135,11 +135,11 @@ def test_of_two_that_look_alike_the_one_of_the_heads_colours_is_followed(sees_co
     z = 2.5
     place = head_of(0.0, z, GROUND_Y)
     seen = colored_scene(head_and_body(0.0, z, HAIR, RED))
-    view, colors = HeadView.of(seen.cloud, place), colors_at(seen, place)
+    view, colors = HeadTemplate.of(seen.cloud, place), colors_at(seen, place)
     head, ball = place + np.array([0.13, 0.0, 0.0]), place - np.array([0.1, 0.0, 0.0])
     parts = [([(head, 0.11)], HAIR), ([(ball, 0.11)], RED)]
     scene = colored_scene(parts, 1)
-    found = follow_head(scene.cloud, view, place, UP, 1 / 30, colors if sees_color else None)
+    found = track_head(scene.cloud, view, place, UP, 1 / 30, colors if sees_color else None)
     assert found is not None
     chosen = head if sees_color else ball
     assert np.linalg.norm((found.center_camera - chosen)[:2]) < 0.07

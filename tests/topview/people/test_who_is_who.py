@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from people_scenes import box, head_of, render, standing_person
 
-from topview.detect.following import HeadView
+from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.association import find_again
 from topview.people.identity import KnownUser
@@ -21,7 +21,7 @@ from topview.people.settings import PeopleSettings
 
 
 def known(number: int, scene: Scene, place: NDArray[np.float64]) -> KnownUser:
-    view = HeadView.of(scene.cloud, place)
+    view = HeadTemplate.of(scene.cloud, place)
     return KnownUser(number, HeadCandidate(place, 0.9), view, scene.time_s)
 
 
@@ -116,7 +116,7 @@ def test_who_was_hidden_for_long_takes_nobodys_head_who_was_seen_a_moment_ago() 
     place = head_of(0.0, 2.6, GROUND_Y)
     scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 200)
     here = known(1, scene, place + np.array([-0.1, 0.2, 0.05]))
-    here.view = HeadView.of(scene.cloud, np.array([1.5, 0.0, 5.4]))  # looks like nothing near
+    here.view = HeadTemplate.of(scene.cloud, np.array([1.5, 0.0, 5.4]))  # looks like nothing near
     away = known(2, scene, place + np.array([-0.8, 0.0, 0.0]))
     for user, unseen_s in ((here, 0.1), (away, 4.0)):
         user.confidence_now = 0.0

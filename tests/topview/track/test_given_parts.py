@@ -93,7 +93,7 @@ class KnownHeads:
 class EverythingIsSomebody:
     """A finder that takes all pixels for those of one person, whose head is known."""
 
-    floor = sight = found = None
+    floor = skin_detections = found = None
     hands = ()
 
     def __init__(self) -> None:

@@ -32,7 +32,7 @@ def test_without_colours_the_sheet_says_so(filmed):
     finder = PeopleFinder(PeopleSettings(detector="depth"))
     finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
-    assert finder.found.sight is None
+    assert finder.found.skin_detections is None
     picture = paint_found(finder.found)
     with_colors = PeopleFinder()
     with_colors.update(Pyramid(filmed[0]))

@@ -1,4 +1,4 @@
-"""A frame's colour image as detectors look at it: small, in YUV, and judged for its light."""
+"""The colour view of a frame: its colour image made small, in YUV, and judged for its light."""
 
 from __future__ import annotations
 
@@ -17,20 +17,23 @@ Mask = NDArray[np.bool_]
 Place = tuple[float, float, float]
 
 # Ours: a hand of 9 cm at 4 m is then 6 pixels wide, which is enough for an ellipse.
-TARGET_FOCAL_LENGTH_PX: Final = 262.5
+COLOR_FOCAL_LENGTH_PX: Final = 262.5
 
-# All ours, of 255 levels: real cameras' grey images spread by less than this around one colour
-# (JPEG, noise); fewer pixels than a tenth lighter than this leave no colour to tell skin by; and
-# light of which this share of the image is clipped has lost it.
+# All ours; levels are of 255. The grey images of real cameras spread by less than this around one
+# colour (JPEG, noise).
 GREY_SPREAD: Final = 6.0
-DARK_LEVEL: Final = 40.0
+# An image is underexposed if more than this share of its pixels is darker than this level.
+DIM_LEVEL: Final = 40.0
+DIM_SHARE: Final = 0.9
+# An image is overexposed if more than this share of its pixels has all colours at this level.
 CLIPPED_LEVEL: Final = 250
 CLIPPED_SHARE: Final = 0.4
+# The light is judged by every eighth pixel, in both directions.
 JUDGED_STRIDE: Final = 8
 
 
 class Light(StrEnum):
-    """Whether the colours of an image can tell skin, and if not, why."""
+    """Whether skin can be detected by the colours of an image, and if not, why."""
 
     USABLE = "usable"
     GREY = "the colour image is grey or of a single tint"
@@ -50,7 +53,7 @@ class ColorView:
         rgb: [h, w, 3] uint8.
         yuv: [h, w, 3] uint8; U and V are 128 where there is no colour.
         depth_m: [h, w] float32, every `stride`-th reading, 0 where there is none.
-        light: whether the colours can tell skin.
+        light: whether skin can be detected by the colours.
     """
 
     frame: Frame
@@ -63,7 +66,7 @@ class ColorView:
 
     @classmethod
     def from_frame(cls, frame: Frame) -> ColorView | None:
-        """The view of a frame that nobody else looks at."""
+        """The view of a frame whose pyramid nothing else shares."""
         return cls.of(Pyramid(frame))
 
     @classmethod
@@ -73,7 +76,7 @@ class ColorView:
         if frame.color is None:
             return None
         full = frame.camera
-        stride = max(1, round(full.fx / TARGET_FOCAL_LENGTH_PX))
+        stride = max(1, round(full.fx / COLOR_FOCAL_LENGTH_PX))
         stride = min(stride, full.width, full.height)
         width, height = full.width // stride, full.height // stride
         rgb = averaged(frame.color, stride)
@@ -92,14 +95,14 @@ class ColorView:
         return cls(frame, stride, camera, rgb, yuv, depth_m, light_of(rgb, yuv))
 
     def small(self, mask: Mask) -> Mask:
-        """[h, w] of a mask that is so already, or of the full image ([H, W])."""
+        """[h, w] of a mask of this size, or of the full image ([H, W])."""
         height, width = self.depth_m.shape
         if mask.shape == (height, width):
             return mask
         return mask[:: self.stride, :: self.stride][:height, :width]
 
     def point_camera(self, x: float, y: float, depth_m: float) -> Place:
-        """Metres, of a place in the small image at a depth."""
+        """Metres, the point at a depth that is seen at (x, y) of the small image."""
         camera = self.camera
         return (x - camera.cx) / camera.fx * depth_m, (y - camera.cy) / camera.fy * depth_m, depth_m
 
@@ -114,7 +117,7 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
 
 
 def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
-    """Judge [h, w, 3] images; what is exactly black has no pixel of the colour camera."""
+    """Judge [h, w, 3] images; exactly black pixels are outside of the colour camera's image."""
     few = slice(None, None, JUDGED_STRIDE)
     pixels, colors = rgb[few, few].reshape(-1, 3), yuv[few, few].reshape(-1, 3)
     is_there = pixels.max(axis=1) > 0
@@ -122,7 +125,7 @@ def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
     if count == 0:
         return Light.UNDEREXPOSED
     y, u, v = colors[is_there].T
-    if np.count_nonzero(y < DARK_LEVEL) > 0.9 * count:
+    if np.count_nonzero(y < DIM_LEVEL) > DIM_SHARE * count:
         return Light.UNDEREXPOSED
     if np.count_nonzero(pixels.min(axis=1) >= CLIPPED_LEVEL) > CLIPPED_SHARE * count:
         return Light.OVEREXPOSED

@@ -1,4 +1,4 @@
-"""A known head, found again in the next frame by what it and its surroundings looked like."""
+"""Track a known head into the next frame, by a template of its depth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.cloud import NEAREST_M, Cloud
+from topview.detect.cloud import NEAREST_READING_M, Cloud
 from topview.detect.head_colors import HeadColors
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
@@ -25,48 +25,59 @@ from topview.kernels.heads import lowest, relief_about
 Vector = NDArray[np.float64]
 Patch = NDArray[np.float32]
 
-# All ours. The patch shows the head, its outline and the neck.
+# All ours. The template shows the head, its outline and the neck.
 PATCH_RADIUS_M: Final = 0.17
-# Depths further than this before or behind the head only say that it is not there.
+# Depths relative to the head's centre are clipped at this.
 RELIEF_M: Final = 0.25
-# Mean square difference of two patches of one head, a frame apart; and of unlike patches.
+# Mean square difference of two templates of one head, a frame apart; a greater one than the second
+# is another object's.
 LIKE_M2: Final = 0.006
 UNLIKE_M2: Final = 0.025
-# A head moves about this much other than predicted, in any frame and besides for each second since
-# the frame before; and is searched in so many times that.
+# Standard deviation of a head's motion from the predicted one: in any frame, and added for each
+# second since the frame before; and how many of them are searched.
 MOTION_M: Final = 0.06
 MOTION_M_PER_S: Final = 1.2
-SEARCHED: Final = 2.0
+SEARCH_SIGMAS: Final = 2.0
+# The places of least cost whose likeness to a head is computed.
 CANDIDATES: Final = 32
-# The same, to or from the camera.
+# Greatest change of depth from the predicted one, in any frame; each second adds `MOTION_M_PER_S`.
 DEPTH_CHANGE_M: Final = 0.11
-# Ours: a head that is known may lean further than one that is new.
-TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
-# Or hang down, where nothing upright looks this much like one; that costs no more than so much.
+# A known head may lean further than a new one.
+TRACKED_TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
+# It may hang down, if no upright place has this confidence; the penalty of a tilt is at most this.
 HANGING_RAD: Final = np.array([-2.4, -1.8, 1.8, 2.4, np.pi])
-UPRIGHT: Final = 0.5
+UPRIGHT_CONFIDENCE: Final = 0.5
 MOST_PENALTY: Final = 0.3
-# What a full confidence weighs against the motion and the likeness, which are 1 at their scales.
-LIKENESS: Final = 3.0
+# Weights in the cost, where motion and template count 1 at their scales: of the confidence that it
+# is a head, and of the colours of the head against the body's.
+CONFIDENCE_WEIGHT: Final = 3.0
+COLOR_WEIGHT: Final = 3.0
+# Less confident places are no head.
 LEAST_CONFIDENCE: Final = 0.15
-# What the colours of a head weigh against those of the body.
-COLORS: Final = 3.0
+# Fewer points do not tell the depth of a surface.
+LEAST_SURFACE_COUNT: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HeadView:
-    """What a head looks like: [n, n] depths relative to its centre, cut off at `RELIEF_M`."""
+class HeadTemplate:
+    """The depth image of a head.
+
+    Attributes:
+        relief_m: [n, n] depths relative to its centre, clipped at `RELIEF_M`.
+    """
 
     relief_m: Patch
 
     @classmethod
-    def of(cls, cloud: Cloud, center_camera: Vector) -> HeadView:
+    def of(cls, cloud: Cloud, center_camera: Vector) -> HeadTemplate:
         radius_px = _radius_px(cloud, center_camera, PATCH_RADIUS_M)
         return cls(_relief(cloud, center_camera, radius_px))
 
 
 def _radius_px(cloud: Cloud, center_camera: Vector, radius_m: float) -> int:
-    return int(np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), NEAREST_M)))
+    return int(
+        np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), NEAREST_READING_M))
+    )
 
 
 def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:
@@ -82,26 +93,26 @@ def _nearest_pixel(cloud: Cloud, center_camera: Vector) -> tuple[int, int]:
     return int(row), int(column)
 
 
-def follow_head(
+def track_head(
     cloud: Cloud,
-    view: HeadView,
+    template: HeadTemplate,
     predicted_camera: Vector,
     up_camera: Vector,
     elapsed_s: float,
     colors: HeadColors | None = None,
 ) -> HeadCandidate | None:
-    """The place near `predicted_camera` that looks most like `view`, of `elapsed_s` seconds before,
-    and like a head at all, and has most of its colours.
+    """Find a head near `predicted_camera` [3], `elapsed_s` seconds after its template was taken.
 
-    Finds heads that nothing sets free from what is behind or above them (bent forward, an arm
-    over the head). None where nothing looks like it.
+    The place of least cost is taken: by the template, the motion, the confidence that it is a head,
+    and the colours. So it also finds heads that do not stand out from the surface behind or above
+    them (bent forward, an arm over the head). None where nothing is like the template.
     """
     radius_px = _radius_px(cloud, predicted_camera, PATCH_RADIUS_M)
     motion_m = MOTION_M + MOTION_M_PER_S * elapsed_s
-    search_px = _radius_px(cloud, predicted_camera, SEARCHED * motion_m)
+    search_px = _radius_px(cloud, predicted_camera, SEARCH_SIGMAS * motion_m)
     window = _relief(cloud, predicted_camera, radius_px + search_px)
     side = 2 * radius_px + 1
-    patch = view.relief_m
+    patch = template.relief_m
     if patch.shape != (side, side):
         patch = cv2.resize(patch, (side, side), interpolation=cv2.INTER_NEAREST)
     unlike = cv2.matchTemplate(window, patch, cv2.TM_SQDIFF) / side**2
@@ -112,7 +123,7 @@ def follow_head(
     row, column = _nearest_pixel(cloud, predicted_camera)
     if colors is not None:
         share = colors.share_about(cloud, row, column, float(predicted_camera[2]), search_px)
-        cost += COLORS * (0.5 - share)
+        cost += COLOR_WEIGHT * (0.5 - share)
     best = lowest(cost, CANDIDATES)
     down, across = np.unravel_index(best, cost.shape)
 
@@ -128,12 +139,12 @@ def follow_head(
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
     centers[:, 1] = (rows - camera.cy) / camera.fy * depth_m
     centers[:, 2] = depth_m
-    confidence = _confidence(cloud, centers, up_camera, TILTS_RAD)
-    if confidence.max() < UPRIGHT:
+    confidence = _confidence(cloud, centers, up_camera, TRACKED_TILTS_RAD)
+    if confidence.max() < UPRIGHT_CONFIDENCE:
         hanging = _confidence(cloud, centers, up_camera, HANGING_RAD)
         confidence = np.maximum(confidence, hanging)
     deeper_m = depth_m - float(predicted_camera[2])
-    total = cost.ravel()[best] + (deeper_m / motion_m) ** 2 - LIKENESS * confidence
+    total = cost.ravel()[best] + (deeper_m / motion_m) ** 2 - CONFIDENCE_WEIGHT * confidence
     chosen = int(np.argmin(total))
     if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
         return None
@@ -144,7 +155,7 @@ def follow_head(
 def _confidence(
     cloud: Cloud, centers_camera: Vector, up_camera: Vector, tilts_rad: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[N] that heads are at [N, 3] places, tilted as suits each best."""
+    """[N] confidence of heads at [N, 3] places, each at its best tilt."""
     ups = tilted_ups(up_camera, tilts_rad)
     evidence = head_evidence(
         cloud, np.tile(centers_camera, (len(ups), 1)), np.repeat(ups, len(centers_camera), axis=0)
@@ -154,9 +165,9 @@ def _confidence(
 
 
 def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
-    """The same direction, at the depth of the surface that is seen there."""
+    """[3] in the same direction, at the depth of the surface there."""
     median, count = median_near(cloud, center_camera, up_camera, HEAD_HALF_HEIGHT_M)
-    if count < 3:
+    if count < LEAST_SURFACE_COUNT:
         return None
     depth_m = float(median[2]) + CENTER_BEHIND_SURFACE_M
     return center_camera * (depth_m / center_camera[2])
