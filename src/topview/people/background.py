@@ -12,7 +12,7 @@ from topview.records import KINECT1_NOISE, DepthNoise
 # All ours: seconds until a depth is believed, of which what lies between two frames counts for no
 # more than so many; over how many the mean is taken; and how far a reading may be from the mean,
 # besides 2.5 standard deviations of the noise.
-KNOWN_S, LONGEST_S = 0.28, 0.15
+KNOWN_S, LONGEST_GAP_S = 0.28, 0.15
 MEMORY_S = 0.32
 TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
 
@@ -40,7 +40,7 @@ class Background:
             depth_m,
             is_somebodys,
             share_after(elapsed_s, MEMORY_S),
-            min(elapsed_s, LONGEST_S),
+            min(elapsed_s, LONGEST_GAP_S),
             noise.times(TOLERANCE_NOISES, TOLERANCE_M),
             self._mean_m,
             self._steady_s,

@@ -19,7 +19,7 @@ SKIN_LEVEL = 100
 # looked at: beside it is hair, or the room.
 HIGHER, DISC = 1.25, 0.9
 # Fewer pixels tell nothing.
-LEAST_PIXELS = 6
+LEAST_HEAD_PIXELS = 6
 # Skin on this share of a head is a face's: of simulated faces that look at the camera 0.5 to 0.95
 # is skin, in profile 0.3 to 0.9, of the backs of heads 0 to 0.5; of one real face 0.4, in profile
 # 0.2 and behind 0 to 0.1. So the share counts against what this user's face has shown.
@@ -30,7 +30,7 @@ FACES_AWAY, FACES_CAMERA = 0.25, 0.75
 # A face that was found looks at the camera for so long.
 FRONTAL_S = 0.1
 # What a face has shown is forgotten, and the share of late is taken, over these times.
-MEMORY_S, SMOOTHING_S = 60.0, 0.2
+FACE_MEMORY_S, SMOOTHING_S = 60.0, 0.2
 
 
 class FaceMemory:
@@ -59,7 +59,7 @@ class FaceMemory:
         if is_frontal:
             self._frontal_s = time_s
         least = LEAST_SHOWN if is_frontal else FACE_SHOWS
-        shown = self._shown * float(np.exp(-elapsed_s / MEMORY_S))
+        shown = self._shown * float(np.exp(-elapsed_s / FACE_MEMORY_S))
         self._shown = max(shown, skin_share if skin_share and skin_share > least else 0.0)
         if time_s - self._frontal_s < FRONTAL_S:
             self._share = 1.0
@@ -98,7 +98,7 @@ def skin_share(
     is_head = (np.hypot((columns - u) / across, (rows - v) / up) < 1.0) & (
         offset_m < 2 * HEAD_RADIUS_M
     )
-    if np.count_nonzero(is_head) < LEAST_PIXELS:
+    if np.count_nonzero(is_head) < LEAST_HEAD_PIXELS:
         return None
     return float(
         (detections.skin_probability[top:bottom, left:right][is_head] >= SKIN_LEVEL).mean()

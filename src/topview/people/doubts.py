@@ -30,7 +30,7 @@ ASIDE_M, ASIDE_M_PER_S = 0.04, 0.6
 REACH_M = 0.9
 # Ours: a head that is hidden by and by seems to slide down, by so much before it is missed; of one
 # that is less far below the stature that does not tell.
-SUNK_M, SLID_M = 0.12, 0.35
+OCCLUDED_DEFICIT_M, SLID_M = 0.12, 0.35
 # Ours: nobody comes back taller than he was by more than this.
 TALLER_M = 0.12
 # Ours: shares of a head's colours that are its own and not the clothes'. Of a hundred simulated
@@ -69,7 +69,9 @@ def _is_low(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
     """Whether a head is below something that may hide the true one, upright."""
     below_m = sunk_m(scene, head.center_camera, user.height)
     return (
-        below_m is not None and SUNK_M < below_m < SLID_M and _is_under_cover(scene, head, below_m)
+        below_m is not None
+        and OCCLUDED_DEFICIT_M < below_m < SLID_M
+        and _is_under_cover(scene, head, below_m)
     )
 
 
@@ -82,7 +84,7 @@ def is_no_head(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
     """Whether what is below the stature has not the colours of the head: a shoulder, or the back of
     one who bends. What is above it may still be the head of one whose shoulder was followed."""
     below_m = sunk_m(scene, head.center_camera, user.height)
-    is_low = below_m is not None and below_m > SUNK_M
+    is_low = below_m is not None and below_m > OCCLUDED_DEFICIT_M
     return is_low and likeness(scene, user, head) < UNLIKE
 
 

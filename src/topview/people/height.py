@@ -25,7 +25,7 @@ UPRIGHT_ASIDE = 0.2
 QUANTILE = 0.8
 # Ours: for so many seconds of standing upright; what lies between two measurements counts for no
 # more than so many.
-MEMORY_S, LONGEST_S = 10.0, 0.2
+HEIGHT_MEMORY_S, LONGEST_UPRIGHT_S = 10.0, 0.2
 
 
 class HeightEstimate:
@@ -46,12 +46,12 @@ class HeightEstimate:
         """What `measured_height` gave for a frame taken at a time."""
         if height_m is None:
             return
-        elapsed_s = min(max(time_s - self._last_s, 0.0), LONGEST_S)
+        elapsed_s = min(max(time_s - self._last_s, 0.0), LONGEST_UPRIGHT_S)
         self._last_s = time_s
         self._upright_s += elapsed_s
         self._measured.append((self._upright_s, height_m))
         insort(self._in_order_m, height_m)
-        while self._upright_s - self._measured[0][0] >= MEMORY_S:
+        while self._upright_s - self._measured[0][0] >= HEIGHT_MEMORY_S:
             oldest = bisect_left(self._in_order_m, self._measured.popleft()[1])
             del self._in_order_m[oldest]
         place = QUANTILE * (len(self._in_order_m) - 1)

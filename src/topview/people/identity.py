@@ -22,7 +22,7 @@ Vector = NDArray[np.float64]
 # Ours: how fast the memory of a velocity fades while its user is hidden, seconds.
 VELOCITY_DECAY_S = 0.8
 # Ours: over which a velocity is smoothed, seconds.
-VELOCITY_S = 0.1
+HEAD_VELOCITY_S = 0.1
 # Ours: who is hidden goes on as in so many seconds before, if that was faster than this; a head
 # that comes to be covered seems to move for a moment.
 WALK_S, WALK_M_PER_S = 0.4, 0.3
@@ -38,7 +38,7 @@ MAX_GATE_M = 1.2
 # no more than that, and this for each second in which it was hidden; ours.
 RISING_M_PER_S = 0.02
 # Heads of less confidence are only believed where they are expected; ours.
-SURE = 0.7
+UNEXPECTED_CONFIDENCE = 0.7
 # One who was hidden for longer must look like a person again; ours.
 BRIEFLY_S = 0.15
 # A longer time between two frames is a pause, in which anything may have happened; ours.
@@ -146,7 +146,7 @@ class KnownUser:
         for head in heads:
             offset = head.center_camera - expected
             moved_m = sqrt(offset @ offset)
-            is_near = moved_m < (gate_m if head.confidence > SURE else jitter_m)
+            is_near = moved_m < (gate_m if head.confidence > UNEXPECTED_CONFIDENCE else jitter_m)
             is_near = is_near and abs(offset @ up_camera) < level_m
             scores.append(head.confidence - moved_m / gate_m if is_near else -np.inf)
         return scores
@@ -164,7 +164,7 @@ class KnownUser:
         elapsed_s = time_s - self.time_s
         if elapsed_s > 0.0:
             velocity = (head_camera - self.head_camera) / elapsed_s
-            self.velocity = _blend(self.velocity, velocity, elapsed_s / VELOCITY_S)
+            self.velocity = _blend(self.velocity, velocity, elapsed_s / HEAD_VELOCITY_S)
             self.walk = _blend(self.walk, velocity, elapsed_s / WALK_S)
             speed = float(np.linalg.norm(self.velocity))
             self.velocity *= min(1.0, MAX_SPEED_M_PER_S / max(speed, 1e-9))

@@ -35,7 +35,7 @@ RATE, EVERY_S = 0.3, 1 / 6
 # By so much two must be less like themselves than like each other, to have been exchanged.
 CLEARLY = 0.4
 # From this confidence on, and so near to where the stature puts it, a head is taken for what it is.
-SURE_HEAD, UPRIGHT_M = 0.75, 0.12
+SURE_HEAD, NEAR_STATURE_M = 0.75, 0.12
 
 
 def colors_under(
@@ -138,7 +138,7 @@ def _shows_head(user: KnownUser, scene: Scene, is_time: bool) -> bool:
     if not is_wanted or user.confidence_now < SURE_HEAD:
         return False
     below_m = sunk_m(scene, user.head_camera, user.height)
-    return below_m is None or abs(below_m) < UPRIGHT_M
+    return below_m is None or abs(below_m) < NEAR_STATURE_M
 
 
 def colors_of_head(roll: Roll, scene: Scene, user: KnownUser) -> HeadColors | None:

@@ -15,7 +15,7 @@ from topview.people.surfaces import bulky_surfaces, jump_of
 
 WHOLE = (slice(None), slice(None))
 # Ours: behind what a head goes is so far aside at most, if it goes at all.
-ASIDE_M = 0.05 * np.arange(1, 9)
+HEAD_ASIDES_M = 0.05 * np.arange(1, 9)
 GOING_M_PER_S = 0.5
 # Ours: where a body is, right of and above the head's centre; how far aside it may be hidden, and
 # what each metre costs in shares of it.
@@ -198,7 +198,7 @@ class Scene:
         aside_m_per_s = float(velocity @ aside)
         if abs(aside_m_per_s) < GOING_M_PER_S:
             return None
-        for way_m in np.copysign(ASIDE_M, aside_m_per_s):
+        for way_m in np.copysign(HEAD_ASIDES_M, aside_m_per_s):
             if self.is_hidden_at(head_camera + way_m * aside):
                 return way_m * aside
         return None

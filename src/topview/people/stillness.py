@@ -24,7 +24,7 @@ FIRST_LOOKS, MEMORY_LOOKS = 4.5, 4.5
 # as often as looks. Where they come less often, the means are noisier.
 USUAL_FIRST, USUAL_SQUARE = 5, 0.11
 # Readings that differ more are another surface's, which has come before or left free a pixel.
-SAME_M = 0.15
+SAME_SURFACE_M = 0.15
 # A mean over a body, or a pixel's, has changed if it differs by this much, by this share of the
 # noise and by so many of its own usual steps from one look to the next. Each look's noise alone
 # makes the difference 0.4 of a step: of furniture in the simulator and in a real room, watched for
@@ -122,7 +122,7 @@ class Stillness:
         stands still."""
         looks = min(elapsed_looks, MOST_LOOKS)
         seen_m = depth_m[self._is_body]
-        is_same = (seen_m > 0.0) & (np.abs(seen_m - self._start_m) < SAME_M)
+        is_same = (seen_m > 0.0) & (np.abs(seen_m - self._start_m) < SAME_SURFACE_M)
         self._age_looks += elapsed_looks
         is_first = self._age_looks < FIRST_LOOKS
         if is_first:
@@ -133,7 +133,7 @@ class Stillness:
         share = share_after(elapsed_looks, MEMORY_LOOKS)
         self._recent_m[is_same] += np.float32(share) * (seen_m - self._recent_m)[is_same]
         self._square = max((1.0 - share) ** 2 * self._square + share**2, USUAL_SQUARE)
-        is_left = seen_m > self._start_m + SAME_M
+        is_left = seen_m > self._start_m + SAME_SURFACE_M
         if not is_first:
             steady = (is_left & (self._count >= STEADY_SHARE * self._first)).mean()
             self._left_looks += looks * bool(steady > STEADY_LEFT_SHARE)
@@ -161,7 +161,9 @@ class Stillness:
 
     def _step(self, seen_m: NDArray[np.float32], is_same: NDArray[np.bool_]) -> None:
         """Remember by how much readings have changed since the last look."""
-        steps_m = (seen_m - self._last_m)[is_same & (np.abs(self._last_m - self._start_m) < SAME_M)]
+        steps_m = (seen_m - self._last_m)[
+            is_same & (np.abs(self._last_m - self._start_m) < SAME_SURFACE_M)
+        ]
         self._last_m = seen_m
         if len(steps_m):
             self._steps_m.append(float(np.abs(steps_m).mean()))

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 # All ours but where an equation is named.
 STRIDE_PX: Final = 4  # of the pixels that are counted
 FREE_SHARE: Final = 0.05  # an area is updated while no more than this share of it is hidden
-MEMORY_S: Final = 0.0935  # after which an area is 63 % what is seen now
+AREA_MEMORY_S: Final = 0.0935  # after which an area is 63 % what is seen now
 LEAST_AREA_PIXELS: Final = 20  # counted pixels; of fewer no area is made
 CONTOUR: Final = 4.0  # squared deviations at the border of a filled ellipse (Eq. 4.7)
 
@@ -55,7 +55,7 @@ class UserAreas:
             timestamp_s: of the image.
         """
         last_s = timestamp_s if self._last_s is None else self._last_s
-        learning = share_after(timestamp_s - last_s, MEMORY_S)
+        learning = share_after(timestamp_s - last_s, AREA_MEMORY_S)
         self._last_s = timestamp_s
         thinned_labels = labels[::STRIDE_PX, ::STRIDE_PX]
         u, v = (np.arange(0, side, STRIDE_PX) for side in (camera.width, camera.height))

@@ -13,8 +13,8 @@ from topview.detect.heads import HeadCandidate
 from topview.people.background import KNOWN_S, Background
 from topview.people.floor import FloorPlane
 from topview.people.height import (
-    LONGEST_S,
-    MEMORY_S,
+    HEIGHT_MEMORY_S,
+    LONGEST_UPRIGHT_S,
     PRIOR_HEIGHT_M,
     QUANTILE,
     HeightEstimate,
@@ -108,7 +108,7 @@ def test_the_estimate_is_a_quantile_of_the_latest_measurements(
     estimate = HeightEstimate()
     for k, height_m in enumerate(heights_m):
         estimate.add(height_m, k / fps)
-    latest = round(MEMORY_S / min(1 / fps, LONGEST_S))
+    latest = round(HEIGHT_MEMORY_S / min(1 / fps, LONGEST_UPRIGHT_S))
     expected = np.quantile(np.array(heights_m[-latest:]), QUANTILE)
     assert estimate.height_m == pytest.approx(expected, abs=1e-12)
 

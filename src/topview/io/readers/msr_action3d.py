@@ -24,11 +24,11 @@ from topview.records import Camera, Frame, InputError
 
 # NUI_CAMERA_DEPTH_NOMINAL_FOCAL_LENGTH_IN_PIXELS of the Kinect SDK, for 320 pixels.
 FOCAL_SHARE_OF_WIDTH: Final = 285.63 / 320.0
-FPS: Final = 15.0
+MSR_FPS: Final = 15.0
 """Of the publication, Sec. 5."""
 UNITS_MM: Final = (1.0, 2.0, 4.0, 8.0)
 """What one step of the depth may be (ours)."""
-NEAREST_M, FARTHEST_M = 1.8, 4.5
+NEAREST_PERSON_M, FARTHEST_PERSON_M = 1.8, 4.5
 """A whole person fits into the image from here on; the Kinect does not see much further (ours)."""
 _HEADER: Final = np.dtype("<i4")
 _MAX_SIDE, _MAX_FRAMES = 4096, 100_000  # ours: more is no such file
@@ -67,7 +67,7 @@ class MsrAction3dRecording:
     def __iter__(self) -> Iterator[Frame]:
         for index, units in enumerate(self.depth_units):
             depth_m = depth_image(units, self.metres_per_unit)
-            yield Frame(index, index / FPS, depth_m, self.camera)
+            yield Frame(index, index / MSR_FPS, depth_m, self.camera)
 
 
 def read_depth_units(path: Path) -> NDArray[np.int32]:
@@ -96,9 +96,9 @@ def likely_unit_m(depth_units: NDArray[np.int32]) -> float:
         raise InputError("has no depth reading at all; it must show a person")
     median = float(np.median(readings))
     for unit_mm in UNITS_MM:
-        if NEAREST_M <= METRES_PER_MILLIMETRE * unit_mm * median <= FARTHEST_M:
+        if NEAREST_PERSON_M <= METRES_PER_MILLIMETRE * unit_mm * median <= FARTHEST_PERSON_M:
             return METRES_PER_MILLIMETRE * unit_mm
     raise InputError(
-        f"has a median depth of {median:g}; it must be {NEAREST_M:g} to {FARTHEST_M:g} m in "
-        f"units of {', '.join(f'{unit:g}' for unit in UNITS_MM)} mm"
+        f"has a median depth of {median:g}; it must be {NEAREST_PERSON_M:g} to "
+        f"{FARTHEST_PERSON_M:g} m in units of {', '.join(f'{unit:g}' for unit in UNITS_MM)} mm"
     )

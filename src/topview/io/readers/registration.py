@@ -32,8 +32,8 @@ from topview.records import Camera, read_only
 FAR_M: Final = 100.0
 # Ours: nearer surfaces hide; steps of a floor seen at a flat angle, which grow with the square of
 # the distance, do not: parallax between two cameras of one sensor is then below a fifth of a pixel.
-NEARER_M: Final = 0.03
-NEARER_PER_SQUARE_M: Final = 0.01
+OCCLUDING_M: Final = 0.03
+OCCLUDING_PER_SQUARE_M: Final = 0.01
 MIN_CELL_PX: Final = 0.25  # ours; depth images are not that much finer
 
 
@@ -79,8 +79,8 @@ def register_color(
         (other.cx, other.cy),
         (other.width, other.height),
         cell_px,
-        NEARER_M,
-        NEARER_PER_SQUARE_M,
+        OCCLUDING_M,
+        OCCLUDING_PER_SQUARE_M,
         np.full(cells, np.inf, np.float32),
         np.empty_like(depth_m),
         at_px,

@@ -22,7 +22,7 @@ FACE_LOG_WEIGHT: Final = 0.05  # of the direction to the camera, while a face is
 WALK_LOG_WEIGHT: Final = 0.1  # of the direction of walking
 # Somebody walks whose head moves this far, in metres, within so many seconds.
 WALK_M: Final = 0.35
-WALK_S: Final = 14 / 30
+WALK_WINDOW_S: Final = 14 / 30
 
 
 class YawCues:
@@ -46,7 +46,7 @@ class YawCues:
             self._heads.clear()
             return np.zeros(3)
         self._heads.append((evidence.timestamp_s, evidence.head_camera))
-        while evidence.timestamp_s - self._heads[0][0] > WALK_S + 0.1 * FRAME_S:
+        while evidence.timestamp_s - self._heads[0][0] > WALK_WINDOW_S + 0.1 * FRAME_S:
             self._heads.popleft()
         way = horizontal(evidence.head_camera - self._heads[0][1], evidence.up_camera)
         return unit(way) if np.linalg.norm(way) > WALK_M else np.zeros(3)
