@@ -17,7 +17,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from topview.records import InputError, read_only
 
@@ -147,6 +146,8 @@ class BeliefTables:
         cls, observations: Sequence[Features], kinds: Sequence[Kind], trained_on: str
     ) -> BeliefTables:
         """Count labelled observations."""
+        from scipy.ndimage import gaussian_filter1d  # slow; only training needs it
+
         tables = {}
         for name, feature in FEATURES.items():
             table = np.full((len(Kind), feature.bins), LEAST_COUNT)

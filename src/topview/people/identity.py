@@ -7,7 +7,6 @@ from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from topview.detect.cloud import Cloud
 from topview.detect.head_colors import HeadColors
@@ -216,6 +215,8 @@ def assign(scores: NDArray[np.float64]) -> dict[int, int]:
     score is -inf are never made."""
     if not scores.size:
         return {}
+    from scipy.optimize import linear_sum_assignment  # slow; not before it is needed
+
     rows, columns = linear_sum_assignment(np.where(np.isfinite(scores), -scores, 1e3))
     return {
         int(row): int(column)
