@@ -88,7 +88,11 @@ class Evidence:
         return bool(is_inside and self.user_mask[row, column])
 
     def out_of_sight(
-        self, places_camera: NDArray[np.float64], radius_m: float
+        self,
+        places_camera: NDArray[np.float64],
+        radius_m: float,
+        *,
+        own_body_hides: bool = False,
     ) -> NDArray[np.bool_]:
         """[N] whether places [N, 3] are outside of the image, or behind something that is not the
         user.
@@ -96,12 +100,15 @@ class Evidence:
         Args:
             places_camera: metres, inside the body.
             radius_m: from the places to the body's surface.
+            own_body_hides: whether what lies behind the user counts as well.
         """
         rows, columns, is_inside = self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)
         surface_m = np.maximum(places_camera[:, 2], NEAREST_PLACE_M) - radius_m
         seen = self.view.depth_m[rows, columns]
         is_behind = (seen > 0) & (seen < surface_m - OCCLUDER_MARGIN_M)
-        return ~is_inside | (is_behind & ~self.user_mask[rows, columns])
+        if not own_body_hides:
+            is_behind &= ~self.user_mask[rows, columns]
+        return ~is_inside | is_behind
 
 
 def working_stride(camera: Camera, distance_m: float) -> int:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from rendered_bodies import CAMERA, MODEL, UP, evidence_in, joints_of, render, standing_pose
+from rendered_bodies import (
+    CAMERA,
+    MODEL,
+    UP,
+    evidence_in,
+    evidence_of,
+    joints_of,
+    render,
+    standing_pose,
+)
 from topview.body import JOINT_NAMES
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
 from topview.filter.particles import generator
@@ -15,8 +22,10 @@ from topview.geometry.rotations import rotations_from_angles
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.limbs import LIMBS, LimbSearch, LimbSettings
 from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
 
 SCREEN_M = 1.6
+LEFT_ARM = np.s_[LEFT_UPPER_ARM : LEFT_FOREARM + 1]
 
 
 def behind_a_screen(pose: Pose) -> Evidence:
@@ -35,8 +44,20 @@ def with_left_limb_raised(pose: Pose, upper: int) -> Pose:
     return Pose.from_relative(pose.neck_camera, Rs)
 
 
-def searched(pose: Pose, evidence: Evidence, frames: int, settings: LimbSettings) -> Pose:
-    search, kept = LimbSearch(settings, 1), {}
+def in_profile() -> Pose:
+    """The left side is the far one; its arm hangs behind the trunk."""
+    return stand(MODEL, np.array([0.05, -0.75, 2.6]), STANDING, -np.pi / 2, UP)
+
+
+def with_left_arm_stretched(pose: Pose) -> Pose:
+    """To the front."""
+    Rs = pose.relative()
+    Rs[LEFT_UPPER_ARM] = rotations_from_angles(np.radians([90.0, 0.0, 0.0]))
+    return Pose.from_relative(pose.neck_camera, Rs)
+
+
+def searched(pose: Pose, evidence: Evidence, frames: int) -> Pose:
+    search, kept = LimbSearch(LimbSettings(), 1), {}
     for frame in range(frames):
         rngs = {upper: generator(0, 1, upper, frame) for upper in LIMBS}
         pose, kept = search.search(pose, pose, MODEL, evidence, rngs, kept)
@@ -54,16 +75,34 @@ def test_places_are_out_of_sight_behind_the_screen_and_beside_the_image():
     assert not evidence.out_of_sight(before_the_screen, 0.05).any()
 
 
+def test_the_own_body_hides_when_asked():
+    pose = in_profile()
+    far_elbow = joints_of(pose)[[JOINT_NAMES.index("left_elbow")]]
+    evidence = evidence_of(pose)
+    assert not evidence.out_of_sight(far_elbow, 0.05).any()
+    assert evidence.out_of_sight(far_elbow, 0.05, own_body_hides=True).all()
+
+
 @pytest.mark.parametrize("upper", [LEFT_UPPER_ARM, LEFT_UPPER_LEG])
-def test_a_limb_out_of_sight_sinks_back_to_rest_and_one_in_sight_stays(upper):
+def test_a_limb_behind_something_else_keeps_its_pose_and_one_in_sight_stays(upper):
     pose = standing_pose(0.0)
-    evidence = behind_a_screen(pose)
     raised = with_left_limb_raised(pose, upper)
-    settings = LimbSettings()
-    found = searched(raised, evidence, 15, settings)
-    assert np.all(found.Rs[upper][:, 1] @ -UP > 0.8)
-    held = searched(raised, evidence, 15, replace(settings, rest_weight=0.0))
-    assert found.Rs[upper][:, 1] @ -UP > held.Rs[upper][:, 1] @ -UP + 0.2
+    found = searched(raised, behind_a_screen(pose), 15)
+    np.testing.assert_array_equal(found.Rs[upper : upper + 2], raised.Rs[upper : upper + 2])
     right = np.s_[LEFT_FOREARM + 1 : LEFT_FOREARM + 3]
     cosines = (found.Rs[right, :, 1] * raised.Rs[right, :, 1]).sum(1)
+    assert cosines.min() > 0.9
+
+
+def test_an_arm_behind_the_own_body_keeps_its_pose():
+    pose = in_profile()
+    found = searched(pose, evidence_of(pose), 15)
+    np.testing.assert_array_equal(found.Rs[LEFT_ARM], pose.Rs[LEFT_ARM])
+
+
+def test_an_arm_comes_out_from_behind_the_own_body_when_its_points_are_seen():
+    hanging = in_profile()
+    stretched = with_left_arm_stretched(hanging)
+    found = searched(hanging, evidence_of(stretched), 15)
+    cosines = (found.Rs[LEFT_ARM, :, 1] * stretched.Rs[LEFT_ARM, :, 1]).sum(1)
     assert cosines.min() > 0.9

@@ -15,9 +15,13 @@ from topview_lab.sim import SimulatedRecording, scene_by_name
 FRAMES = 60
 
 
+def frames_of(scene: str, frames: int | None = None) -> list[Frame]:
+    return list(SimulatedRecording(scene_by_name(scene, frames=frames)))
+
+
 @pytest.fixture(scope="module")
 def two_users() -> list[Frame]:
-    return list(SimulatedRecording(scene_by_name("two_users", frames=FRAMES)))
+    return frames_of("two_users", FRAMES)
 
 
 def tracked(frames: Sequence[Frame]) -> dict[float, dict[int, Person]]:
@@ -30,9 +34,12 @@ def tracked(frames: Sequence[Frame]) -> dict[float, dict[int, Person]]:
 
 
 @pytest.mark.slow
-def test_every_second_frame_gives_the_same_skeletons(two_users):
-    """1.5 cm (median) and 6 cm (95 %): of all of `two_users` 0.7 and 4 cm were measured."""
-    full, half = tracked(two_users), tracked(at_rate(two_users, 15))
+@pytest.mark.parametrize(("scene", "frames"), [("two_users", FRAMES), ("walk", None)])
+def test_every_second_frame_gives_the_same_skeletons(scene, frames):
+    """At most 1.5 cm (median) and 6 cm (95 %) apart, and the same identities;
+    `scripts/measure_half_rate.py` measures whole scenes."""
+    recording = frames_of(scene, frames)
+    full, half = tracked(recording), tracked(at_rate(recording, 15))
     apart_cm = []
     for time_s, people in half.items():
         assert people.keys() == full[time_s].keys()

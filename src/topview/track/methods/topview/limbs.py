@@ -11,7 +11,7 @@ knee on a circle (Eq. 5.4 - 5.6).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,8 @@ LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
 # Ours.
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
-REST_FORWARD = 0.3  # how far a forearm at rest points forward, against down
 STRETCHED = 0.998  # share of its length that a limb stretches to
+EXPLAINED = 0  # the column of `judge_limbs` that counts the points a pose explains
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +66,11 @@ class LimbSettings:
             than this share of a limb's worth, and has more than that share of them on its own
             surface, is settled: it is searched only nearby.
         settled_jittered, settled_jitter_rad: as `jittered` and `jitter_rad`, for a limb that is
-            settled or hidden.
-        hidden_share: of places along the limb; a limb with more of them out of sight is hidden.
+            settled.
+        hidden_share: of places along the limb; a limb with more of them out of sight, the own body
+            before it counted, is hidden: what is seen says next to nothing of it.
+        hidden_explained: share of a limb's worth of points; a hidden limb keeps its pose relative
+            to its parent unless another pose explains so many more.
         distinct_rad: hypotheses that differ by less in both parts count as one.
         refined: best distinct hypotheses that are refined and scored again.
         refine_iterations: Gauss-Newton steps of each.
@@ -90,7 +93,6 @@ class LimbSettings:
             the weight of its logarithm.
         limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
         floor_weight_per_m: of the limb's end below the floor.
-        rest_weight: of a hidden part's turn away from rest, per 1 - cosine.
         margin: by which another hypothesis must beat the present pose.
         hand_turns: elbows on the circle of a hand that the colour of skin shows.
         hand_weight, hand_m: of a limb that ends off such a hand, and from where on it is all off.
@@ -109,7 +111,8 @@ class LimbSettings:
     settled_own: float = 0.5
     settled_jittered: int = 24
     settled_jitter_rad: float = 0.25
-    hidden_share: float = 0.5
+    hidden_share: float = 0.2
+    hidden_explained: float = 0.15
     distinct_rad: float = 0.35
     refined: int = 16
     refine_iterations: int = 6
@@ -131,7 +134,6 @@ class LimbSettings:
     limit_weight: float = 3.0
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
-    rest_weight: float = 1.6
     margin: float = 0.15
     hand_turns: int = 12
     hand_weight: float = 4.0
@@ -201,7 +203,6 @@ class _Limb:
     coarse: _Scored
     placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
     hand: Hand | None  # where the colour of skin shows this arm's
-    rest: Array | None  # [2, 3] directions that a limb out of sight sinks back to
     own_count: int  # thinned points on the limb's surface
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
@@ -225,9 +226,18 @@ class LimbSearch:
         evidence: Evidence,
         generators: Mapping[int, np.random.Generator],
         kept: Kept,
+        *,
+        holds_hidden: bool = True,
     ) -> tuple[Pose, Kept]:
         """The pose with every limb replaced for which something clearly better was found, and
-        the hypotheses that go on to the next frame; `kept` are those of the frame before."""
+        the hypotheses that go on to the next frame.
+
+        Args:
+            pose, predicted: what is searched around.
+            model, evidence, generators: of the frame, and by upper part.
+            kept: hypotheses of the frame before.
+            holds_hidden: whether a limb that is hidden is where it was.
+        """
         s = self.settings
         origins = pose.origins(model)
         labelling = [
@@ -242,16 +252,16 @@ class LimbSearch:
                                       model, evidence, labelling, hands.get(upper))  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
-            is_hidden = _hidden_share(limb, current, evidence) > s.hidden_share
-            if is_hidden:
-                limb = replace(limb, rest=_at_rest(limb, evidence.up_camera))
-            axes, scores = self._hypotheses(
-                limb, current, memory, evidence, is_hidden, generators[upper]
-            )
+            needed = self._needed(limb, current, evidence) if holds_hidden else 0.0
+            if needed > len(limb.exclusive_points):
+                best_of[upper] = memory @ limb.R_camera_parent
+                continue
+            axes, scores = self._hypotheses(limb, current, memory, evidence, generators[upper])
             best = n_best(scores, s.kept)
             best_of[upper] = axes[best] @ limb.R_camera_parent
-            if scores[best[0]] < scores[0] - s.margin:
-                Rs[[upper, upper + 1]] = self._judged(limb, axes[best[:1]], evidence)[0][0]
+            (R,), (verdict,) = self._judged(limb, axes[best[:1]], evidence)
+            if scores[best[0]] < scores[0] - s.margin and verdict[EXPLAINED] >= needed:
+                Rs[[upper, upper + 1]] = R
         return Pose(pose.neck_camera, Rs), best_of
 
     def _surroundings(
@@ -292,7 +302,6 @@ class LimbSearch:
                 s.collision_share * model.radii_m[placed],
             ),
             hand,
-            None,
             int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
@@ -303,15 +312,12 @@ class LimbSearch:
         current: Array,
         memory: Array,
         evidence: Evidence,
-        is_hidden: bool,
         rng: np.random.Generator,
     ) -> tuple[Array, Array]:
         """[M, 2, 3] directions and their [M] log scores; the first is the present pose."""
         s = self.settings
         seeds = np.concatenate([current[None], limb.predicted[None], memory])
-        if limb.rest is not None:
-            seeds = np.concatenate([seeds, limb.rest[None]])
-        is_settled = is_hidden or self._is_settled(limb, current, evidence)
+        is_settled = self._is_settled(limb, current, evidence)
         drawn = self._drawn(limb, seeds, is_settled, rng)
         axes = np.concatenate([seeds, drawn])
         scores = self._scores(limb, axes, evidence, limb.coarse)
@@ -329,11 +335,21 @@ class LimbSearch:
         scores[0] = min(scores[0], scores[len(chosen)])
         return axes, scores
 
+    def _needed(self, limb: _Limb, current: Array, evidence: Evidence) -> float:
+        """Points that a pose must explain to replace the present one: none if the limb is seen."""
+        s = self.settings
+        if _hidden_share(limb, current, evidence) <= s.hidden_share:
+            return 0.0
+        return self._explained(limb, current, evidence) + s.hidden_explained * limb.full_count
+
+    def _explained(self, limb: _Limb, axes: Array, evidence: Evidence) -> float:
+        """How many exclusive points the pose [2, 3] explains."""
+        return float(self._judged(limb, axes[None], evidence)[1][0, EXPLAINED])
+
     def _is_settled(self, limb: _Limb, current: Array, evidence: Evidence) -> bool:
         """True if the present pose leaves next to nothing unexplained and has its points."""
         s = self.settings
-        explained = self._judged(limb, current[None], evidence)[1][0, 0]
-        unexplained = len(limb.exclusive_points) - explained
+        unexplained = len(limb.exclusive_points) - self._explained(limb, current, evidence)
         return (
             unexplained < s.settled_unexplained * limb.full_count
             and limb.own_count > s.settled_own * limb.full_count
@@ -390,8 +406,6 @@ class LimbSearch:
             ends = elbows + axes[:, 1] * limb.lengths_m[1]
             off_m = np.linalg.norm(ends - limb.hand.palm_camera, axis=1)
             log_score += s.hand_weight * limb.hand.belief * np.minimum(off_m / s.hand_m, 1.0)
-        if limb.rest is not None:
-            log_score += s.rest_weight * (1.0 - (axes * limb.rest).sum(2)).sum(1)
         motion = np.log1p((turn_upper / s.motion_rad) ** 2)
         motion += np.log1p((turn_lower / s.motion_rad) ** 2)
         return (
@@ -424,19 +438,11 @@ class LimbSearch:
 
 
 def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
-    """Share of places along the limb that are out of sight."""
+    """Share of places along the limb that are out of sight, also behind the own body."""
     along = (np.arange(4) + 0.5)[:, None] / 4
     upper, lower = current * limb.lengths_m[:, None]
     places = limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
-    return float(evidence.out_of_sight(places, limb.radii_m.max()).mean())
-
-
-def _at_rest(limb: _Limb, up_camera: Array) -> Array:
-    """[2, 3] directions of a limb that hangs down, or stands, with a forearm a little forward."""
-    down = -up_camera
-    is_arm = HINGE_BENDS[limb.upper] > 0
-    forward = REST_FORWARD * limb.R_camera_parent[:, 2] if is_arm else 0.0
-    return np.stack([down, unit(down + forward)])
+    return float(evidence.out_of_sight(places, limb.radii_m.max(), own_body_hides=True).mean())
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:

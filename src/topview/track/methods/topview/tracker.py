@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
-from topview.filter.over_time import begins_turn, frames_in, share_after
+from topview.filter.over_time import FRAME_S, begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.records import InputError
 from topview.timing import StageClock
@@ -148,7 +148,7 @@ class TopviewTracker:
             look = FrameContext(self.model, evidence, self.subject.clock, elapsed_s)
             is_open = stature_m is None and self._in_sight_s < STATURE_S
             statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
-            self._in_sight_s += elapsed_s
+            self._in_sight_s += FRAME_S * frames_in(elapsed_s)
             if self.pose is None:
                 found = self._start(look, statures_m)
             else:
@@ -217,7 +217,7 @@ class TopviewTracker:
         if not self._facing.is_reversed():
             return found
         kept = {upper: found.kept[OTHER_SIDE[upper]] @ HALF_ROUND for upper in found.kept}
-        turned = self._with_limbs(twin, twin, kept, look)
+        turned = self._with_limbs(twin, twin, kept, look, holds_hidden=False)
         if turned.cost > found.cost + LOST_MARGIN:
             self._facing.forget()
             return found
@@ -300,11 +300,15 @@ class TopviewTracker:
         look: FrameContext,
         torso: Pose | None = None,
         prior_scale: float = 1.0,
+        *,
+        holds_hidden: bool = True,
     ) -> _Found:
         """The pose with its limbs searched and all of it refined."""
         with look.clock.stage("limbs"):
             rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
-            pose, kept = self._limbs.search(pose, predicted, look.model, look.evidence, rngs, kept)
+            pose, kept = self._limbs.search(
+                pose, predicted, look.model, look.evidence, rngs, kept, holds_hidden=holds_hidden
+            )
         return self._refined_whole(pose, kept, look, torso, prior_scale)
 
     def _refined_whole(
