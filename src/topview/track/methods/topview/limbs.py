@@ -43,7 +43,7 @@ LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 # Ours.
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
 STRETCHED = 0.998  # share of its length that a limb stretches to
-EXPLAINED = 0  # the column of `judge_limbs` that counts the points a pose explains
+EXPLAINED_COLUMN = 0  # the column of `judge_limbs` that counts the points a pose explains
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +260,7 @@ class LimbSearch:
             best = n_best(scores, s.kept)
             best_of[upper] = axes[best] @ limb.R_camera_parent
             (R,), (verdict,) = self._judged(limb, axes[best[:1]], evidence)
-            if scores[best[0]] < scores[0] - s.margin and verdict[EXPLAINED] >= needed:
+            if scores[best[0]] < scores[0] - s.margin and verdict[EXPLAINED_COLUMN] >= needed:
                 Rs[[upper, upper + 1]] = R
         return Pose(pose.neck_camera, Rs), best_of
 
@@ -344,7 +344,7 @@ class LimbSearch:
 
     def _explained(self, limb: _Limb, axes: Array, evidence: Evidence) -> float:
         """How many exclusive points the pose [2, 3] explains."""
-        return float(self._judged(limb, axes[None], evidence)[1][0, EXPLAINED])
+        return float(self._judged(limb, axes[None], evidence)[1][0, EXPLAINED_COLUMN])
 
     def _is_settled(self, limb: _Limb, current: Array, evidence: Evidence) -> bool:
         """True if the present pose leaves next to nothing unexplained and has its points."""
