@@ -115,7 +115,7 @@ class LimbSettings:
     hidden_explained: float = 0.15
     distinct_rad: float = 0.35
     refined: int = 16
-    refine_iterations: int = 6
+    refine_iterations: int = 12
     reach_m: float = 0.12
     scale_m: float = 0.04
     free_space_margin_m: float = 0.06
