@@ -53,8 +53,17 @@ def main() -> None:
 
 def track(checkout: Path, source: Path, out: Path, method: str | None) -> dict[str, np.ndarray]:
     """The arrays of the `skeletons.npz` that a checkout writes."""
-    run = "from topview.cli.app import main; main()"
-    command = [sys.executable, "-c", run, "track", str(source), "--out", str(out), "--threads", "1"]
+    command = [
+        sys.executable,
+        "-m",
+        "topview",
+        "track",
+        str(source),
+        "--out",
+        str(out),
+        "--threads",
+        "1",
+    ]
     if method:
         command += ["--method", method]
     environment = os.environ | {"PYTHONPATH": str(checkout.resolve() / "src")}

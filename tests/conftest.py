@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tiny_recordings import CAMERA, wall
-from topview.cli.app import main
+from topview.cli.main import main
 from topview.kernels.compiling import compile_ahead
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -1,5 +1,5 @@
 """`python -m topview`: the command line."""
 
-from topview.cli.app import main
+from topview.cli.main import main
 
 main()

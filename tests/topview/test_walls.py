@@ -49,7 +49,7 @@ def test_importing_topview_is_cheap():
 
 def test_help_is_cheap():
     loaded = loaded_by(
-        "from topview.cli.app import main\ntry: main(['--help'])\nexcept SystemExit: pass"
+        "from topview.cli.main import main\ntry: main(['--help'])\nexcept SystemExit: pass"
     )
     assert "cyclopts" in loaded
     assert not loaded & {"numba", "cv2", "scipy", "topview_lab"}

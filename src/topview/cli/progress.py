@@ -19,7 +19,7 @@ from rich.table import Table
 from topview.kernels.caching import lasts
 from topview.kernels.compiling import compile_ahead, is_compiled
 from topview.records import Frame, Person, Recording
-from topview.track import Tracker, TrackingResult, track_recording
+from topview.track import TrackingResult, TrackingRun
 from topview.view import Viewer
 
 
@@ -46,7 +46,7 @@ def progress_bar(*more: ProgressColumn) -> Progress:
     return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
-def track_with_progress(recording: Recording, tracker: Tracker, viewer: Viewer) -> TrackingResult:
+def follow_with_progress(run: TrackingRun, recording: Recording, viewer: Viewer) -> None:
     """Track a recording, showing the bar on stderr and every frame to the viewer."""
     compile_kernels()
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
@@ -64,11 +64,14 @@ def track_with_progress(recording: Recording, tracker: Tracker, viewer: Viewer) 
             progress.update(bar, advance=1, rate=rate, people=len(people))
             viewer.show(frame, people)
 
-        return track_recording(recording, on_frame=on_frame, tracker=tracker)
+        run.follow(on_frame)
 
 
-def print_summary(recording: Recording, result: TrackingResult) -> None:
-    """Who was found, how many frames were read and how fast, on stdout; what was not, on stderr."""
+def print_summary(
+    recording: Recording, result: TrackingResult, *, ended_early: bool = False
+) -> None:
+    """Who was found, how many frames were read and how fast, on stdout; what was not, on stderr,
+    unless the run ended before it came to them."""
     skeletons = result.skeletons
     table = Table("person", title=recording.name, title_justify="left")
     for column in ("frames seen", "height, m", "mean confidence"):
@@ -83,7 +86,7 @@ def print_summary(recording: Recording, result: TrackingResult) -> None:
     tracked = len(skeletons.frame_index)
     expected = tracked if recording.frame_count is None else recording.frame_count
     print(f"{tracked} of {expected} frames, {result.frames_per_second:.1f} frames/s")
-    if tracked < expected and not result.interrupted:
+    if tracked < expected and not (result.interrupted or ended_early):
         warn(f"{expected - tracked} of {expected} frames could not be read")
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from topview.cli.progress import print_summary, track_with_progress, warn
+from topview.cli.progress import follow_with_progress, print_summary, warn
 from topview.cli.status import INTERRUPTED
 from topview.detect.color_view import Light
 from topview.io import (
@@ -20,10 +20,11 @@ from topview.io import (
     write_skeletons_npz,
 )
 from topview.records import InputError
-from topview.track import Tracker, TrackerSettings, TrackingResult
+from topview.track import Tracker, TrackerSettings, TrackingResult, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
+SKELETONS = "skeletons.npz"
 
 
 def track(
@@ -33,11 +34,13 @@ def track(
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
     mirrored: Annotated[bool, Parameter(negative="")] = False,
+    force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
     """Track everyone in a recording.
 
-    Writes DIR/skeletons.npz and DIR/skeletons.csv. Ctrl-C keeps what was tracked so far.
+    Writes DIR/skeletons.npz and DIR/skeletons.csv. Whatever ends it early, Ctrl-C, a signal or an
+    error, what was tracked so far is written.
 
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a UTD-MHAD .mat; an organized
@@ -48,8 +51,11 @@ def track(
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.
+        force: replace the result that DIR holds.
     """
     prepare_output_folder(out)
+    if (out / SKELETONS).exists() and not force:
+        raise InputError(f"{out / SKELETONS}: is there already; --force replaces it")
     recording = open_recording(source)
     if mirrored:
         recording = MirroredRecording(recording)
@@ -59,21 +65,30 @@ def track(
         name, count = recording.name, recording.frame_count
         sheets["contact_sheet.png"] = ContactSheet(name, count)
         sheets["people.png"] = PeopleSheet(name, count, lambda: tracker.finder.found)
-    result = track_with_progress(recording, tracker, Viewers(sheets.values()))
+    run = TrackingRun(recording, tracker)
+    failure: Exception | None = None
+    try:
+        follow_with_progress(run, recording, Viewers(sheets.values()))
+    except Exception as error:  # whatever it is, what was tracked is written before it is told
+        failure = error
+    result = run.result()
     warn(*recording.problems, *light_problems(tracker))
-    skeletons = result.skeletons
-    tracked = len(skeletons.frame_index)
-    if not tracked and not result.interrupted:
-        raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
-
-    write_results(result, sheets, out)
-    print_summary(recording, result)
-    print(f"written to {out}")
+    if run.frame_count:
+        write_results(result, sheets, out)
+        print_summary(recording, result, ended_early=failure is not None)
+        print(f"written to {out}")
+    kept = f"the {run.frame_count} frames tracked so far are kept in {out}"
+    if failure is not None:
+        if run.frame_count:
+            warn(f"ended by an error: {kept}")
+        raise failure
     if result.interrupted:
-        warn(f"interrupted: the {tracked} frames tracked so far are kept in {out}")
+        warn(f"interrupted: {kept if run.frame_count else 'nothing was tracked, nothing written'}")
         return INTERRUPTED
-    if not len(skeletons.person_ids):
-        raise InputError(f"{source}: no person was found in {tracked} frames")
+    if not run.frame_count:
+        raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
+    if not len(result.skeletons.person_ids):
+        raise InputError(f"{source}: no person was found in {run.frame_count} frames")
     return 0
 
 
@@ -87,9 +102,23 @@ def light_problems(tracker: Tracker) -> list[str]:
 
 
 def write_results(result: TrackingResult, sheets: Mapping[str, Sheet], out: Path) -> None:
-    """Write `skeletons.npz`, `skeletons.csv` and the sheets that were shown frames, by name."""
-    write_skeletons_npz(result.skeletons, out / "skeletons.npz")
-    write_skeletons_csv(result.skeletons, out / "skeletons.csv")
+    """Write `skeletons.npz`, `skeletons.csv` and the sheets that were shown frames, by name.
+
+    Raises:
+        InputError: some could not be written; all others are.
+    """
+    writers: list[Callable[[], None]] = [
+        lambda: write_skeletons_npz(result.skeletons, out / SKELETONS),
+        lambda: write_skeletons_csv(result.skeletons, out / "skeletons.csv"),
+    ]
     for name, sheet in sheets.items():
         if not sheet.is_blank:
-            write_atomically(out / name, sheet.png())
+            writers.append(lambda name=name, sheet=sheet: write_atomically(out / name, sheet.png()))
+    failures: list[InputError] = []
+    for write in writers:
+        try:
+            write()
+        except InputError as error:
+            failures.append(error)
+    if failures:
+        raise InputError("; ".join(map(str, failures)))

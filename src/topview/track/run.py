@@ -39,43 +39,66 @@ class TrackingResult:
         return len(self.skeletons.frame_index) / self.seconds if self.seconds > 0 else 0.0
 
 
+class TrackingRun:
+    """A recording on its way through a tracker; what was tracked so far can be had at any time,
+    whatever ended it."""
+
+    def __init__(self, recording: Recording, tracker: Tracker) -> None:
+        self._recording = recording
+        self._tracker = tracker
+        self._tracked: list[tuple[int, float, list[Person]]] = []
+        self._names: list[str] = []
+        self._floor: FloorPlane | None = None
+        self._seconds = 0.0
+        self._interrupted = False
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames were tracked so far."""
+        return len(self._tracked)
+
+    def follow(self, on_frame: OnFrame | None = None) -> None:
+        """Track every readable frame, or all until Ctrl-C; `on_frame` is told of each, undistorted,
+        as it is done. Other errors are raised."""
+        try:
+            for frame in map(undistorted, self._recording):
+                start = perf_counter()
+                people = self._tracker.update(frame)
+                self._seconds += perf_counter() - start
+                self._names.append(frame.name or str(frame.index))
+                self._tracked.append((frame.index, frame.timestamp_s, people))
+                self._floor = self._tracker.finder.floor or self._floor
+                if on_frame is not None:
+                    on_frame(frame, people)
+        except KeyboardInterrupt:
+            self._interrupted = True
+
+    def result(self) -> TrackingResult:
+        """What was tracked so far."""
+        skeletons = SkeletonSequence.from_people(
+            self._tracked,
+            JOINT_NAMES,
+            PART_NAMES,
+            {"recording": self._recording.name, **self._tracker.settings_as_json()},
+            frame_names=tuple(self._names[: self.frame_count]),
+            camera=self._recording.camera,
+            topview_version=_version(),
+            **_vertical(self._floor),
+        )
+        return TrackingResult(skeletons, self._seconds, self._interrupted)
+
+
 def track_recording(
     recording: Recording,
     settings: TrackerSettings | None = None,
     on_frame: OnFrame | None = None,
     tracker: Tracker | None = None,
 ) -> TrackingResult:
-    """Run a new tracker, made of `settings` or given, over every readable frame; `on_frame` is told
-    of each, undistorted, as it is done."""
-    tracker = tracker or Tracker(settings)
-    tracked: list[tuple[int, float, list[Person]]] = []
-    names: list[str] = []
-    floor: FloorPlane | None = None
-    seconds = 0.0
-    interrupted = False
-    try:
-        for frame in map(undistorted, recording):
-            start = perf_counter()
-            people = tracker.update(frame)
-            seconds += perf_counter() - start
-            tracked.append((frame.index, frame.timestamp_s, people))
-            names.append(frame.name or str(frame.index))
-            floor = tracker.finder.floor or floor
-            if on_frame is not None:
-                on_frame(frame, people)
-    except KeyboardInterrupt:
-        interrupted = True
-    skeletons = SkeletonSequence.from_people(
-        tracked,
-        JOINT_NAMES,
-        PART_NAMES,
-        {"recording": recording.name, **tracker.settings_as_json()},
-        frame_names=tuple(names),
-        camera=recording.camera,
-        topview_version=_version(),
-        **_vertical(floor),
-    )
-    return TrackingResult(skeletons, seconds, interrupted)
+    """Run a new tracker, made of `settings` or given, over every readable frame; as
+    `TrackingRun.follow`."""
+    run = TrackingRun(recording, tracker or Tracker(settings))
+    run.follow(on_frame)
+    return run.result()
 
 
 def _vertical(floor: FloorPlane | None) -> dict[str, NDArray[np.float64]]:

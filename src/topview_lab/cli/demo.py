@@ -8,12 +8,12 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from topview.cli.progress import compile_kernels, progress_bar, track_with_progress, warn
+from topview.cli.progress import compile_kernels, follow_with_progress, progress_bar, warn
 from topview.cli.status import INTERRUPTED
 from topview.cli.track import write_results
 from topview.io import open_recording, prepare_output_folder
 from topview.records import Recording
-from topview.track import Tracker, TrackerSettings
+from topview.track import Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet
 from topview_lab.bench.tracking import TWO_USERS_SCENE, WARM_UP_FRAMES
 from topview_lab.datasets import read_groundtruth
@@ -44,7 +44,9 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         compile_kernels()
         _warm_up(recording, settings)
         sheet = ContactSheet("topview demo: two simulated people", recording.frame_count)
-        result = track_with_progress(recording, Tracker(settings), sheet)
+        run = TrackingRun(recording, Tracker(settings))
+        follow_with_progress(run, recording, sheet)
+        result = run.result()
         truth = read_groundtruth(room / "groundtruth.npz")
     write_results(result, {"contact_sheet.png": sheet}, out)
     tracked = len(result.skeletons.frame_index)

@@ -197,7 +197,7 @@ def test_full_disk(make_recording, tmp_path):
     """A limit on the size of files fails as a full disk does: late, while writing."""
     limited = (
         "import resource, sys\n"
-        "from topview.cli.app import main\n"
+        "from topview.cli.main import main\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
         "main(sys.argv[1:])\n"
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conftest import Marked
-from topview.cli.app import main
+from topview.cli.main import main
 
 
 def run(*arguments: str) -> int:

@@ -21,6 +21,7 @@ from topview.records import Frame, InputError
 
 DEPTH_SUFFIXES: Final = (".png",)
 COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
+MAX_FRAME_NUMBER: Final = 2**63 - 1  # what int64, in which results keep it, holds
 MAX_GAP_LINES: Final = 5  # more gaps than this share one line
 MAX_COLOR_LINES: Final = 5  # colour files that cannot be read beyond these do so too
 
@@ -154,6 +155,11 @@ class FolderRecording:
             numbers = re.findall(r"[0-9]+", path.stem)
             if not numbers:
                 self._note(f"{folder}/{path.name}: has no frame number; it must be like 000000.png")
+            elif int(numbers[-1]) > MAX_FRAME_NUMBER:
+                self._note(
+                    f"{folder}/{path.name}: has frame number {numbers[-1]}; "
+                    f"it must be at most {MAX_FRAME_NUMBER}; left out"
+                )
             elif (taken := images.setdefault(int(numbers[-1]), path)) is not path:
                 self._note(
                     f"{folder}/{path.name}: has the same frame number as {taken.name}; left out"

@@ -90,7 +90,7 @@ def decode_depth_png(data: bytes, width: int, height: int) -> NDArray[np.uint16]
             f"is {header.width} x {header.height} pixels; "
             f"it must be {width} x {height}, as camera.json says"
         )
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    image = _decoded(data, cv2.IMREAD_UNCHANGED)
     if image is None or image.shape != (height, width) or image.dtype != np.uint16:
         raise InputError("cannot be decoded; it must be a 16-bit PNG image")
     return image.astype(np.uint16, copy=False)
@@ -108,7 +108,15 @@ def decode_color(data: bytes) -> NDArray[np.uint8]:
     else:
         check_png(data)
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    image = _decoded(data, flags)
     if image is None:
         raise InputError("cannot be decoded; it must be a PNG or JPEG image")
     return np.ascontiguousarray(image[..., ::-1], np.uint8)
+
+
+def _decoded(data: bytes, flags: int) -> cv2.typing.MatLike | None:
+    """What OpenCV makes of a file; None where that is nothing, as of too many pixels."""
+    try:
+        return cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error:
+        return None
