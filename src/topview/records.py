@@ -39,10 +39,34 @@ def check_range(settings: object, low: float, high: float, *names: str) -> None:
             raise InputError(f"{name} is {value}; it must be {low:g} to {high:g}")
 
 
+# Ours. No depth camera of a room reads farther than the first; an image of which more lies beyond
+# the second than before it is in other units.
+FARTHEST_READING_M: Final = 100.0
+FARTHEST_ROOM_M: Final = 30.0
+
+
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """The array itself, made read-only."""
     array.setflags(write=False)
     return array
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """A contiguous read-only copy; the array itself if it is one that nobody can write to."""
+    flags = array.flags
+    if flags.owndata and flags.c_contiguous and not flags.writeable:
+        return array
+    return read_only(np.array(array, order="C"))
+
+
+def _is_image(array: Any, shape: tuple[int, ...], dtype: type) -> bool:
+    return isinstance(array, np.ndarray) and array.shape == shape and array.dtype == dtype
+
+
+def _told(array: Any) -> str:
+    if isinstance(array, np.ndarray):
+        return f"{array.dtype} {array.shape}"
+    return "None" if array is None else f"a {type(array).__name__}"
 
 
 def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
@@ -255,13 +279,14 @@ class Camera:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One registered depth (and colour) image.
+    """One registered depth (and colour) image; the arrays given are copied.
 
     Attributes:
         index: number of the frame in its recording, or how many came before where the source does
             not number them; only a name, time is `timestamp_s`.
         timestamp_s: seconds since the recording's start.
-        depth_m: [H, W] float32 metres along the optical axis, 0 where there is no reading.
+        depth_m: [H, W] float32 metres along the optical axis, 0 where there is no reading. What is
+            no number above 0, or beyond `FARTHEST_READING_M`, is no reading and becomes 0.
         camera: what took both images.
         color: [H, W, 3] uint8 RGB registered to the depth image, or None.
         name: what the source itself calls it, the image's file for one; empty if nothing.
@@ -276,21 +301,34 @@ class Frame:
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width)
-        if self.depth_m.shape != shape or self.depth_m.dtype != np.float32:
+        if not _is_image(self.depth_m, shape, np.float32):
             raise InputError(
-                f"frame {self.index}: depth is {self.depth_m.dtype} {self.depth_m.shape}; "
+                f"frame {self.index}: depth is {_told(self.depth_m)}; "
                 f"it must be float32 {shape}, as the camera says"
             )
-        if self.color is not None and (
-            self.color.shape != (*shape, 3) or self.color.dtype != np.uint8
-        ):
+        if self.color is not None and not _is_image(self.color, (*shape, 3), np.uint8):
             raise InputError(
-                f"frame {self.index}: colour is {self.color.dtype} {self.color.shape}; "
+                f"frame {self.index}: colour is {_told(self.color)}; "
                 f"it must be uint8 {(*shape, 3)}, registered to the depth image"
             )
-        read_only(self.depth_m)
+        object.__setattr__(self, "depth_m", self._readings())
         if self.color is not None:
-            read_only(self.color)
+            object.__setattr__(self, "color", _frozen(self.color))
+
+    def _readings(self) -> NDArray[np.float32]:
+        """The depth image with nothing but readings and 0."""
+        depth_m = self.depth_m
+        is_reading = (depth_m > 0.0) & (depth_m <= FARTHEST_READING_M)
+        is_far = (depth_m > FARTHEST_ROOM_M) & (depth_m < np.inf)
+        n_far, n_near = np.count_nonzero(is_far), np.count_nonzero(is_reading & ~is_far)
+        if n_far > n_near:
+            raise InputError(
+                f"frame {self.index}: {n_far} of {n_far + n_near} readings lie beyond "
+                f"{FARTHEST_ROOM_M:g} m; they must be metres, and are probably millimetres"
+            )
+        if (is_reading | (depth_m == 0.0)).all():
+            return _frozen(depth_m)
+        return read_only(np.where(is_reading, depth_m, np.float32(0.0)))
 
 
 class JointState(IntEnum):

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from topview.detect.detectors import DetectorName
+import numpy as np
+
+from topview.detect.detectors import DETECTORS, DetectorName
 from topview.records import InputError
 from topview.track.methods import DEFAULT, method_name
 
@@ -28,7 +30,8 @@ class TrackerSettings:
         threads: for the kernels, 0 for all cores; the output does not depend on it.
 
     Raises:
-        InputError: a method that does not exist, a seed or number of threads out of range.
+        InputError: a method or detector that does not exist, a seed or number of threads that is
+            no whole number or out of range.
     """
 
     method: str = DEFAULT
@@ -38,11 +41,20 @@ class TrackerSettings:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
-        if self.threads < 0:
-            raise InputError(f"threads is {self.threads}; it must be 0 (all cores) or more")
-        if not 0 <= self.seed < 2**63:
-            raise InputError(f"seed is {self.seed}; it must be 0 to 2^63 - 1")
+        if self.detector not in DETECTORS:
+            known = ", ".join(DETECTORS)
+            raise InputError(f"detector is {self.detector!r}; it must be one of {known}")
+        if not (_is_whole(self.threads) and self.threads >= 0):
+            raise InputError(f"threads is {self.threads!r}; it must be 0 (all cores) or more")
+        if not (_is_whole(self.seed) and 0 <= self.seed < 2**63):
+            raise InputError(f"seed is {self.seed!r}; it must be a whole number, 0 to 2^63 - 1")
+        for name in ("threads", "seed"):
+            object.__setattr__(self, name, int(getattr(self, name)))
 
     def as_json(self) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads."""
         return {name: value for name, value in asdict(self).items() if name != "threads"}
+
+
+def _is_whole(number: object) -> bool:
+    return isinstance(number, int | np.integer) and not isinstance(number, bool)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.protocol import Finder
 from topview.people.users import HandCandidate, User, by_depth, label_image
-from topview.records import Frame, Person
+from topview.records import Frame, InputError, Person
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Subject
@@ -70,6 +71,7 @@ class Tracker:
         self._areas = UserAreas()
         self._tracks: dict[int, PersonTrack] = {}
         self._people: list[Person] = []
+        self._last: Frame | None = None
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """Find the people in the next frame and fit their bodies.
@@ -80,7 +82,11 @@ class Tracker:
 
         Returns:
             the people, nearest first.
+
+        Raises:
+            InputError: another camera's frame, or one that is not later than the frame before.
         """
+        self._check_next(frame)
         threads = use_threads(self.settings.threads)
         image = Pyramid(frame)
         with self.clock.stage("people"):
@@ -101,6 +107,22 @@ class Tracker:
         classes of a finder and a detector that were given."""
         named = {"method": self.body.name, "body": asdict(self.body), **self._given}
         return {**self.settings.as_json(), **named}
+
+    def _check_next(self, frame: Frame) -> None:
+        """Refuse what does not go on with the frame before."""
+        last = self._last
+        if last is not None and frame.camera is not last.camera and frame.camera != last.camera:
+            raise InputError(
+                f"frame {frame.index}: its camera is another than that of frame {last.index}; "
+                "a tracker follows one camera, whose images keep their size"
+            )
+        last_s = -inf if last is None else last.timestamp_s
+        if not last_s < frame.timestamp_s < inf:
+            raise InputError(
+                f"frame {frame.index}: its time is {frame.timestamp_s} s after {last_s} s; "
+                "times must be numbers that increase"
+            )
+        self._last = frame
 
     def _count_light(self) -> None:
         if self.finder.skin_detections is not None:
