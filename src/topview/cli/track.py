@@ -24,7 +24,7 @@ from topview.track import Tracker, TrackerSettings, TrackingResult, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
-SKELETONS = "skeletons.npz"
+RESULT = "skeletons.npz"
 
 
 def track(
@@ -54,8 +54,8 @@ def track(
         force: replace the result that DIR holds.
     """
     prepare_output_folder(out)
-    if (out / SKELETONS).exists() and not force:
-        raise InputError(f"{out / SKELETONS}: is there already; --force replaces it")
+    if (out / RESULT).exists() and not force:
+        raise InputError(f"{out / RESULT}: is there already; --force replaces it")
     recording = open_recording(source)
     if mirrored:
         recording = MirroredRecording(recording)
@@ -108,7 +108,7 @@ def write_results(result: TrackingResult, sheets: Mapping[str, Sheet], out: Path
         InputError: some could not be written; all others are.
     """
     writers: list[Callable[[], None]] = [
-        lambda: write_skeletons_npz(result.skeletons, out / SKELETONS),
+        lambda: write_skeletons_npz(result.skeletons, out / RESULT),
         lambda: write_skeletons_csv(result.skeletons, out / "skeletons.csv"),
     ]
     for name, sheet in sheets.items():

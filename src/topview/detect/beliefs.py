@@ -18,6 +18,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import naming, read_archive
 from topview.records import InputError, read_only
 
 Vector = NDArray[np.float64]
@@ -167,16 +168,14 @@ class BeliefTables:
         Raises:
             InputError: no such file, or it holds something else.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
+        right = "it must hold tables of hands, as `topview train-hands` writes them"
+        with naming(path, right=right):
+            file = read_archive(path, right)
+            try:
                 tables = {name: file[name].astype(np.float64) for name in FEATURES}
                 prior, trained_on = file["prior"].astype(np.float64), str(file["trained_on"])
-        except FileNotFoundError as error:
-            raise InputError(f"{path}: no such file; `topview train-hands` writes one") from error
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(
-                f"{path}: holds no tables of hands; it must be written by `topview train-hands`"
-            ) from error
+            except (KeyError, ValueError) as error:
+                raise InputError(f"has no usable {error}; {right}") from None
         return cls(prior, tables, trained_on)
 
     def npz(self) -> bytes:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Box
+from topview.files import naming, read_archive
 from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
 from topview.records import InputError, check_range, read_only
 
@@ -90,15 +91,13 @@ class SkinHistograms:
         Raises:
             InputError: no such file, or it holds something else.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
+        right = "it must be a skin histogram, as `topview train-skin` writes it"
+        with naming(path, right=right):
+            file = read_archive(path, right)
+            try:
                 skin, all_, trained_on = file["skin"], file["all"], str(file["trained_on"])
-        except FileNotFoundError as error:
-            raise InputError(f"{path}: no such file; `topview train-skin` writes one") from error
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(
-                f"{path}: is no skin histogram; it must be written by `topview train-skin`"
-            ) from error
+            except KeyError as error:
+                raise InputError(f"has no {error}; {right}") from None
         return cls(skin.astype(np.float64), all_.astype(np.float64), trained_on)
 
     def npz(self) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -12,7 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import read_archive
 from topview.io import write_atomically
+from topview.records import InputError
 from topview_lab.annotate.automatic import FoundMarkers
 from topview_lab.annotate.blobs import Blobs, MarkerAppearance
 from topview_lab.annotate.cameras import Extrinsics
@@ -51,14 +52,13 @@ def load_found(path: Path, looks: Sequence[MarkerAppearance], frames: int) -> Fo
     """The cached result; None if it is missing, or of other colours, recordings or another
     version."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            data = dict(archive)
+        data = read_archive(path)
         if int(data["version"]) != VERSION or not np.array_equal(data["looks"], _looks(looks)):
             return None
         if len(data["rear_frames"]) != frames:
             return None
         return _found(data)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (InputError, OSError, ValueError, KeyError):
         return None
 
 

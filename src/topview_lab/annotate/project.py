@@ -7,8 +7,8 @@ from typing import Any, Final, Literal
 
 import msgspec
 
+from topview.files import naming
 from topview.io import write_atomically
-from topview.io.naming import naming
 from topview.records import InputError
 from topview_lab.annotate.landmarks import INDEX, NAMES, SIDE_NAMES
 

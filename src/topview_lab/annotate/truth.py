@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import read_archive
 from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.annotate.joints import JointBasis, Joints
@@ -59,9 +59,8 @@ def check_own(path: Path) -> None:
     if not path.exists():
         return
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            is_own = "source" in archive and str(archive["source"]) == SOURCE
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        is_own = str(read_archive(path).get("source")) == SOURCE
+    except (InputError, OSError):
         is_own = False
     if not is_own:
         raise InputError(

@@ -12,7 +12,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 
 from topview.cli.progress import compile_kernels, warn
-from topview.cli.status import INTERRUPTED
+from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.detectors import DetectorName
 from topview.io.writers import prepare_output_folder
 from topview.records import InputError
@@ -236,4 +236,4 @@ def _evaluate(
         return INTERRUPTED
     if not measured:
         raise InputError(f"none of the {run.planned} recordings could be evaluated")
-    return 0
+    return 0 if measured == run.planned else UNUSABLE_INPUT

@@ -15,8 +15,8 @@ from rich.table import Table
 
 from topview.cli.progress import progress_bar
 from topview.detect.skin import DEFAULT_SKIN, SkinHistograms
+from topview.files import naming
 from topview.io import write_atomically
-from topview.io.naming import naming
 from topview.io.readers.images import decode_color
 from topview.records import InputError
 from topview.view.detections import skin_picture

@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.berkeley_mhad import BerkeleyMhadRecording, read_world_pose
 from topview.records import InputError
 from topview_lab.datasets.base import lacking, select_by_name

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.io.naming import naming
+from topview.files import naming
 from topview.records import InputError
 
 END_SITE: Final = " end"

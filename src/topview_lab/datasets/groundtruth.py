@@ -13,7 +13,6 @@ Both in metres, camera frame x right, y down, z forward.
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import naming, read_archive
 from topview.records import InputError
 from topview_lab.datasets.joints import our_part_name, select_joints
 from topview_lab.metrics import ReferenceSequence
@@ -38,6 +38,20 @@ _SHARES: Final = {
 }
 
 
+_NUMBERS: Final = "iuf"
+_KINDS: Final = {
+    "joints": _NUMBERS,
+    "present": "biu",
+    "ids": "iu",
+    "stature": _NUMBERS,
+    "Ts_camera_part": _NUMBERS,
+    **dict.fromkeys(_SHARES.values(), _NUMBERS),
+}
+"""What NumPy calls the types that a key may have."""
+_KIND_NAMES: Final = {"U": "texts", "S": "texts", "c": "complex numbers", "b": "yes or no"}
+_RIGHT_KINDS: Final = "ids are whole numbers, present is yes or no, all others are real numbers"
+
+
 def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence:
     """Either layout, recognised by its keys; the frames are numbered from 0.
 
@@ -49,12 +63,12 @@ def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence
         InputError: the file is missing or damaged, keys are missing, shapes do not fit, or a
             joint of a present person is not finite.
     """
+    with naming(path):
+        arrays = read_archive(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = dict(archive)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path} cannot be read as an .npz archive: {error}") from error
-    return reference_from(arrays, str(path), action)
+        return reference_from(arrays, str(path), action)
+    except (ValueError, TypeError, OverflowError) as error:  # numbers that are texts, and the like
+        raise InputError(f"{path} has values of a wrong kind ({error})") from None
 
 
 def reference_from(arrays: Arrays, source: str, action: str | None = None) -> ReferenceSequence:
@@ -90,6 +104,9 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
         shapes |= {"Ts_camera_part": (F, R, len(arrays["part_names"]), 4, 4)}
     for key in shapes.keys() & arrays.keys():
         _check_shape(arrays, key, shapes[key], source)
+    for key in _KINDS.keys() & arrays.keys():
+        if (kind := arrays[key].dtype.kind) not in _KINDS[key]:
+            raise InputError(f"{source}: {key} are {_KIND_NAMES.get(kind, kind)}; {_RIGHT_KINDS}")
     part_names, Rs_camera_part = _orientations(arrays)
     return _reference(
         source,

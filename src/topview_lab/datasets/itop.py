@@ -22,7 +22,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.depth import depth_image
 from topview.records import Camera, Frame, InputError
 from topview_lab.datasets.base import select_by_name

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.projection import project
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.depth import METRES_PER_MILLIMETRE
 from topview.io.readers.msr_action3d import UNITS_MM, MsrAction3dRecording
 from topview.records import Camera, InputError

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import csv
 import re
-import zipfile
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import read_archive
 from topview.io.writers.npz import format_version
 from topview.records import InputError
 
@@ -36,12 +36,7 @@ def read_arrays(path: Path) -> Arrays:
 
 def _from_npz(path: Path) -> Arrays:
     right = f"it must be an .npz archive with {' and '.join(NEEDED_KEYS)}"
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = dict(archive)
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zipfile.error) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"cannot be read ({reason}); {right}") from None
+    arrays = read_archive(path, right)
     format_version(arrays)
     missing = [key for key in NEEDED_KEYS if key not in arrays]
     if missing:

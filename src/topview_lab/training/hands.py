@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.faces_and_hands import FacesAndHands, SkinBlob, SkinDetections
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.skin import SkinHistograms
+from topview.files import naming, read_archive
 from topview.io import open_recording
 from topview.records import Camera, Frame, InputError
 
@@ -65,10 +65,11 @@ def read_labelled(path: Path) -> Iterator[LabelledFrame]:
     """
     truth = path / "groundtruth.npz"
     try:
-        with np.load(truth, allow_pickle=False) as file:
-            names = [str(name) for name in file["names"]]
-            joints, present = file["joints"], file["present"]
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        with naming(truth):
+            file = read_archive(truth)
+        names = [str(name) for name in file["names"]]
+        joints, present = file["joints"], file["present"]
+    except KeyError as error:
         raise InputError(
             f"{truth}: cannot be used ({error}); it must hold names, joints [F, P, J, 3] and "
             "present [F, P], as `topview simulate` writes them"

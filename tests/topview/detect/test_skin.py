@@ -146,7 +146,7 @@ def test_a_correction_wins_colours_and_takes_them_away() -> None:
 
 def test_files_that_hold_something_else_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "skin.npz"
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="No such file"):
         SkinHistograms.load(file)
     np.savez(file, something=np.zeros(3))
     with pytest.raises(InputError, match="train-skin"):

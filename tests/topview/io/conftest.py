@@ -28,9 +28,9 @@ WriteFolder = Callable[..., Path]
 
 @pytest.fixture
 def depths() -> dict[int, NDArray[np.uint16]]:
-    """Frames 0 to 3, of every kind of value that 16 bits can hold."""
+    """Frames 0 to 3, up to 20 m, with the least and the greatest value that 16 bits can hold."""
     rng = np.random.default_rng(0)
-    images = {i: rng.integers(0, 65536, (HEIGHT, WIDTH), np.uint16) for i in range(4)}
+    images = {i: rng.integers(0, 20000, (HEIGHT, WIDTH), np.uint16) for i in range(4)}
     images[0][0, :3] = 0, 1, 65535
     return images
 

@@ -107,7 +107,7 @@ def test_what_cannot_be_read_is_named_and_the_rest_goes_on(
     assert result.evaluation.sequences[0].people.frames_unread == 1
     assert len(result.problems) == 2
     assert result.problems[0].startswith("a: ")
-    assert "groundtruth.npz cannot be read" in result.problems[0]
+    assert "groundtruth.npz: is truncated or damaged" in result.problems[0]
     assert "000001.png" in result.problems[1]
     assert not any("\n" in problem for problem in result.problems)
 
@@ -229,7 +229,7 @@ class TestCommand:
         self, recordings: list[FolderRecording], capsys: pytest.CaptureFixture[str]
     ) -> None:
         (recordings[0].path / "camera.json").unlink()
-        assert self.call("folder", *[r.path for r in recordings], "--workers", "1") == 0
+        assert self.call("folder", *[r.path for r in recordings], "--workers", "1") == 2
         captured = capsys.readouterr()
         assert captured.err.count("camera.json") == 1
         assert "2 of 3 recordings" in " ".join(captured.out.split())

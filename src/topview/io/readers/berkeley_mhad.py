@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
 from topview.io.readers.netpbm import decode_netpbm
 from topview.records import Camera, Frame, InputError

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import naming
 from topview.io.camera_values import INTRINSICS_KEYS, camera_from, number, require, transform
-from topview.io.naming import naming
 from topview.io.readers.registration import ColorCamera
 from topview.records import Camera, InputError
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera import undistorted_camera, undistortion
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
 from topview.io.readers.depth import depth_image
 from topview.io.readers.images import decode_color, decode_depth_png

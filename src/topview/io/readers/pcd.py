@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.io.naming import naming
+from topview.files import naming
 from topview.io.readers.depth import depth_image
 from topview.io.readers.lzf import lzf_decompress
 from topview.records import Camera, Frame, InputError

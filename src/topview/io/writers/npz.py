@@ -12,8 +12,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import naming, read_archive
 from topview.io.camera_values import camera_from, camera_values
-from topview.io.naming import naming
 from topview.io.writers.output import write_atomically
 from topview.records import JOINT_STATE_NAMES, InputError, SkeletonSequence
 
@@ -75,7 +75,7 @@ def read_skeletons_npz(path: str | PathLike[str]) -> SkeletonSequence:
     """
     path = Path(path)
     with naming(path):
-        arrays = _read_arrays(path.read_bytes())
+        arrays = read_archive(path, "it must be a skeletons.npz")
         since_2 = format_version(arrays) >= 2
         keys = KEYS + KEYS_SINCE_2 if since_2 else KEYS
         missing = [key for key in keys if key not in arrays]
@@ -130,15 +130,3 @@ def _about(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         "camera": None if camera is None else camera_from(camera),
         "topview_version": str(arrays["topview_version"]),
     }
-
-
-def _read_arrays(data: bytes) -> dict[str, NDArray[Any]]:
-    try:
-        with np.load(BytesIO(data), allow_pickle=False) as arrays:
-            return {key: arrays[key] for key in arrays.files}
-    # Damaged archives raise BadZipFile, zlib.error, ValueError, EOFError, AttributeError, ...
-    except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(
-            f"is truncated or damaged ({reason}); it must be a skeletons.npz"
-        ) from None

@@ -6,7 +6,7 @@ import os
 from os import PathLike
 from pathlib import Path
 
-from topview.io.naming import naming
+from topview.files import naming
 
 
 def write_atomically(path: Path, data: bytes) -> None:

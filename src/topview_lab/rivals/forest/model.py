@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from functools import cache
 from io import BytesIO
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import JOINT_NAMES
+from topview.files import naming, read_archive
 from topview.records import InputError, read_only
 from topview_lab.kernels import forest as kernel
 from topview_lab.rivals.forest.classes import CLASSES
@@ -127,8 +127,9 @@ class Forest:
             InputError: no such file, one of another version, or something else.
         """
         right = "it must be written by `topview train-forest`"
-        try:
-            with np.load(path, allow_pickle=False) as file:
+        with naming(path, right=right):
+            file = read_archive(path, right)
+            try:
                 version = int(file["version"])
                 if version != VERSION:
                     raise InputError(f"is of version {version}, not {VERSION}; {right}, again")
@@ -143,12 +144,10 @@ class Forest:
                 )
                 depths_m, areas_m2 = file["depths_m"], file["areas_m2"]
                 return cls(trees, depths_m, areas_m2, str(file["trained_on"]))
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-        except FileNotFoundError as error:
-            raise InputError(f"{path}: no such file; {right}") from error
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: holds no forest; {right}") from error
+            except InputError:  # which is a ValueError, too
+                raise
+            except (KeyError, TypeError, ValueError):
+                raise InputError(f"holds no forest; {right}") from None
 
     def npz(self) -> bytes:
         """A compressed .npz file: offsets in whole millimetres, thresholds as their bins."""
