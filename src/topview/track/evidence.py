@@ -87,6 +87,10 @@ class Evidence:
         )
         return bool(is_inside and self.user_mask[row, column])
 
+    def is_in_image(self, places_camera: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """[N] whether places [N, 3], metres, lie inside of the image's edges."""
+        return self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)[2]
+
     def out_of_sight(
         self,
         places_camera: NDArray[np.float64],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -106,3 +108,12 @@ def test_an_arm_comes_out_from_behind_the_own_body_when_its_points_are_seen():
     found = searched(hanging, evidence_of(stretched), 15)
     cosines = (found.Rs[LEFT_ARM, :, 1] * stretched.Rs[LEFT_ARM, :, 1]).sum(1)
     assert cosines.min() > 0.9
+
+
+def test_a_leg_outside_of_the_image_stands_until_something_is_known_of_it():
+    pose = standing_pose(0.0)
+    head_and_trunk = replace(CAMERA, height=60)
+    seated = with_left_limb_raised(pose, LEFT_UPPER_LEG)
+    evidence = evidence_of(pose, camera=head_and_trunk)
+    found = searched(seated, evidence, 1)
+    assert np.all(found.Rs[LEFT_UPPER_LEG : LEFT_UPPER_LEG + 2, :, 1] @ -UP > 0.999)

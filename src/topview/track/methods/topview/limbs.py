@@ -42,6 +42,7 @@ LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 
 # Ours.
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
+REST_FORWARD = 0.3  # how far a forearm at rest points forward, against down
 STRETCHED = 0.998  # share of its length that a limb stretches to
 EXPLAINED_COLUMN = 0  # the column of `judge_limbs` that counts the points a pose explains
 
@@ -71,6 +72,8 @@ class LimbSettings:
             before it counted, is hidden: what is seen says next to nothing of it.
         hidden_explained: share of a limb's worth of points; a hidden limb keeps its pose relative
             to its parent unless another pose explains so many more.
+        outside_share: of places along the limb; a limb of which nothing is known yet, and more than
+            this is outside of the image, is taken to be at rest.
         distinct_rad: hypotheses that differ by less in both parts count as one.
         refined: best distinct hypotheses that are refined and scored again.
         refine_iterations: Gauss-Newton steps of each.
@@ -113,6 +116,7 @@ class LimbSettings:
     settled_jitter_rad: float = 0.25
     hidden_share: float = 0.2
     hidden_explained: float = 0.15
+    outside_share: float = 0.5
     distinct_rad: float = 0.35
     refined: int = 16
     refine_iterations: int = 12
@@ -251,6 +255,10 @@ class LimbSearch:
             limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted,
                                       model, evidence, labelling, hands.get(upper))  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
+            if upper not in kept and _outside_share(limb, current, evidence) > s.outside_share:
+                rest = _at_rest(limb, evidence.up_camera)
+                Rs[[upper, upper + 1]] = self._judged(limb, rest[None], evidence)[0][0]
+                continue
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
             needed = self._needed(limb, current, evidence) if holds_hidden else 0.0
             if needed > len(limb.exclusive_points):
@@ -437,12 +445,30 @@ class LimbSearch:
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
 
 
-def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
-    """Share of places along the limb that are out of sight, also behind the own body."""
+def _places(limb: _Limb, current: Array) -> Array:
+    """[8, 3] places along the limb."""
     along = (np.arange(4) + 0.5)[:, None] / 4
     upper, lower = current * limb.lengths_m[:, None]
-    places = limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
+    return limb.joint_camera + np.concatenate([along * upper, upper + along * lower])
+
+
+def _hidden_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
+    """Share of places along the limb that are out of sight, also behind the own body."""
+    places = _places(limb, current)
     return float(evidence.out_of_sight(places, limb.radii_m.max(), own_body_hides=True).mean())
+
+
+def _outside_share(limb: _Limb, current: Array, evidence: Evidence) -> float:
+    """Share of places along the limb that are outside of the image."""
+    return 1.0 - float(evidence.is_in_image(_places(limb, current)).mean())
+
+
+def _at_rest(limb: _Limb, up_camera: Array) -> Array:
+    """[2, 3] directions of a limb that hangs down, or stands, with a forearm a little forward."""
+    down = -up_camera
+    is_arm = HINGE_BENDS[limb.upper] > 0
+    forward = REST_FORWARD * limb.R_camera_parent[:, 2] if is_arm else 0.0
+    return np.stack([down, unit(down + forward)])
 
 
 def _distinct(axes: Array, scores: Array, count: int, apart_rad: float) -> list[int]:
