@@ -67,6 +67,8 @@ def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence
         arrays = read_archive(path)
     try:
         return reference_from(arrays, str(path), action)
+    except InputError:  # which is a ValueError, too
+        raise
     except (ValueError, TypeError, OverflowError) as error:  # numbers that are texts, and the like
         raise InputError(f"{path} has values of a wrong kind ({error})") from None
 

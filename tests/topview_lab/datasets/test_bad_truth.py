@@ -30,5 +30,6 @@ GOOD = {
 def test_truth_of_a_wrong_kind_is_one_line(tmp_path, key, value):
     path = tmp_path / "groundtruth.npz"
     np.savez(path, **(GOOD | {key: value}))
-    with pytest.raises(InputError, match=r"groundtruth\.npz"):
+    with pytest.raises(InputError, match=r"groundtruth\.npz") as raised:
         read_groundtruth(path)
+    assert str(raised.value).count("groundtruth.npz") == 1

@@ -267,9 +267,10 @@ class LimbSearch:
             axes, scores = self._hypotheses(limb, current, memory, evidence, generators[upper])
             best = n_best(scores, s.kept)
             best_of[upper] = axes[best] @ limb.R_camera_parent
-            (R,), (verdict,) = self._judged(limb, axes[best[:1]], evidence)
-            if scores[best[0]] < scores[0] - s.margin and verdict[EXPLAINED_COLUMN] >= needed:
-                Rs[[upper, upper + 1]] = R
+            if scores[best[0]] < scores[0] - s.margin:
+                (R,), (verdict,) = self._judged(limb, axes[best[:1]], evidence)
+                if verdict[EXPLAINED_COLUMN] >= needed:
+                    Rs[[upper, upper + 1]] = R
         return Pose(pose.neck_camera, Rs), best_of
 
     def _surroundings(
