@@ -36,7 +36,10 @@ def read_arrays(path: Path) -> Arrays:
 
 def _from_npz(path: Path) -> Arrays:
     right = f"it must be an .npz archive with {' and '.join(NEEDED_KEYS)}"
-    arrays = read_archive(path, right)
+    try:
+        arrays = read_archive(path, right)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error}); {right}") from None
     format_version(arrays)
     missing = [key for key in NEEDED_KEYS if key not in arrays]
     if missing:

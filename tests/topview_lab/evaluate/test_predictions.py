@@ -333,6 +333,10 @@ class TestReading:
         assert str(error.value).count(str(path)) == 1
         assert "\n" not in str(error.value)
 
+    def test_a_file_that_the_system_does_not_give(self, tmp_path: Path, reference: Any) -> None:
+        with pytest.raises(InputError, match=r"gone\.npz: cannot be read \(No such file"):
+            read_predictions(tmp_path / "gone.npz", reference)
+
     @pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut off"])
     def test_damaged_files(self, tmp_path: Path, reference: Any, content: bytes) -> None:
         (tmp_path / "a.npz").write_bytes(content)
