@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 TEXTS = ("settings",)  # names of methods and settings may change; what is tracked may not
+EMPTY = {"joints_camera": np.nan, "joint_state": 0, "joint_confidence": 0, "Ts_camera_part": np.nan}
 
 
 def main() -> None:
@@ -71,7 +72,24 @@ def track(checkout: Path, source: Path, out: Path, method: str | None) -> dict[s
     if not (out / "skeletons.npz").exists():
         sys.exit(f"{checkout}: {finished.stderr.strip()}")
     with np.load(out / "skeletons.npz") as arrays:
-        return {name: arrays[name] for name in arrays.files}
+        return by_person({name: arrays[name] for name in arrays.files})
+
+
+def by_person(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The arrays with a column for each person, as in format versions 1 and 2."""
+    slots = arrays["person_ids"]
+    if slots.ndim == 1:
+        return {name: array for name, array in arrays.items() if name != "format_version"}
+    people = arrays["people_ids"]
+    rows, columns = np.nonzero(slots)
+    persons = np.searchsorted(people, slots[rows, columns])
+    dense = {name: arrays[name] for name in arrays if name not in ("format_version", "people_ids")}
+    dense["person_ids"] = people
+    for name, nothing in EMPTY.items():
+        array = arrays[name]
+        dense[name] = np.full((len(slots), len(people), *array.shape[2:]), nothing, array.dtype)
+        dense[name][rows, persons] = array[rows, columns]
+    return dense
 
 
 def compare(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> str:

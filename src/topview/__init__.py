@@ -19,8 +19,8 @@ from topview.records import (
     JointState,
     Person,
     Recording,
-    SkeletonSequence,
 )
+from topview.skeletons import SkeletonSequence
 
 if TYPE_CHECKING:
     from topview.track.settings import TrackerSettings

@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 import numpy as np
 from numpy.lib import format as npy
@@ -25,7 +25,7 @@ def naming(path: Path, doing: str = "read", right: str = "it must be a file") ->
     try:
         yield
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise type(error)(f"{path}: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be {doing}: {error.strerror or error}; {right}") from None
 
@@ -43,38 +43,101 @@ def read_archive(path: Path, right: str = "it must be an .npz archive") -> dict[
             larger than they say or than `MOST_UNPACKED_BYTES`.
         OSError: missing, or the system cannot read it.
     """
-    try:
+    with Archive(path, right) as archive:
+        archive.check_total()
+        return {key: archive.read(key) for key in archive}
+
+
+class Archive:
+    """An `.npz`, of which arrays are read as a whole or in blocks of rows; it is a context manager.
+
+    Arguments and errors are those of `read_archive`; all methods raise them.
+    """
+
+    def __init__(self, path: Path, right: str = "it must be an .npz archive") -> None:
+        self._right = right
         if not stat.S_ISREG(path.stat().st_mode):
             raise InputError(f"is no regular file; {right}")
-        _check_sizes(path)
-        with np.load(path, allow_pickle=False) as arrays:
-            return {key: arrays[key] for key in arrays.files}
-    except (InputError, OSError):
-        raise
-    except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"is truncated or damaged ({reason}); {right}") from None
+        with self._unharmed():
+            self._zip = zipfile.ZipFile(path)
+        self._members = {info.filename.removesuffix(".npy"): info for info in self._zip.filelist}
+
+    def __enter__(self) -> Archive:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._zip.close()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._members)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._members
+
+    def check_total(self) -> None:
+        """Refuse, before anything is unpacked, what claims more than there is or is allowed."""
+        with self._unharmed():
+            _check_size(sum(info.file_size for info in self._members.values()))
+            for info in self._members.values():
+                with self._zip.open(info) as member:
+                    _read_header(member, info)
+
+    def shape(self, key: str) -> tuple[int, ...]:
+        """Of an array."""
+        with self._unharmed(), self._zip.open(self._members[key]) as member:
+            return _read_header(member, self._members[key])[0]
+
+    def read(self, key: str) -> NDArray[Any]:
+        """A whole array."""
+        info = self._members[key]
+        with self._unharmed():
+            _check_size(info.file_size)
+            with self._zip.open(info) as member:
+                _read_header(member, info)
+            with self._zip.open(info) as member:
+                return npy.read_array(member, allow_pickle=False)
+
+    def blocks(self, key: str, rows: int | None) -> Iterator[NDArray[Any]]:
+        """An array, so many rows at a time, or all; at least one block."""
+        info = self._members[key]
+        with self._unharmed(), self._zip.open(info) as member:
+            shape, is_fortran, dtype = _read_header(member, info)
+            if is_fortran or dtype.hasobject or not shape:
+                raise ValueError(f"{info.filename} cannot be read row by row")
+            row_bytes = dtype.itemsize * int(np.prod(shape[1:], dtype=object))
+            _check_size(row_bytes * min(rows or shape[0], shape[0]))
+            for start in range(0, max(shape[0], 1), rows or max(shape[0], 1)):
+                count = min(rows or shape[0], shape[0] - start)
+                data = member.read(count * row_bytes)
+                yield np.frombuffer(data, dtype).reshape(count, *shape[1:])
+
+    @contextmanager
+    def _unharmed(self) -> Iterator[None]:
+        try:
+            yield
+        except (InputError, OSError):
+            raise
+        except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"is truncated or damaged ({reason}); {self._right}") from None
 
 
-def _check_sizes(path: Path) -> None:
-    """Refuse, before anything is unpacked, what claims more than there is or than is allowed."""
-    with zipfile.ZipFile(path) as archive:
-        members = archive.infolist()
-        total = sum(member.file_size for member in members)
-        if total > MOST_UNPACKED_BYTES:
-            raise ValueError(f"it unpacks to {total} bytes, more than {MOST_UNPACKED_BYTES}")
-        for member in members:
-            with archive.open(member) as file:
-                version = npy.read_magic(file)
-                header = (
-                    npy.read_array_header_1_0(file)
-                    if version == (1, 0)
-                    else npy.read_array_header_2_0(file)
-                )
-                shape, _, dtype = header
-                claimed = int(np.prod(shape, dtype=object)) * dtype.itemsize
-                if not dtype.hasobject and file.tell() + claimed != member.file_size:
-                    raise ValueError(
-                        f"{member.filename} says that it has {claimed} bytes of numbers; "
-                        f"it has {member.file_size - file.tell()}"
-                    )
+def _check_size(total: int) -> None:
+    if total > MOST_UNPACKED_BYTES:
+        raise ValueError(f"it unpacks to {total} bytes, more than {MOST_UNPACKED_BYTES}")
+
+
+def _read_header(
+    member: IO[bytes], info: zipfile.ZipInfo
+) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, whether in Fortran's order, and type; they must fit the member's size."""
+    version = npy.read_magic(member)
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, is_fortran, dtype = read(member)
+    claimed = int(np.prod(shape, dtype=object)) * dtype.itemsize
+    if not dtype.hasobject and member.tell() + claimed != info.file_size:
+        raise ValueError(
+            f"{info.filename} says that it has {claimed} bytes of numbers; "
+            f"it has {info.file_size - member.tell()}"
+        )
+    return shape, is_fortran, dtype

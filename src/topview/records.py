@@ -6,8 +6,8 @@ around freely. The camera frame is x right, y down, z forward; units are metres,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from enum import IntEnum
 from math import isfinite
 from typing import Any, Final, Literal, Protocol, runtime_checkable
@@ -375,118 +375,6 @@ class Person:
             self.Ts_camera_part,
         ):
             read_only(array)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SkeletonSequence:
-    """People over time: F frames, P people, J joints, B body parts; what `skeletons.npz` holds.
-
-    Attributes:
-        frame_index: [F] int64.
-        timestamps_s: [F] float64.
-        person_ids: [P] int64.
-        joint_names: J names.
-        joints_camera: [F, P, J, 3] float64 metres, NaN where absent.
-        joint_state: [F, P, J] uint8, an index into `JOINT_STATE_NAMES`.
-        joint_confidence: [F, P, J] float32 in 0..1, 0 where absent.
-        part_names: B names.
-        Ts_camera_part: [F, P, B, 4, 4] float64, NaN where absent.
-        heights_m: [P] float64.
-        settings: what made it (method, settings, seed), plain JSON types.
-        frame_names: F names, as the source calls its frames; their numbers if it does not.
-        camera: what took the frames, with its lens; None if not known.
-        floor_camera: [4] upward unit normal n and height h of the camera over the floor, whose
-            points p have n @ p + h = 0; NaN if no floor was seen.
-        gravity_camera: [3] unit vector that points down; NaN if not known.
-        topview_version: what wrote it; empty if nothing told.
-    """
-
-    frame_index: NDArray[np.int64]
-    timestamps_s: NDArray[np.float64]
-    person_ids: NDArray[np.int64]
-    joint_names: tuple[str, ...]
-    joints_camera: NDArray[np.float64]
-    joint_state: NDArray[np.uint8]
-    joint_confidence: NDArray[np.float32]
-    part_names: tuple[str, ...]
-    Ts_camera_part: NDArray[np.float64]
-    heights_m: NDArray[np.float64]
-    settings: dict[str, Any] = field(default_factory=dict)
-    frame_names: tuple[str, ...] = ()
-    camera: Camera | None = None
-    floor_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(4, np.nan))
-    gravity_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
-    topview_version: str = ""
-
-    def __post_init__(self) -> None:
-        F, P = len(self.frame_index), len(self.person_ids)
-        if not self.frame_names:
-            object.__setattr__(self, "frame_names", tuple(map(str, self.frame_index.tolist())))
-        if len(self.frame_names) != F:
-            raise InputError(f"has {len(self.frame_names)} frame_names; it must have {F}")
-        J, B = len(self.joint_names), len(self.part_names)
-        expected = {
-            "timestamps_s": (F,),
-            "joints_camera": (F, P, J, 3),
-            "joint_state": (F, P, J),
-            "joint_confidence": (F, P, J),
-            "Ts_camera_part": (F, P, B, 4, 4),
-            "heights_m": (P,),
-            "floor_camera": (4,),
-            "gravity_camera": (3,),
-        }
-        for name, shape in expected.items():
-            array = getattr(self, name)
-            if array.shape != shape:
-                raise InputError(f"{name} has shape {array.shape}; it must be {shape}")
-            read_only(array)
-
-    @property
-    def present(self) -> NDArray[np.bool_]:
-        """[F, P] True where a person is given at all."""
-        return np.asarray(np.isfinite(self.joints_camera).all(-1).any(-1))
-
-    @classmethod
-    def from_people(
-        cls,
-        frames: Sequence[tuple[int, float, Sequence[Person]]],
-        joint_names: tuple[str, ...],
-        part_names: tuple[str, ...],
-        settings: dict[str, Any] | None = None,
-        **about: Any,
-    ) -> SkeletonSequence:
-        """Stack tracked frames, each (frame index, timestamp in s, its people); `about` are other
-        attributes, such as `camera` and `frame_names`."""
-        ids = sorted({person.id for _, _, people in frames for person in people})
-        column = {person_id: p for p, person_id in enumerate(ids)}
-        F, P, J, B = len(frames), len(ids), len(joint_names), len(part_names)
-        joints = np.full((F, P, J, 3), np.nan)
-        states = np.zeros((F, P, J), np.uint8)
-        confidence = np.zeros((F, P, J), np.float32)
-        poses = np.full((F, P, B, 4, 4), np.nan)
-        heights = np.zeros(P)
-        for f, (_, _, people) in enumerate(frames):
-            for person in people:
-                p = column[person.id]
-                joints[f, p] = person.joints_camera
-                states[f, p] = person.joint_state
-                confidence[f, p] = person.joint_confidence
-                poses[f, p] = person.Ts_camera_part
-                heights[p] = person.height_m
-        return cls(
-            frame_index=np.array([index for index, _, _ in frames], np.int64),
-            timestamps_s=np.array([time_s for _, time_s, _ in frames], np.float64),
-            person_ids=np.array(ids, np.int64),
-            joint_names=joint_names,
-            joints_camera=joints,
-            joint_state=states,
-            joint_confidence=confidence,
-            part_names=part_names,
-            Ts_camera_part=poses,
-            heights_m=heights,
-            settings=settings or {},
-            **about,
-        )
 
 
 @runtime_checkable

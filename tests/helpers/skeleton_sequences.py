@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES, PART_NAMES
-from topview.records import Recording, SkeletonSequence
+from topview.records import Recording
+from topview.skeletons import SkeletonSequence, columns_as_slots
 from topview.track.run import TrackingResult
 from topview.track.settings import TrackerSettings
 from topview_lab.metrics import ReferenceSequence
@@ -62,24 +63,30 @@ def predicted_of(
     Rs_camera_part: NDArray[np.float64] | None = None,
     **other: Any,
 ) -> SkeletonSequence:
-    """With parts that are not rotated, unless [F, P, B, 3, 3] rotations are given."""
+    """[F, P, J, 3] joints, everybody in a slot of their own; with parts that are not rotated,
+    unless [F, P, B, 3, 3] rotations are given. `person_ids` and `heights_m` are [P]."""
     F, P = joints_camera.shape[:2]
     Ts = np.tile(np.eye(4), (F, P, B, 1, 1))
     if Rs_camera_part is not None:
         Ts[..., :3, :3] = Rs_camera_part
+    frame_index = other.pop("frame_index", np.arange(F))
+    slots: dict[str, Any] = columns_as_slots(
+        other.pop("person_ids", np.arange(1, P + 1)),
+        np.asarray(np.isfinite(joints_camera).all(-1).any(-1)),
+        frame_index,
+        other.pop("heights_m", np.full(P, STATURE_M)),
+    )
     fields: dict[str, Any] = {
-        "frame_index": np.arange(F),
+        "frame_index": frame_index,
         "timestamps_s": np.arange(F) / 30.0,
-        "person_ids": np.arange(1, P + 1),
         "joint_names": JOINT_NAMES,
         "joints_camera": joints_camera.copy(),
         "joint_state": np.ones((F, P, J), np.uint8),
         "joint_confidence": np.ones((F, P, J), np.float32),
         "part_names": PART_NAMES,
         "Ts_camera_part": Ts,
-        "heights_m": np.full(P, STATURE_M),
     }
-    return SkeletonSequence(**(fields | other))
+    return SkeletonSequence(**(fields | slots | other))
 
 
 def track_distance(recording: Recording, settings: TrackerSettings) -> TrackingResult:

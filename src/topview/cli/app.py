@@ -16,6 +16,9 @@ app = App(
     help_epilogue="`topview COMMAND --help` tells more of each.",
 )
 app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
+app.command(
+    "topview.cli.recover:recover", name="recover", help="Make the result of a run that was killed."
+)
 for name, (place, sentence) in COMMANDS.items():
     app.command(place, name=name, help=sentence, group="Laboratory")
 

@@ -14,12 +14,11 @@ from rich.progress import (
     TaskProgressColumn,
     TextColumn,
 )
-from rich.table import Table
 
 from topview.kernels.caching import lasts
 from topview.kernels.compiling import compile_ahead, is_compiled
 from topview.records import Frame, Person, Recording
-from topview.track import TrackingResult, TrackingRun
+from topview.track import KeepFrame, TrackingRun
 from topview.view import Viewer
 
 
@@ -46,8 +45,10 @@ def progress_bar(*more: ProgressColumn) -> Progress:
     return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
-def follow_with_progress(run: TrackingRun, recording: Recording, viewer: Viewer) -> None:
-    """Track a recording, showing the bar on stderr and every frame to the viewer."""
+def follow_with_progress(
+    run: TrackingRun, recording: Recording, viewer: Viewer, keep: KeepFrame
+) -> None:
+    """Track a recording, keeping every frame, showing it to the viewer, and the bar on stderr."""
     compile_kernels()
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
     with progress_bar(state) as progress:
@@ -64,29 +65,16 @@ def follow_with_progress(run: TrackingRun, recording: Recording, viewer: Viewer)
             progress.update(bar, advance=1, rate=rate, people=len(people))
             viewer.show(frame, people)
 
-        run.follow(on_frame)
+        run.follow(keep, on_frame)
 
 
-def print_summary(
-    recording: Recording, result: TrackingResult, *, ended_early: bool = False
-) -> None:
-    """Who was found, how many frames were read and how fast, on stdout; what was not, on stderr,
-    unless the run ended before it came to them."""
-    skeletons = result.skeletons
-    table = Table("person", title=recording.name, title_justify="left")
-    for column in ("frames seen", "height, m", "mean confidence"):
-        table.add_column(column, justify="right")
-    for p, person_id in enumerate(skeletons.person_ids):
-        seen = skeletons.present[:, p]
-        confidence = float(skeletons.joint_confidence[seen, p].mean())
-        height_m = float(skeletons.heights_m[p])
-        table.add_row(str(person_id), str(seen.sum()), f"{height_m:.2f}", f"{confidence:.2f}")
-    if table.rows:
-        Console().print(table)
-    tracked = len(skeletons.frame_index)
+def print_frames(run: TrackingRun, recording: Recording, *, ended_early: bool = False) -> None:
+    """How many frames were read and how fast, on stdout; what was not, on stderr, unless the run
+    ended before it came to them."""
+    tracked = run.frame_count
     expected = tracked if recording.frame_count is None else recording.frame_count
-    print(f"{tracked} of {expected} frames, {result.frames_per_second:.1f} frames/s")
-    if tracked < expected and not (result.interrupted or ended_early):
+    print(f"{tracked} of {expected} frames, {run.frames_per_second:.1f} frames/s")
+    if tracked < expected and not (run.interrupted or ended_early):
         warn(f"{expected - tracked} of {expected} frames could not be read")
 
 

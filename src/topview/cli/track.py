@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from topview.cli.progress import follow_with_progress, print_summary, warn
+from topview.cli.progress import follow_with_progress, print_frames, warn
+from topview.cli.results import FRAMES, check_free, print_people, write_result
 from topview.cli.status import INTERRUPTED
 from topview.detect.color_view import Light
 from topview.io import (
+    FramesFile,
     MirroredRecording,
+    StoredFrames,
     open_recording,
     prepare_output_folder,
-    write_atomically,
-    write_skeletons_csv,
-    write_skeletons_npz,
 )
 from topview.records import InputError
-from topview.track import Tracker, TrackerSettings, TrackingResult, TrackingRun
+from topview.track import Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
-RESULT = "skeletons.npz"
 
 
 def track(
@@ -40,7 +38,8 @@ def track(
     """Track everyone in a recording.
 
     Writes DIR/skeletons.npz and DIR/skeletons.csv. Whatever ends it early, Ctrl-C, a signal or an
-    error, what was tracked so far is written.
+    error, what was tracked so far is written. Until the end it lies in DIR/skeletons.frames; if
+    that is left, as after a power failure, `topview recover DIR` makes the result of it.
 
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a UTD-MHAD .mat; an organized
@@ -54,8 +53,7 @@ def track(
         force: replace the result that DIR holds.
     """
     prepare_output_folder(out)
-    if (out / RESULT).exists() and not force:
-        raise InputError(f"{out / RESULT}: is there already; --force replaces it")
+    check_free(out, force=force)
     recording = open_recording(source)
     if mirrored:
         recording = MirroredRecording(recording)
@@ -68,27 +66,34 @@ def track(
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
-        follow_with_progress(run, recording, Viewers(sheets.values()))
+        with FramesFile(out / FRAMES, run.about) as frames:
+            follow_with_progress(run, recording, Viewers(sheets.values()), frames.append)
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
-    result = run.result()
     warn(*recording.problems, *light_problems(tracker))
-    if run.frame_count:
-        write_results(result, sheets, out)
-        print_summary(recording, result, ended_early=failure is not None)
-        print(f"written to {out}")
-    kept = f"the {run.frame_count} frames tracked so far are kept in {out}"
+    kept = "nothing was tracked, nothing written"
+    stored = StoredFrames(out / FRAMES) if run.frame_count else None
+    if stored is not None:
+        kept = f"the {stored.frame_count} frames tracked so far are kept in {out}"
+        unwritten = write_result(stored, sheets, out)
+        print_people(recording.name, stored.totals)
+        print_frames(run, recording, ended_early=failure is not None)
+        if not unwritten:
+            print(f"written to {out}")
+        elif failure is None:
+            raise InputError("; ".join(unwritten))
+        warn(*unwritten)
     if failure is not None:
-        if run.frame_count:
+        if stored is not None:
             warn(f"ended by an error: {kept}")
         raise failure
-    if result.interrupted:
-        warn(f"interrupted: {kept if run.frame_count else 'nothing was tracked, nothing written'}")
+    if run.interrupted:
+        warn(f"interrupted: {kept}")
         return INTERRUPTED
-    if not run.frame_count:
+    if stored is None:
         raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
-    if not len(result.skeletons.person_ids):
-        raise InputError(f"{source}: no person was found in {run.frame_count} frames")
+    if not stored.totals.people:
+        raise InputError(f"{source}: no person was found in {stored.frame_count} frames")
     return 0
 
 
@@ -99,26 +104,3 @@ def light_problems(tracker: Tracker) -> list[str]:
         for light, count in tracker.lights.items()
         if light not in (Light.USABLE, Light.ABSENT)
     ]
-
-
-def write_results(result: TrackingResult, sheets: Mapping[str, Sheet], out: Path) -> None:
-    """Write `skeletons.npz`, `skeletons.csv` and the sheets that were shown frames, by name.
-
-    Raises:
-        InputError: some could not be written; all others are.
-    """
-    writers: list[Callable[[], None]] = [
-        lambda: write_skeletons_npz(result.skeletons, out / RESULT),
-        lambda: write_skeletons_csv(result.skeletons, out / "skeletons.csv"),
-    ]
-    for name, sheet in sheets.items():
-        if not sheet.is_blank:
-            writers.append(lambda name=name, sheet=sheet: write_atomically(out / name, sheet.png()))
-    failures: list[InputError] = []
-    for write in writers:
-        try:
-            write()
-        except InputError as error:
-            failures.append(error)
-    if failures:
-        raise InputError("; ".join(map(str, failures)))

@@ -3,6 +3,10 @@
 from topview.io.mirrored import MirroredRecording
 from topview.io.readers import open_recording, read_utd_skeleton
 from topview.io.writers import (
+    FramesFile,
+    NothingStoredError,
+    SkeletonFile,
+    StoredFrames,
     prepare_output_folder,
     read_skeletons_npz,
     write_atomically,
@@ -11,7 +15,11 @@ from topview.io.writers import (
 )
 
 __all__ = [
+    "FramesFile",
     "MirroredRecording",
+    "NothingStoredError",
+    "SkeletonFile",
+    "StoredFrames",
     "open_recording",
     "prepare_output_folder",
     "read_skeletons_npz",

@@ -1,7 +1,14 @@
 """The frame recipe and the full-body tracker."""
 
-from topview.track.run import TrackingResult, TrackingRun, track_recording
+from topview.track.run import KeepFrame, TrackingResult, TrackingRun, track_recording
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 
-__all__ = ["Tracker", "TrackerSettings", "TrackingResult", "TrackingRun", "track_recording"]
+__all__ = [
+    "KeepFrame",
+    "Tracker",
+    "TrackerSettings",
+    "TrackingResult",
+    "TrackingRun",
+    "track_recording",
+]

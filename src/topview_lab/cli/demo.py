@@ -9,10 +9,11 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 
 from topview.cli.progress import compile_kernels, follow_with_progress, progress_bar, warn
+from topview.cli.results import write_results
 from topview.cli.status import INTERRUPTED
-from topview.cli.track import write_results
 from topview.io import open_recording, prepare_output_folder
 from topview.records import Recording
+from topview.skeletons import SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet
 from topview_lab.bench.tracking import TWO_USERS_SCENE, WARM_UP_FRAMES
@@ -45,17 +46,17 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         _warm_up(recording, settings)
         sheet = ContactSheet("topview demo: two simulated people", recording.frame_count)
         run = TrackingRun(recording, Tracker(settings))
-        follow_with_progress(run, recording, sheet)
-        result = run.result()
+        tracked: list[TrackedFrame] = []
+        follow_with_progress(run, recording, sheet, tracked.append)
+        skeletons = SkeletonSequence.from_frames(tracked, run.about)
         truth = read_groundtruth(room / "groundtruth.npz")
-    write_results(result, {"contact_sheet.png": sheet}, out)
-    tracked = len(result.skeletons.frame_index)
+    write_results(skeletons, {"contact_sheet.png": sheet}, out)
     if tracked:
-        evaluation = evaluate_sequence(result.skeletons, truth, SCENE, result.seconds)
+        evaluation = evaluate_sequence(skeletons, truth, SCENE, run.seconds)
         print_report(evaluation, Console(), "error against the simulated truth")
     print(f"look at {out / 'contact_sheet.png'}; the skeletons are beside it")
-    if result.interrupted:
-        warn(f"interrupted: the {tracked} frames tracked so far are kept in {out}")
+    if run.interrupted:
+        warn(f"interrupted: the {len(tracked)} frames tracked so far are kept in {out}")
         return INTERRUPTED
     return 0
 

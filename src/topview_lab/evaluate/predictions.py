@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from topview.body import PART_NAMES
 from topview.geometry.rotations import transform
-from topview.records import JOINT_STATE_NAMES, InputError, JointState, SkeletonSequence
+from topview.records import JOINT_STATE_NAMES, InputError, JointState
+from topview.skeletons import NOBODY_ID, SkeletonSequence, columns_as_slots, people_of
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.evaluate.part_frames import rotations_from_joints, statures_from_joints
 from topview_lab.evaluate.run import Outcome
-from topview_lab.evaluate.skeleton_files import read_arrays
+from topview_lab.evaluate.skeleton_files import check_same_recording, read_arrays
 from topview_lab.evaluate.vocabulary import find_joints
 from topview_lab.metrics import ReferenceSequence, measure_sequence
 
@@ -108,7 +109,8 @@ def read_predictions(
         InputError: the file is unreadable, or what it holds cannot be compared; one line.
     """
     try:
-        return _predictions(read_arrays(path), reference, more, str(path))
+        arrays = read_arrays(path, reference.frame_index)
+        return _predictions(arrays, reference, more, str(path))
     except InputError as error:
         message = str(error)
         raise InputError(
@@ -120,15 +122,16 @@ def _predictions(
     arrays: Arrays, reference: ReferenceSequence, more: Mapping[str, str] | None, source: str
 ) -> SkeletonSequence:
     joints = _joints(arrays)
-    F, P, K = joints.shape[:3]
+    F, S, K = joints.shape[:3]
     frames = _frame_index(arrays, F, reference)
     columns = find_joints([str(name) for name in arrays["joint_names"]], source, more)
     names = tuple(columns)
     joints = np.stack([joints[:, :, c].mean(2) for c in columns.values()], 2)
-    confidence = _numbers(arrays, "joint_confidence", (F, P, K), np.nan)
+    confidence = _numbers(arrays, "joint_confidence", (F, S, K), np.nan)
     confidence = np.stack([confidence[:, :, c].mean(2) for c in columns.values()], 2)
     state = np.where(np.isfinite(joints).all(-1), JointState.VISIBLE, JointState.ABSENT)
     rotations = _rotations(arrays, names, joints)
+    people = _people(arrays, frames, names, joints)
 
     # At the reference's frames; missing ones hold nobody.
     last = max(int(frames.max(initial=0)), int(reference.frame_index.max(initial=0)))
@@ -143,15 +146,65 @@ def _predictions(
     return SkeletonSequence(
         frame_index=reference.frame_index.copy(),
         timestamps_s=np.zeros(len(rows)),
-        person_ids=_numbers(arrays, "person_ids", (P,), np.arange(1, P + 1)).astype(np.int64),
         joint_names=names,
         joints_camera=placed(joints, np.nan),
         joint_state=placed(_states(arrays, columns, state.astype(np.uint8)), JointState.ABSENT),
         joint_confidence=placed(confidence.astype(np.float32), np.nan),
         part_names=PART_NAMES,
-        Ts_camera_part=placed(transform(rotations, np.zeros((F, P, len(PART_NAMES), 3))), np.nan),
-        heights_m=_numbers(arrays, "heights_m", (P,), statures_from_joints(names, joints)),
+        Ts_camera_part=placed(transform(rotations, np.zeros((F, S, len(PART_NAMES), 3))), np.nan),
+        person_ids=placed(people.pop("person_ids"), NOBODY_ID),
+        **people,
     )
+
+
+def _people(
+    arrays: Arrays,
+    frames: NDArray[np.int64],
+    names: tuple[str, ...],
+    joints: NDArray[np.float64],
+) -> dict[str, Any]:
+    """Who is where, as in a `SkeletonSequence`, of [F, S, N, 3] joints."""
+    F, S = joints.shape[:2]
+    present = np.asarray(np.isfinite(joints).all(-1).any(-1))
+    ids = arrays.get("person_ids", np.arange(1, S + 1))
+    if ids.shape not in ((S,), (F, S)) or ids.dtype.kind not in "iu":
+        raise InputError(
+            f"person_ids is {ids.dtype} {ids.shape}; it must be whole numbers, "
+            f"{(S,)} of columns or {(F, S)} of slots"
+        )
+    if ids.ndim == 1:
+        numbered = ids.astype(np.int64) + (1 - ids.min(initial=1))  # so that 0 is nobody
+        heights_m = _numbers(arrays, "heights_m", (S,), statures_from_joints(names, joints))
+        return columns_as_slots(numbered, present, frames, heights_m)
+    ids = np.where(present, ids, NOBODY_ID).astype(np.int64)
+    _check_once(ids, frames)
+    people = people_of(ids, frames)
+    heights_m = [
+        _told_height(arrays, i) or float(statures_from_joints(names, joints[ids == i][:, None])[0])
+        for i in people["people_ids"]
+    ]
+    return people | {"person_ids": ids, "heights_m": np.array(heights_m, np.float64)}
+
+
+def _check_once(ids: NDArray[np.int64], frames: NDArray[np.int64]) -> None:
+    """Raises InputError for a frame with somebody twice."""
+    ordered = np.sort(ids, 1)
+    twice = (ordered[:, 1:] == ordered[:, :-1]) & (ordered[:, 1:] != NOBODY_ID)
+    for f, s in np.argwhere(twice)[:1]:
+        raise InputError(
+            f"person_ids has {ordered[f, s]} twice in frame {frames[f]}; "
+            "each person must be there once"
+        )
+
+
+def _told_height(arrays: Arrays, person_id: int) -> float | None:
+    """Of somebody, where the file has a table of people."""
+    if "people_ids" not in arrays:
+        return None
+    P = len(arrays["people_ids"])
+    ids, heights_m = _numbers(arrays, "people_ids", (P,), 0), _numbers(arrays, "heights_m", (P,), 0)
+    told = heights_m[ids == person_id]
+    return float(told[0]) if len(told) else None
 
 
 def _joints(arrays: Arrays) -> NDArray[np.float64]:
@@ -191,12 +244,7 @@ def _frame_index(arrays: Arrays, F: int, reference: ReferenceSequence) -> NDArra
         )
     if len(np.unique(frames)) < F:
         raise InputError("frame_index names a frame twice; it must name each once")
-    if not np.isin(frames, reference.frame_index).any() and F:
-        raise InputError(
-            f"has frames {frames.min()} to {frames.max()}, the reference "
-            f"{reference.frame_index.min()} to {reference.frame_index.max()}; "
-            "they must be the same recording"
-        )
+    check_same_recording(frames, reference.frame_index)
     return frames.astype(np.int64)
 
 

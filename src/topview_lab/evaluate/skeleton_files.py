@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import defaultdict
+from collections.abc import Iterator
+from math import prod
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import read_archive
-from topview.io.writers.npz import format_version
+from topview.files import MOST_UNPACKED_BYTES, Archive
+from topview.io.writers.npz import BLOCK_FRAMES, OF_FRAMES, format_version
 from topview.records import InputError
+from topview.skeletons import Slots
 
 NEEDED_KEYS: Final = ("joint_names", "joints_camera")
 NEEDED_COLUMNS: Final = ("frame_index", "joint", "x_m", "y_m", "z_m")
@@ -24,27 +28,64 @@ Arrays = dict[str, NDArray[Any]]
 Row = dict[str, str | None]
 
 
-def read_arrays(path: Path) -> Arrays:
+def read_arrays(path: Path, frames: NDArray[np.int64]) -> Arrays:
     """The arrays of a file, keyed as in `skeletons.npz`; both `NEEDED_KEYS` are among them.
+
+    Of an archive that tells a `frame_index`, only the frames that are asked for are kept, so that
+    a file of any length can be read.
 
     Raises:
         InputError: it is unreadable, lacks something, or a later topview wrote it; one line,
             without the path.
     """
-    return _from_csv(path) if path.suffix.lower() == ".csv" else _from_npz(path)
+    return _from_csv(path) if path.suffix.lower() == ".csv" else _from_npz(path, frames)
 
 
-def _from_npz(path: Path) -> Arrays:
+def _from_npz(path: Path, frames: NDArray[np.int64]) -> Arrays:
     right = f"it must be an .npz archive with {' and '.join(NEEDED_KEYS)}"
     try:
-        arrays = read_archive(path, right)
+        with Archive(path, right) as archive:
+            format_version(archive)
+            missing = [key for key in NEEDED_KEYS if key not in archive]
+            if missing:
+                told = ", ".join(archive)
+                raise InputError(f"has no {', '.join(missing)} (it has {told}); {right}")
+            return _chosen(archive, frames)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error}); {right}") from None
-    format_version(arrays)
-    missing = [key for key in NEEDED_KEYS if key not in arrays]
-    if missing:
-        raise InputError(f"has no {', '.join(missing)} (it has {', '.join(arrays)}); {right}")
+
+
+def _chosen(archive: Archive, frames: NDArray[np.int64]) -> Arrays:
+    """All arrays; those with a row for each frame, at the given frames alone."""
+    index = archive.read("frame_index") if "frame_index" in archive else None
+    if index is None or index.ndim != 1 or np.isin(index, frames).all():
+        archive.check_total()
+        return {key: archive.read(key) for key in archive}
+    check_same_recording(index, frames)
+    is_chosen = np.isin(index, frames)
+    arrays: Arrays = {}
+    for key in archive:
+        shape = archive.shape(key)
+        if shape[:1] == index.shape and (key in OF_FRAMES or key == "frame_names"):
+            blocks = archive.blocks(key, BLOCK_FRAMES)
+            starts = range(0, len(index), BLOCK_FRAMES)
+            kept = [
+                block[is_chosen[start : start + BLOCK_FRAMES]]
+                for start, block in zip(starts, blocks, strict=True)
+            ]
+            arrays[key] = np.concatenate(kept)
+        else:
+            arrays[key] = archive.read(key)
     return arrays
+
+
+def check_same_recording(frames: NDArray[Any], expected: NDArray[np.int64]) -> None:
+    """Raises InputError if no frame is among the expected ones."""
+    if len(frames) and not np.isin(frames, expected).any():
+        raise InputError(
+            f"has frames {frames.min()} to {frames.max()}, the reference "
+            f"{expected.min()} to {expected.max()}; they must be the same recording"
+        )
 
 
 def _from_csv(path: Path) -> Arrays:
@@ -78,27 +119,48 @@ def _stacked(rows: list[tuple[int, Row]]) -> Arrays:
         )
         for line, row in rows
     ]
-    frames, people, joints = (
-        {key: place for place, key in enumerate(dict.fromkeys(column))}
-        for column in zip(*keys, strict=True)
-    )
-    values = np.full((len(frames), len(people), len(joints), 4), np.nan)
+    joints = {name: j for j, name in enumerate(dict.fromkeys(joint for _, _, joint in keys))}
+    people_in: dict[int, set[int]] = defaultdict(set)
+    for frame, person_id, _ in keys:
+        people_in[frame].add(person_id)
+    frames = sorted(people_in)
+    slots = Slots()
+    place = {
+        (frame, person_id): (f, slot)
+        for f, frame in enumerate(frames)
+        for person_id, slot in _with_slots(slots, sorted(people_in[frame]))
+    }
+    shape = len(frames), max(map(len, people_in.values())), len(joints), 4
+    if 8 * prod(shape) > MOST_UNPACKED_BYTES:
+        raise InputError(
+            f"has {shape[0]} frames, up to {shape[1]} people in each and {shape[2]} joints; "
+            f"their positions must fit into {MOST_UNPACKED_BYTES} bytes"
+        )
+    values = np.full(shape, np.nan)
+    ids = np.zeros(shape[:2], np.int64)
     seen: set[tuple[int, int, str]] = set()
     for (line, row), key in zip(rows, keys, strict=True):
         if key in seen:
             raise InputError(f"line {line}: {key[2]} is told again; it must be once a frame")
         seen.add(key)
-        place = frames[key[0]], people[key[1]], joints[key[2]]
-        values[place] = [_number(row, name, line) for name in ("x_m", "y_m", "z_m", "confidence")]
+        f, s = place[key[:2]]
+        ids[f, s] = key[1] + 1  # so that 0 is nobody: others count from 0
+        values[f, s, joints[key[2]]] = [
+            _number(row, name, line) for name in ("x_m", "y_m", "z_m", "confidence")
+        ]
     arrays: Arrays = {
-        "frame_index": np.array(list(frames), np.int64),
-        "person_ids": np.array(list(people), np.int64),
+        "frame_index": np.array(frames, np.int64),
+        "person_ids": ids,
         "joint_names": np.array(list(joints)),
         "joints_camera": values[..., :3],
     }
     if np.isfinite(values[..., 3]).any():
         arrays["joint_confidence"] = values[..., 3]
     return arrays
+
+
+def _with_slots(slots: Slots, ids: list[int]) -> Iterator[tuple[int, int]]:
+    return zip(ids, slots.of(ids), strict=True)
 
 
 def _whole(row: Row, column: str, line: int) -> int:

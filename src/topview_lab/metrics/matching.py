@@ -7,6 +7,7 @@ is kept while it is valid, everyone else is matched by least total distance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -23,15 +24,15 @@ NOBODY: Final = -1
 def people_distances(
     reference_camera: NDArray[np.float64], predicted_camera: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[F, R, P] mean distance over the joints that both have, infinite where there are none.
+    """[F, R, S] mean distance over the joints that both have, infinite where there are none.
 
     Args:
         reference_camera: [F, R, J, 3] metres, NaN where unknown or absent.
-        predicted_camera: [F, P, J, 3] metres, NaN where absent.
+        predicted_camera: [F, S, J, 3] metres, NaN where absent.
     """
     F, R = reference_camera.shape[:2]
     mean_m = np.full((F, R, predicted_camera.shape[1]), np.inf)
-    for r in range(R):  # one by one: a long recording may have hundreds of ids
+    for r in range(R):  # one by one: of many people, the joints take much memory
         distances = np.linalg.norm(reference_camera[:, r, None] - predicted_camera, axis=-1)
         known = np.isfinite(distances)
         total = np.where(known, distances, 0.0).sum(-1)
@@ -40,34 +41,43 @@ def people_distances(
 
 
 def match_people(
-    distances_m: NDArray[np.float64], gate_m: float = PERSON_GATE_M
+    distances_m: NDArray[np.float64],
+    gate_m: float = PERSON_GATE_M,
+    who: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """[F, R] the predicted person (column of P) matched to each reference person, or -1.
+    """[F, R] the slot of the predicted person matched to each reference person, or -1.
 
     Args:
-        distances_m: [F, R, P] as from `people_distances`.
+        distances_m: [F, R, S] as from `people_distances`.
         gate_m: people further apart than this mean joint distance are never matched.
+        who: [F, S] who is in each slot; each slot is a person throughout if not told.
     """
-    matches = np.full(distances_m.shape[:2], NOBODY, np.int64)
-    before = np.full(distances_m.shape[1], NOBODY, np.int64)
+    F, R, S = distances_m.shape
+    who = np.tile(np.arange(S), (F, 1)) if who is None else who
+    matches = np.full((F, R), NOBODY, np.int64)
+    before: dict[int, int] = {}  # reference person: the predicted one of the frame before
     for f, distances in enumerate(distances_m):
-        before = matches[f] = _match_frame(distances, before, gate_m)
+        slot_of = {int(p): s for s, p in enumerate(who[f])}
+        kept = {r: slot_of[p] for r, p in before.items() if p in slot_of}
+        matches[f] = _match_frame(distances, kept, gate_m)
+        before = {r: int(who[f, s]) for r, s in enumerate(matches[f]) if s != NOBODY}
     return matches
 
 
 def _match_frame(
-    distances_m: NDArray[np.float64], before: NDArray[np.int64], gate_m: float
+    distances_m: NDArray[np.float64], before: Mapping[int, int], gate_m: float
 ) -> NDArray[np.int64]:
-    """[R] matches of one frame from its [R, P] distances and the matches of the frame before."""
-    matches = np.full(len(before), NOBODY, np.int64)
-    for r in np.flatnonzero(before != NOBODY):
-        if distances_m[r, before[r]] <= gate_m:
-            matches[r] = before[r]
+    """[R] matches of one frame from its [R, S] distances and the slots in which those are who were
+    matched in the frame before."""
+    matches = np.full(len(distances_m), NOBODY, np.int64)
+    for r, slot in before.items():
+        if distances_m[r, slot] <= gate_m:
+            matches[r] = slot
     open_r = np.flatnonzero(matches == NOBODY)
     open_p = np.setdiff1d(np.arange(distances_m.shape[1]), matches)
     cost = distances_m[np.ix_(open_r, open_p)]
     # Dearer than any set of valid pairs, so that as many people as possible are matched.
-    beyond_gate = gate_m * (len(before) + 1)
+    beyond_gate = gate_m * (len(matches) + 1)
     rows, columns = linear_sum_assignment(np.where(cost <= gate_m, cost, beyond_gate))
     for i, j in zip(rows, columns, strict=True):
         if cost[i, j] <= gate_m:
@@ -126,37 +136,47 @@ def count_people(
     reference_present: NDArray[np.bool_],
     predicted_present: NDArray[np.bool_],
     frames_unread: int = 0,
+    who: NDArray[np.int64] | None = None,
 ) -> PeopleCounts:
     """Counts of one recording.
 
     Args:
         matches: [F, R] as from `match_people`.
         reference_present: [F, R].
-        predicted_present: [F, P].
+        predicted_present: [F, S].
         frames_unread: see `PeopleCounts`.
+        who: [F, S] as of `match_people`.
     """
-    F, P = predicted_present.shape
+    F, S = predicted_present.shape
+    who = np.tile(np.arange(S), (F, 1)) if who is None else who
     found = matches != NOBODY
-    is_matched = np.zeros((F, P), bool)
+    is_matched = np.zeros((F, S), bool)
     frames, people = np.nonzero(found)
     is_matched[frames, matches[frames, people]] = True
-    ever_present = predicted_present.any(0)
-    mismatches, handed_on = _count_swaps(matches)
+    mismatches, handed_on = _count_swaps(people_matched(matches, who))
     return PeopleCounts(
         frames=F,
         frames_unread=frames_unread,
         person_frames=int(reference_present.sum()),
         missed=int((reference_present & ~found).sum()),
         false_person_frames=int((predicted_present & ~is_matched).sum()),
-        false_people=int((ever_present & ~is_matched.any(0)).sum()),
+        false_people=len(np.setdiff1d(who[predicted_present], who[is_matched])),
         id_swaps=mismatches + handed_on,
         mismatches=mismatches,
         frames_lost=int((reference_present.any(1) & ~found.any(1)).sum()),
     )
 
 
+def people_matched(matches: NDArray[np.int64], who: NDArray[np.int64]) -> NDArray[np.int64]:
+    """[F, R] who was matched, of [F, R] slots, or -1."""
+    frames, people = np.nonzero(matches != NOBODY)
+    matched = np.full(matches.shape, NOBODY, np.int64)
+    matched[frames, people] = who[frames, matches[frames, people]]
+    return matched
+
+
 def _count_swaps(matches: NDArray[np.int64]) -> tuple[int, int]:
-    """People of the [F, R] matches who go on under another id; who appear under somebody else's."""
+    """Of [F, R] matched people: who go on under another id; who appear under somebody else's."""
     id_of: dict[int, int] = {}
     owner_of: dict[int, int] = {}
     mismatches = handed_on = 0

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES, PART_NAMES
-from topview.records import InputError, SkeletonSequence
+from topview.records import InputError
+from topview.skeletons import SkeletonSequence
 from topview_lab.metrics.matching import (
     NOBODY,
     PERSON_GATE_M,
     count_people,
     match_people,
     people_distances,
+    people_matched,
 )
 from topview_lab.metrics.reference import ReferenceSequence
 from topview_lab.metrics.samples import Evaluation, Samples, SequenceErrors
@@ -55,22 +57,24 @@ def measure_sequence(
         np.nan,
     )
     predicted_present = predicted.present[of_predicted]
+    who = np.searchsorted(predicted.people_ids, predicted.person_ids[of_predicted])
+    who = np.where(predicted_present, who, NOBODY)
     distances_m = people_distances(reference_camera, predicted_camera)
-    matches = match_people(distances_m, gate_m)
+    matches = match_people(distances_m, gate_m, who)
     f, r = np.nonzero(present)
-    p = matches[f, r]
-    found = p != NOBODY
+    slot = matches[f, r]
+    found = slot != NOBODY
 
     def of_found(values: NDArray[Any], ordered: _Ordered, missing: float) -> NDArray[Any]:
-        """[N, J or B, ...] of the predicted [F, P, ...], `missing` where nobody was found."""
+        """[N, J or B, ...] of the predicted [F, S, ...], `missing` where nobody was found."""
         where = (...,) + (None,) * (values.ndim - 2)
         if not values.shape[1]:  # nobody in the whole recording
             values = np.full((len(values), 1, *values.shape[2:]), missing)
-        chosen = values[of_predicted[f], p]
+        chosen = values[of_predicted[f], slot]
         return ordered(np.where(found[where], chosen, missing), 1, missing)
 
     is_false = predicted_present.copy()
-    is_false[f[found], p[found]] = False
+    is_false[f[found], slot[found]] = False
     parts = _Ordered(predicted.part_names, PART_NAMES)
     confidence = np.where(
         np.isfinite(predicted.joints_camera).all(-1), predicted.joint_confidence, np.nan
@@ -79,7 +83,9 @@ def measure_sequence(
         person=r,
         frame=reference.frame_index[of_reference[f]],
         found=found,
-        stature_m=_statures(reference, r, _found_heights(predicted, p)),
+        stature_m=_statures(
+            reference, r, _found_heights(predicted, people_matched(matches, who)[f, r])
+        ),
         reference_camera=reference_camera[f, r],
         predicted_camera=of_found(predicted.joints_camera, joints, np.nan),
         Rs_camera_true_part=_true_rotations(reference, of_reference[f], r),
@@ -98,8 +104,9 @@ def measure_sequence(
             present,
             predicted_present,
             frames_unread=len(reference.frame_index) - len(of_reference),
+            who=who,
         ),
-        tracking=count_tracking(distances_m, matches, present, predicted_present, gate_m),
+        tracking=count_tracking(distances_m, matches, present, predicted_present, gate_m, who),
         false_confidence=joints(confidence[of_predicted][is_false], 1),
         tracked_frames=len(predicted.frame_index),
         seconds=seconds,
@@ -144,7 +151,7 @@ class _Ordered:
 
 
 def _found_heights(predicted: SkeletonSequence, p: NDArray[np.int64]) -> NDArray[np.float64]:
-    """[N] predicted statures, NaN for nobody."""
+    """[N] predicted statures of people, NaN for nobody."""
     heights_m = np.append(predicted.heights_m, np.nan)  # NOBODY is the last
     return np.where(heights_m > 0.0, heights_m, np.nan)[p]
 

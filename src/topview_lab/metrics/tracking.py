@@ -76,23 +76,29 @@ def count_tracking(
     reference_present: NDArray[np.bool_],
     predicted_present: NDArray[np.bool_],
     gate_m: float,
+    who: NDArray[np.int64] | None = None,
 ) -> TrackingCounts:
     """Counts of one recording.
 
     Args:
-        distances_m: [F, R, P] as from `people_distances`.
+        distances_m: [F, R, S] as from `people_distances`.
         matches: [F, R] as from `match_people`, for MOTP.
         reference_present: [F, R].
-        predicted_present: [F, P].
+        predicted_present: [F, S].
         gate_m: as of `match_people`.
+        who: [F, S] which of the P people is in each slot, from 0, as of `match_people`; anything
+            where nobody is.
     """
+    F, _, S = distances_m.shape
+    who = np.tile(np.arange(S), (F, 1)) if who is None else who
     alike = np.maximum(1.0 - distances_m / (2.0 * gate_m), 0.0)
-    frames_r, frames_p = reference_present.sum(0)[:, None], predicted_present.sum(0)
-    f, r, p = _match(alike, frames_r, frames_p)
-    is_hit = alike[f, r, p] >= ALPHAS[:, None] - THRESHOLD_ROUNDING
-    together = np.zeros((len(ALPHAS), *alike.shape[1:]))
+    frames_r = reference_present.sum(0)[:, None]
+    frames_p = np.bincount(who[predicted_present], minlength=who.max(initial=0) + 1)
+    f, r, s = _match(alike, who, frames_r, frames_p)
+    is_hit = alike[f, r, s] >= ALPHAS[:, None] - THRESHOLD_ROUNDING
+    together = np.zeros((len(ALPHAS), len(frames_r), len(frames_p)))
     for alpha, hit in enumerate(is_hit):
-        np.add.at(together[alpha], (r, p), hit)
+        np.add.at(together[alpha], (r, who[f, s]), hit)
     hits = is_hit.sum(1).astype(np.float64)
     matched_f, matched_r = np.nonzero(matches != NOBODY)
     matched_m = distances_m[matched_f, matched_r, matches[matched_f, matched_r]]
@@ -123,23 +129,30 @@ def score_tracking(people: PeopleCounts, counts: TrackingCounts) -> TrackingScor
 
 
 def _match(
-    alike: NDArray[np.float64], frames_r: NDArray[np.int64], frames_p: NDArray[np.int64]
+    alike: NDArray[np.float64],
+    who: NDArray[np.int64],
+    frames_r: NDArray[np.int64],
+    frames_p: NDArray[np.int64],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Frame, reference and predicted person of each pair, at most one per person and frame.
+    """Frame, reference person and slot of each pair, at most one per person and frame.
 
     Favours those who fit over the whole recording (Luiten et al., Sec. 3.3 and their code): it is
     the one matching for all alphas, the pairs less alike than alpha being left out afterwards.
     """
     either = alike.sum(2, keepdims=True) + alike.sum(1, keepdims=True) - alike
     in_frame = alike / np.where(either > 0.0, either, 1.0)
-    worth = _overlap(in_frame.sum(0), frames_r, frames_p) * alike
+    together = np.zeros((len(frames_p), len(frames_r)))
+    np.add.at(together, who, in_frame.transpose(0, 2, 1))
+    overlap = _overlap(together.T, frames_r, frames_p)
     pairs = [
-        (f, r, p)
+        (f, r, s)
         for f in np.flatnonzero(alike.any((1, 2)))
-        for r, p in zip(*linear_sum_assignment(worth[f], maximize=True), strict=True)
+        for r, s in zip(
+            *linear_sum_assignment(overlap[:, who[f]] * alike[f], maximize=True), strict=True
+        )
     ]
-    f, r, p = np.array(pairs, np.int64).reshape(-1, 3).T
-    return f, r, p
+    f, r, s = np.array(pairs, np.int64).reshape(-1, 3).T
+    return f, r, s
 
 
 def _overlap(

@@ -14,7 +14,7 @@ import pytest
 
 from patience import HANGS_S
 from tiny_recordings import wall
-from topview.cli import track as command
+from topview.cli import results
 from topview.records import InputError
 from topview.track import Tracker
 
@@ -100,7 +100,7 @@ def test_a_file_that_cannot_be_written_does_not_cost_the_others(
     def full(*_):
         raise InputError("no space left")
 
-    monkeypatch.setattr(command, "write_skeletons_npz", full)
+    monkeypatch.setattr(results, "write_skeletons_npz", full)
     ended = topview("track", make_recording(), "--out", tmp_path / "out")
     assert ended.status == 2
     assert "no space left" in ended.complaints[-1]

@@ -23,6 +23,7 @@ from lenses import LENSES, camera_with
 from topview import InputError, SkeletonSequence
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.io.writers import (
+    SkeletonFile,
     prepare_output_folder,
     read_skeletons_npz,
     write_skeletons_csv,
@@ -30,7 +31,7 @@ from topview.io.writers import (
 )
 from topview.records import JOINT_STATE_NAMES
 
-KEYS_OF_1 = {
+COLUMN_KEYS = {
     "frame_index",
     "timestamps_s",
     "person_ids",
@@ -44,9 +45,14 @@ KEYS_OF_1 = {
     "heights_m",
     "settings",
 }
-ARRAYS_OF_1 = KEYS_OF_1 - {"joint_names", "joint_state_names", "part_names", "settings"}
-ARRAYS = ARRAYS_OF_1 | {"floor_camera", "gravity_camera"}
-KEYS = KEYS_OF_1 | ARRAYS | {"format_version", "frame_names", "camera", "topview_version"}
+KEYS_SINCE_2 = {"format_version", "frame_names", "camera", "topview_version"}
+TABLE = {"people_ids", "heights_m", "first_frame", "last_frame"}
+ARRAYS = (
+    COLUMN_KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
+    | {"floor_camera", "gravity_camera"}
+    | TABLE
+)
+KEYS = COLUMN_KEYS | ARRAYS | KEYS_SINCE_2
 CAMERAS = [
     None,
     camera_with(None),
@@ -56,7 +62,7 @@ CAMERAS = [
 
 @st.composite
 def sequences(draw: st.DrawFn) -> SkeletonSequence:
-    F, P, J, B = (draw(st.integers(0, most)) for most in (4, 3, 4, 3))
+    F, S, P, J, B = (draw(st.integers(0, most)) for most in (4, 3, 3, 4, 3))
     names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1)
     reals = st.floats(width=64)
     json_values = st.recursive(
@@ -67,16 +73,19 @@ def sequences(draw: st.DrawFn) -> SkeletonSequence:
     return SkeletonSequence(
         frame_index=draw(hnp.arrays(np.int64, F)),
         timestamps_s=draw(hnp.arrays(np.float64, F, elements=reals)),
-        person_ids=draw(hnp.arrays(np.int64, P)),
+        person_ids=draw(hnp.arrays(np.int64, (F, S))),
         joint_names=tuple(draw(st.lists(names, min_size=J, max_size=J))),
-        joints_camera=draw(hnp.arrays(np.float64, (F, P, J, 3), elements=reals)),
-        joint_state=draw(hnp.arrays(np.uint8, (F, P, J), elements=st.integers(0, 5))),
+        joints_camera=draw(hnp.arrays(np.float64, (F, S, J, 3), elements=reals)),
+        joint_state=draw(hnp.arrays(np.uint8, (F, S, J), elements=st.integers(0, 5))),
         joint_confidence=draw(
-            hnp.arrays(np.float32, (F, P, J), elements=st.floats(0, 1, width=32))
+            hnp.arrays(np.float32, (F, S, J), elements=st.floats(0, 1, width=32))
         ),
         part_names=tuple(draw(st.lists(names, min_size=B, max_size=B))),
-        Ts_camera_part=draw(hnp.arrays(np.float64, (F, P, B, 4, 4), elements=reals)),
+        Ts_camera_part=draw(hnp.arrays(np.float64, (F, S, B, 4, 4), elements=reals)),
+        people_ids=draw(hnp.arrays(np.int64, P)),
         heights_m=draw(hnp.arrays(np.float64, P, elements=reals)),
+        first_frame=draw(hnp.arrays(np.int64, P)),
+        last_frame=draw(hnp.arrays(np.int64, P)),
         settings=draw(st.dictionaries(st.text(), json_values, max_size=3)),
         frame_names=tuple(draw(st.lists(names, min_size=F, max_size=F))),
         camera=draw(st.sampled_from(CAMERAS)),
@@ -90,22 +99,26 @@ def sequences(draw: st.DrawFn) -> SkeletonSequence:
 def sequence() -> SkeletonSequence:
     """3 frames, people 1 and 4; person 4 is absent from the first frame."""
     rng = np.random.default_rng(5)
-    F, P, J, B = 3, 2, len(JOINT_NAMES), len(PART_NAMES)
-    joints = rng.normal(size=(F, P, J, 3))
-    states = rng.integers(1, 6, (F, P, J)).astype(np.uint8)
-    confidence = rng.random((F, P, J), np.float32)
-    joints[0, 1], states[0, 1], confidence[0, 1] = np.nan, 0, 0.0
+    F, S, J, B = 3, 2, len(JOINT_NAMES), len(PART_NAMES)
+    joints, poses = rng.normal(size=(F, S, J, 3)), rng.normal(size=(F, S, B, 4, 4))
+    states = rng.integers(1, 6, (F, S, J)).astype(np.uint8)
+    confidence = rng.random((F, S, J), np.float32)
+    joints[0, 1], poses[0, 1], states[0, 1], confidence[0, 1] = np.nan, np.nan, 0, 0.0
+    joints[1, 0, 3], states[1, 0, 3] = np.nan, 0
     return SkeletonSequence(
         frame_index=np.array([0, 1, 3]),
         timestamps_s=np.array([0.0, 1 / 30, 0.1]),
-        person_ids=np.array([1, 4]),
+        person_ids=np.array([[1, 0], [1, 4], [1, 4]]),
         joint_names=JOINT_NAMES,
         joints_camera=joints,
         joint_state=states,
         joint_confidence=confidence,
         part_names=PART_NAMES,
-        Ts_camera_part=rng.normal(size=(F, P, B, 4, 4)),
+        Ts_camera_part=poses,
+        people_ids=np.array([1, 4]),
         heights_m=np.array([1.75, 1.8]),
+        first_frame=np.array([0, 1]),
+        last_frame=np.array([3, 3]),
         settings={"seed": 7, "method": "utvr"},
         frame_names=("a.png", "b.png", "d.png"),
         camera=camera_with(LENSES["rational"], sensor="stereo"),
@@ -136,18 +149,37 @@ def test_what_is_written_is_read(sequence, scratch):
     assert read.topview_version == sequence.topview_version
 
 
-def test_a_file_of_version_1_is_read(sequence, tmp_path):
-    """It has no version, and nothing of what came with the second."""
+@pytest.mark.parametrize("version", [1, 2])
+def test_files_with_a_column_for_each_person_are_read(sequence, tmp_path, version):
+    """Versions 1, which had no version, and 2 keep who the columns are, whether there or not."""
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    keys = COLUMN_KEYS | (KEYS_SINCE_2 | ARRAYS - TABLE if version == 2 else set())
+    with np.load(path) as data:
+        arrays = {key: data[key] for key in keys}
+    arrays["person_ids"] = np.array([1, 4])
+    if version == 2:
+        arrays["format_version"] = np.array(2)
+    np.savez(path, **arrays)
+    for read in (read_skeletons_npz(path), *SkeletonFile(path).blocks()):
+        for key in ARRAYS - {"floor_camera", "gravity_camera"}:
+            np.testing.assert_array_equal(getattr(read, key), getattr(sequence, key))
+        if version == 2:
+            assert (read.frame_names, read.camera) == (sequence.frame_names, sequence.camera)
+        else:
+            assert read.frame_names == ("0", "1", "3")
+            assert (read.camera, read.topview_version) == (None, "")
+            assert np.isnan([*read.floor_camera, *read.gravity_camera]).all()
+
+
+def test_columns_of_the_same_person_are_refused(sequence, tmp_path):
     path = tmp_path / "skeletons.npz"
     write_skeletons_npz(sequence, path)
     with np.load(path) as data:
-        np.savez(path, **{key: data[key] for key in KEYS_OF_1})
-    read = read_skeletons_npz(path)
-    for key in ARRAYS_OF_1:
-        np.testing.assert_array_equal(getattr(read, key), getattr(sequence, key))
-    assert read.frame_names == ("0", "1", "3")
-    assert (read.camera, read.topview_version) == (None, "")
-    assert np.isnan([*read.floor_camera, *read.gravity_camera]).all()
+        arrays = {key: data[key] for key in COLUMN_KEYS - {"person_ids"}}
+    np.savez(path, person_ids=np.array([4, 4]), **arrays)
+    with pytest.raises(InputError, match=r"skeletons\.npz: person_ids has 4 twice; each person"):
+        read_skeletons_npz(path)
 
 
 def test_the_file_has_these_keys_and_needs_no_pickle(sequence, tmp_path):
@@ -159,7 +191,7 @@ def test_the_file_has_these_keys_and_needs_no_pickle(sequence, tmp_path):
         assert data["part_names"].shape == (11,)
         assert data["Ts_camera_part"].shape == (3, 2, 11, 4, 4)
         assert str(data["settings"]) == '{"method": "utvr", "seed": 7}'
-        assert data["format_version"] == 2
+        assert data["format_version"] == 3
         assert data["frame_names"].tolist() == ["a.png", "b.png", "d.png"]
         camera = json.loads(str(data["camera"]))
         assert (camera["fx"], camera["width"], camera["sensor"]) == (210.0, 320, "stereo")
@@ -175,26 +207,27 @@ def test_equal_content_gives_equal_bytes(sequence, tmp_path, monkeypatch):
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
-def test_the_csv_has_a_line_per_frame_person_and_joint(sequence, tmp_path):
+def test_the_csv_has_a_line_per_frame_person_who_is_there_and_joint(sequence, tmp_path):
     write_skeletons_csv(sequence, tmp_path / "skeletons.csv")
     with (tmp_path / "skeletons.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert ",".join(rows[0]) == (
         "frame_index,timestamp_s,person_id,joint,x_m,y_m,z_m,state,confidence"
     )
-    assert len(rows) == sequence.joint_state.size
-    for row, (f, p, j) in zip(rows, np.ndindex(*sequence.joint_state.shape), strict=True):
+    told = [(f, s, j) for f, s in np.argwhere(sequence.person_ids) for j in range(len(JOINT_NAMES))]
+    assert len(rows) == len(told) == 5 * len(JOINT_NAMES)
+    for row, (f, s, j) in zip(rows, told, strict=True):
         assert int(row["frame_index"]) == sequence.frame_index[f]
         assert float(row["timestamp_s"]) == pytest.approx(sequence.timestamps_s[f], abs=1e-6)
-        assert int(row["person_id"]) == sequence.person_ids[p]
+        assert int(row["person_id"]) == sequence.person_ids[f, s]
         assert row["joint"] == JOINT_NAMES[j]
-        assert row["state"] == JOINT_STATE_NAMES[sequence.joint_state[f, p, j]]
+        assert row["state"] == JOINT_STATE_NAMES[sequence.joint_state[f, s, j]]
         position = [float(row[key] or math.nan) for key in ("x_m", "y_m", "z_m")]
-        np.testing.assert_allclose(position, sequence.joints_camera[f, p, j], atol=1e-5)
+        np.testing.assert_allclose(position, sequence.joints_camera[f, s, j], atol=1e-5)
         assert float(row["confidence"]) == pytest.approx(
-            sequence.joint_confidence[f, p, j], abs=1e-4
+            sequence.joint_confidence[f, s, j], abs=1e-4
         )
-    assert {row["x_m"] for row in rows if row["state"] == "absent"} == {""}
+    assert [row["x_m"] for row in rows if row["state"] == "absent"] == [""]
 
 
 WRITERS = [write_skeletons_npz, write_skeletons_csv]
@@ -290,13 +323,13 @@ def test_an_npz_cut_anywhere_is_refused_in_one_line(sequence, tmp_path):
         ({"heights_m": np.array(["tall", "short"])}, "has a damaged value"),
         ({"settings": np.array("{")}, "has a damaged value"),
         ({"camera": np.array("{")}, "has a damaged value"),
-        ({"camera": np.array("{}")}, "has a damaged value .has no fx, fy"),
+        ({"camera": np.array("{}")}, "has a damaged value .camera: has no fx, fy"),
         ({"camera": None}, "has no camera; it must be a skeletons.npz"),
         ({"floor_camera": np.zeros(3)}, r"floor_camera has shape \(3,\); it must be \(4,\)"),
         ({"frame_names": np.array(["a"])}, "has 1 frame_names; it must have 3"),
-        ({"format_version": np.array(3)}, "format_version is 3, which a later topview wrote"),
-        ({"format_version": np.array(0)}, "format_version is 0; it must be 1 to 2"),
-        ({"format_version": np.array("2")}, "format_version is 2; it must be 1 to 2"),
+        ({"format_version": np.array(4)}, "format_version is 4, which a later topview wrote"),
+        ({"format_version": np.array(0)}, "format_version is 0; it must be 1 to 3"),
+        ({"format_version": np.array("3")}, "format_version is 3; it must be 1 to 3"),
         ({"joint_state_names": np.array(["seen"])}, "joint_state_names are seen; they must be"),
         ({"settings": np.array({}, object)}, "is truncated or damaged"),
     ],
@@ -315,6 +348,20 @@ def test_the_output_folder_is_made_with_its_parents_and_left_empty(tmp_path):
     for _ in range(2):
         folder = prepare_output_folder(tmp_path / "a" / "b")
         assert list(folder.iterdir()) == []
+
+
+def test_what_a_killed_process_left_half_written_is_removed(tmp_path):
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    old, new = (tmp_path / f".skeletons.{end}.{ended.pid}.part" for end in ("npz", "csv"))
+    running = tmp_path / f".skeletons.npz.{os.getppid()}.part"
+    other = tmp_path / ".my.part"
+    for path in (old, new, running, other):
+        path.write_bytes(b"half")
+    for path in (old, running, other):
+        os.utime(path, (1.0, 1.0))
+    prepare_output_folder(tmp_path)
+    assert set(tmp_path.iterdir()) == {new, running, other}
 
 
 def test_an_output_folder_that_cannot_be_is_refused(tmp_path):

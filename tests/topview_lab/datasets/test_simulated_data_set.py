@@ -11,7 +11,8 @@ import pytest
 
 from skeleton_sequences import J, rendered_groundtruth, write_rendered
 from topview.body import JOINT_NAMES, PART_NAMES
-from topview.records import InputError, Recording, SkeletonSequence
+from topview.records import InputError, Recording
+from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track.run import TrackingResult
 from topview.track.settings import TrackerSettings
 from topview_lab.datasets import (
@@ -98,8 +99,9 @@ class TestWhatTheTruthTells:
 
 def count_frames(recording: Recording, settings: TrackerSettings) -> TrackingResult:
     """A tracker that finds nobody."""
-    frames = [(frame.index, frame.timestamp_s, []) for frame in recording]
-    return TrackingResult(SkeletonSequence.from_people(frames, JOINT_NAMES, PART_NAMES), 0.1, False)
+    about = About(JOINT_NAMES, PART_NAMES)
+    frames = [TrackedFrame(f.index, f.timestamp_s, f.name, about.packed([])) for f in recording]
+    return TrackingResult(SkeletonSequence.from_frames(frames, about), 0.1, False)
 
 
 class TestSimulated:

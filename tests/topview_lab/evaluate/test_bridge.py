@@ -108,11 +108,11 @@ class TestLines:
 
     def test_lines_may_be_in_any_order_and_missing(self, tmp_path: Path) -> None:
         path = self.write(tmp_path / "a.csv", "7,head,1,2,3,0.5", "3,neck,4,5,6,", "3,head,,,,")
-        arrays = read_arrays(path)
-        assert arrays["frame_index"].tolist() == [7, 3]
+        arrays = read_arrays(path, np.arange(10))
+        assert arrays["frame_index"].tolist() == [3, 7]
         assert arrays["joint_names"].tolist() == ["head", "neck"]
-        np.testing.assert_array_equal(arrays["joints_camera"][:, 0, 0], [[1, 2, 3], [np.nan] * 3])
-        np.testing.assert_array_equal(arrays["joint_confidence"][0, 0], [0.5, np.nan])
+        np.testing.assert_array_equal(arrays["joints_camera"][:, 0, 0], [[np.nan] * 3, [1, 2, 3]])
+        np.testing.assert_array_equal(arrays["joint_confidence"][1, 0], [0.5, np.nan])
 
     def test_an_archive_goes_before_lines(self, tmp_path: Path) -> None:
         self.write(tmp_path / "a.csv", "0,head,1,2,3,1")

@@ -13,10 +13,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from skeleton_sequences import people_standing, reference_of, standing, write_rendered
+from skeleton_sequences import (
+    people_standing,
+    predicted_of,
+    reference_of,
+    standing,
+    write_rendered,
+)
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.io import write_skeletons_npz
-from topview.records import InputError, JointState, SkeletonSequence
+from topview.records import InputError, JointState
+from topview.skeletons import SkeletonSequence
 from topview_lab.cli.evaluate import evaluate
 from topview_lab.datasets import find_folder_recordings
 from topview_lab.evaluate.part_frames import rotations_from_joints, statures_from_joints
@@ -269,23 +276,28 @@ class TestReading:
         Ts = np.tile(np.eye(4), (4, 2, 11, 1, 1))
         turns = Rotation.from_quat(rng.normal(size=(88, 4))).as_matrix()
         Ts[..., :3, :3] = turns.reshape(4, 2, 11, 3, 3)
-        own = SkeletonSequence(
-            frame_index=np.arange(4), timestamps_s=np.arange(4.0), person_ids=np.array([4, 9]),
-            joint_names=JOINT_NAMES, joints_camera=joints,
-            joint_state=rng.integers(1, 6, (4, 2, 16)).astype(np.uint8),
+        joints[0, 1] = np.nan
+        own = predicted_of(
+            joints,
+            Ts[..., :3, :3],
+            person_ids=np.array([4, 9]),
+            joint_state=np.where(
+                np.isfinite(joints[..., 0]), rng.integers(1, 6, (4, 2, 16)), 0
+            ).astype(np.uint8),
             joint_confidence=rng.uniform(0, 1, (4, 2, 16)).astype(np.float32),
-            part_names=PART_NAMES, Ts_camera_part=Ts, heights_m=np.array([1.7, 1.8]),
-        )  # fmt: skip
+            heights_m=np.array([1.7, 1.8]),
+        )
         write_skeletons_npz(own, tmp_path / "skeletons.npz")
         predicted = read_predictions(tmp_path / "skeletons.npz", reference)
-        for name in ("joints_camera", "joint_state", "joint_confidence", "heights_m", "person_ids"):
+        for name in ("joints_camera", "joint_state", "joint_confidence", "heights_m", "person_ids",
+                     "people_ids", "first_frame", "last_frame"):  # fmt: skip
             np.testing.assert_array_equal(getattr(predicted, name), getattr(own, name))
         np.testing.assert_array_equal(predicted.Ts_camera_part[..., :3, :3], Ts[..., :3, :3])
 
     def test_a_file_of_a_later_version_is_refused_in_one_line(self, tmp_path, reference) -> None:
-        path = write(tmp_path / "a.npz", people_standing(4, 0.0), format_version=np.array(3))
+        path = write(tmp_path / "a.npz", people_standing(4, 0.0), format_version=np.array(4))
         with pytest.raises(
-            InputError, match=r"a\.npz: format_version is 3, which a later"
+            InputError, match=r"a\.npz: format_version is 4, which a later"
         ) as error:
             read_predictions(path, reference)
         assert "\n" not in str(error.value)

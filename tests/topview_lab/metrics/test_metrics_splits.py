@@ -19,7 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from skeleton_sequences import B, J, people_standing, predicted_of, reference_of
 from topview.body import JOINT_NAMES, PART_NAMES
-from topview.records import InputError, SkeletonSequence
+from topview.records import InputError
+from topview.skeletons import SkeletonSequence
 from topview_lab.evaluate.report import print_report, write_json
 from topview_lab.metrics import (
     Evaluation,

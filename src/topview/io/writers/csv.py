@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 from collections.abc import Iterator
-from io import StringIO
 from os import PathLike
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from topview.io.writers.output import write_atomically
-from topview.records import JOINT_STATE_NAMES, SkeletonSequence
+from topview.io.writers.output import written_atomically
+from topview.records import JOINT_STATE_NAMES
+from topview.skeletons import Skeletons, SkeletonSequence
 
 COLUMNS: Final = (
     "frame_index",
@@ -27,34 +28,35 @@ COLUMNS: Final = (
 )
 
 
-def write_skeletons_csv(sequence: SkeletonSequence, path: str | PathLike[str]) -> None:
-    """One line per frame, person and joint, in that order; absent joints have no coordinates.
+def write_skeletons_csv(skeletons: Skeletons, path: str | PathLike[str]) -> None:
+    """One line for each frame, person who is there, and joint, in that order; people as their slots
+    come. Absent joints have no coordinates.
 
     Positions are in the camera frame, to 0.01 mm.
 
     Raises:
         InputError: it cannot be written; the old file, if any, is then unharmed.
     """
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(_rows(sequence))
-    write_atomically(Path(path), text.getvalue().encode())
+    with written_atomically(Path(path)) as file:
+        writer = csv.writer(codecs.getwriter("utf-8")(file), lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for block in skeletons.blocks():
+            writer.writerows(_rows(block))
 
 
-def _rows(sequence: SkeletonSequence) -> Iterator[tuple[str | int, ...]]:
-    shape = sequence.joint_state.shape
-    for f, p, j in np.ndindex(*shape):
-        yield (
-            int(sequence.frame_index[f]),
-            f"{sequence.timestamps_s[f]:.6f}",
-            int(sequence.person_ids[p]),
-            sequence.joint_names[j],
-            *(_metres(x) for x in sequence.joints_camera[f, p, j]),
-            JOINT_STATE_NAMES[sequence.joint_state[f, p, j]],
-            f"{sequence.joint_confidence[f, p, j]:.4f}",
-        )
+def _rows(block: SkeletonSequence) -> Iterator[tuple[str | int, ...]]:
+    for f, s in np.argwhere(block.present):
+        frame = int(block.frame_index[f]), f"{block.timestamps_s[f]:.6f}"
+        person_id = int(block.person_ids[f, s])
+        joints = block.joints_camera[f, s].tolist()
+        states = block.joint_state[f, s].tolist()
+        confidences = block.joint_confidence[f, s].tolist()
+        for name, joint, state, confidence in zip(
+            block.joint_names, joints, states, confidences, strict=True
+        ):
+            position = map(_metres, joint)
+            yield *frame, person_id, name, *position, JOINT_STATE_NAMES[state], f"{confidence:.4f}"
 
 
 def _metres(value: float) -> str:
-    return f"{value:.5f}" if np.isfinite(value) else ""
+    return f"{value:.5f}" if abs(value) < np.inf else ""
