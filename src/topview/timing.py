@@ -1,22 +1,21 @@
-"""Where the time goes, stage by stage; read by `topview bench`."""
+"""Where the time goes, stage by stage; collected by `topview bench`."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
 
 class StageClock:
-    """Seconds per stage and frame.
+    """Seconds that each stage took in the last frame; whoever wants more collects them.
 
     Attributes:
-        seconds: for each stage, one sum per frame in which it ran.
+        seconds: of the stages that ran in it.
     """
 
     def __init__(self) -> None:
-        self.seconds: dict[str, list[float]] = defaultdict(list)
+        self.seconds: dict[str, float] = {}
         self._frame: dict[str, float] = {}
         self._inner: list[float] = []
 
@@ -36,6 +35,4 @@ class StageClock:
 
     def end_frame(self) -> None:
         """Close the frame's sums."""
-        for name, seconds in self._frame.items():
-            self.seconds[name].append(seconds)
-        self._frame.clear()
+        self.seconds, self._frame = self._frame, {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -40,14 +41,16 @@ def time_finding(frames: Sequence[Frame], detector: DetectorName, threads: int) 
     finder = PeopleFinder(PeopleSettings(detector=detector))
     for frame in frames[:WARM_UP_FRAMES]:
         finder.update(Pyramid(frame))
-    finder.clock.seconds.clear()
-    times = []
+    times: list[float] = []
+    stages: dict[str, list[float]] = defaultdict(list)
     for frame in frames[WARM_UP_FRAMES:]:
         start = perf_counter()
         finder.update(Pyramid(frame))
         times.append(1e3 * (perf_counter() - start))
+        for name, seconds in finder.clock.seconds.items():
+            stages[name].append(1e3 * seconds)
     camera = frames[0].camera
-    stages_ms = {name: 1e3 * median(seconds) for name, seconds in finder.clock.seconds.items()}
+    stages_ms = {name: median(each) for name, each in stages.items()}
     return FindingTime(
         camera.width, camera.height, CROWD, detector, threads, median(times), stages_ms
     )

@@ -114,6 +114,25 @@ class TestLines:
         np.testing.assert_array_equal(arrays["joints_camera"][:, 0, 0], [[np.nan] * 3, [1, 2, 3]])
         np.testing.assert_array_equal(arrays["joint_confidence"][1, 0], [0.5, np.nan])
 
+    def test_scattered_lines_take_no_more_memory_than_people_at_once(self, tmp_path: Path) -> None:
+        """Everybody in a frame of their own: a column for each would take 50 GB."""
+        lines = ["frame_index,person_id,joint,x_m,y_m,z_m"]
+        lines += [f"{i},{i},head,0,0,{2 + i / 1e4}" for i in range(25_000)]
+        path = tmp_path / "a.csv"
+        path.write_text("\n".join(lines))
+        arrays = read_arrays(path, np.arange(25_000))
+        assert arrays["joints_camera"].shape == (25_000, 1, 1, 3)
+        assert len(np.unique(arrays["person_ids"])) == 25_000
+
+    def test_lines_that_no_memory_holds_are_refused(self, tmp_path: Path) -> None:
+        lines = ["frame_index,person_id,joint,x_m,y_m,z_m"]
+        lines += [f"0,{i},a,0,0,2" for i in range(700)]
+        lines += [f"{i},0,b{i},0,0,2" for i in range(1, 700)]
+        path = tmp_path / "a.csv"
+        path.write_text("\n".join(lines))
+        with pytest.raises(InputError, match="up to 700 people in each and 700 joints; their"):
+            read_arrays(path, np.arange(700))
+
     def test_an_archive_goes_before_lines(self, tmp_path: Path) -> None:
         self.write(tmp_path / "a.csv", "0,head,1,2,3,1")
         assert Predictions(tmp_path).file_of("a").suffix == ".csv"

@@ -28,6 +28,7 @@ from topview_lab.cli.evaluate import evaluate
 from topview_lab.datasets import find_folder_recordings
 from topview_lab.evaluate.part_frames import rotations_from_joints, statures_from_joints
 from topview_lab.evaluate.predictions import PredictedJob, Predictions, read_predictions
+from topview_lab.evaluate.skeleton_files import read_arrays
 from topview_lab.evaluate.vocabulary import canonical, find_joints
 from topview_lab.metrics import evaluate_sequence, summarise
 from topview_lab.sim import GroundTruth, scene_by_name, simulate_truth
@@ -293,6 +294,37 @@ class TestReading:
                      "people_ids", "first_frame", "last_frame"):  # fmt: skip
             np.testing.assert_array_equal(getattr(predicted, name), getattr(own, name))
         np.testing.assert_array_equal(predicted.Ts_camera_part[..., :3, :3], Ts[..., :3, :3])
+
+    def test_of_a_long_file_only_the_frames_of_the_reference_are_kept(self, tmp_path) -> None:
+        joints = people_standing(5000, -0.5, 0.7)
+        joints[..., 0] += np.arange(5000)[:, None, None] / 1000.0
+        own = predicted_of(joints, person_ids=np.array([4, 9]))
+        write_skeletons_npz(own, tmp_path / "skeletons.npz")
+        wanted = np.array([7, 999, 1000, 4999])
+        reference = reference_of(joints[wanted], frame_index=wanted)
+        arrays = read_arrays(tmp_path / "skeletons.npz", wanted)
+        assert arrays["Ts_camera_part"].shape[:2] == (4, 2)
+        np.testing.assert_array_equal(arrays["frame_index"], wanted)
+        predicted = read_predictions(tmp_path / "skeletons.npz", reference)
+        np.testing.assert_array_equal(predicted.joints_camera, joints[wanted])
+
+    @pytest.mark.parametrize(
+        ("ids", "message"),
+        [
+            ([[1, 1]] * 4, "person_ids has 1 twice in frame 0; each person must be there once"),
+            ([3, 3], "person_ids has 3 twice; each person must be told once"),
+            ([1, 2, 3], r"person_ids is int64 \(3,\); it must be whole numbers, \(2,\) of columns"),
+        ],
+    )
+    def test_the_same_person_twice_is_refused(self, tmp_path, reference, ids, message) -> None:
+        path = write(tmp_path / "a.npz", people_standing(4, 0.0, 1.0), person_ids=np.array(ids))
+        with pytest.raises(InputError, match=message):
+            read_predictions(path, reference)
+
+    def test_others_may_count_people_from_0(self, tmp_path, reference) -> None:
+        joints = people_standing(4, -0.5, 0.7)
+        path = write(tmp_path / "a.npz", joints, person_ids=np.array([0, 1]))
+        assert read_predictions(path, reference).present.all()
 
     def test_a_file_of_a_later_version_is_refused_in_one_line(self, tmp_path, reference) -> None:
         path = write(tmp_path / "a.npz", people_standing(4, 0.0), format_version=np.array(4))

@@ -176,4 +176,4 @@ def test_the_tracker_takes_it_by_its_name(method):
     )
     people = [tracker.update(frame) for frame in recording]
     assert len(people[-1]) == 1
-    assert len(tracker.clock.seconds["swarm"]) == 2
+    assert tracker.clock.seconds["swarm"] > 0.0
