@@ -44,9 +44,9 @@ class Board:
         Raises:
             InputError: anything else.
         """
-        number = r"([0-9]*\.?[0-9]+)"
-        chess = re.fullmatch(rf"(\d+)x(\d+):{number}", text)
-        charuco = re.fullmatch(rf"charuco:(\d+)x(\d+):{number}:{number}", text)
+        count, number = "([0-9]{1,4})", r"([0-9]*\.?[0-9]+)"
+        chess = re.fullmatch(rf"{count}x{count}:{number}", text)
+        charuco = re.fullmatch(rf"charuco:{count}x{count}:{number}:{number}", text)
         match = chess or charuco
         if match is not None:
             columns, rows = int(match[1]), int(match[2])

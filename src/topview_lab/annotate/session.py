@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import cv2
 import msgspec
@@ -49,6 +49,7 @@ from topview_lab.annotate.project import (
     load_project,
     save_project,
 )
+from topview_lab.annotate.sole_use import SoleUse
 from topview_lab.annotate.tracks import NO_SPOT, UNDECIDED, View, transform_points
 from topview_lab.annotate.truth import TRUTH_FILE, check_own, truth_arrays, write_truth
 
@@ -68,7 +69,8 @@ class Job:
 
 
 class Session:
-    """An annotation. Its methods are thread-safe; every edit is on disk when they return."""
+    """An annotation. Its methods are thread-safe; every edit is on disk when they return. No other
+    process can have its folder until it is closed."""
 
     def __init__(self, front: Path, rear: Path, out: Path | None, wishes: FindOptions) -> None:
         self.recordings = _open(front), _open(rear)
@@ -76,6 +78,14 @@ class Session:
             raise InputError(f"{rear}: is the front recording too; it must be the rear camera's")
         self.wishes = wishes
         self.folder = prepare_output_folder(front if out is None else out)
+        self._sole_use = SoleUse(self.folder)
+        try:
+            self._begin(front, rear)
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, front: Path, rear: Path) -> None:
         check_own(self.folder / TRUTH_FILE)
         self.frames = self.recordings[0].indices[-1] + 1
         self.job = Job()
@@ -88,6 +98,16 @@ class Session:
         if self.project.looks:
             self.found = load_found(self.folder / FOUND_FILE, self._looks(), self.frames)
         self._rebuild()
+
+    def close(self) -> None:
+        """Leave the folder to others."""
+        self._sole_use.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def _project(self, front: Path, rear: Path) -> Project:
         path = self.folder / PROJECT_FILE

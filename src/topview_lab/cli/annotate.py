@@ -49,28 +49,34 @@ def annotate(
         offset: seconds by which the rear recording is late; found by the motion if not given.
         pick: a marker's pixel, VIEW:FRAME:U:V, such as front:0:320:200, instead of a click.
         automatic: find everything, accept it and write it, without a page.
-        port: of the page, 0 for any.
+        port: of the page, 1 to 65535, 0 for any.
         browser: open the page in the browser.
     """
     if not 1 <= people <= MOST_PEOPLE:
         raise InputError(f"--people is {people}; it must be 1 to {MOST_PEOPLE}")
+    if offset is not None and not abs(offset) <= MOST_OFFSET_S:
+        raise InputError(f"--offset is {offset}; it must be at most {MOST_OFFSET_S} seconds")
     wishes = FindOptions(people, None if board is None else Board.parse(board), offset)
-    session = Session(front, rear, out, wishes)
-    if pick is not None:
-        view, frame, u, v = _pixel(pick)
-        session.pick(view, frame, u, v, add=False)
-    if automatic:
-        _find(session)
-        print(f"written to {session.accept()}")
-        return 0
-    return _serve(session, port, browser)
+    with Session(front, rear, out, wishes) as session:
+        if pick is not None:
+            view, frame, u, v = _pixel(pick)
+            session.pick(view, frame, u, v, add=False)
+        if automatic:
+            _find(session)
+            print(f"written to {session.accept()}")
+            return 0
+        return _serve(session, port, browser)
 
 
 MOST_PEOPLE = 6
+MOST_OFFSET_S = 3600  # either way; ours
+
+
+WHOLE = "[0-9]{1,9}"
 
 
 def _pixel(text: str) -> tuple[int, int, float, float]:
-    match = re.fullmatch(r"(front|rear):(\d+):(\d+(?:\.\d+)?):(\d+(?:\.\d+)?)", text)
+    match = re.fullmatch(rf"(front|rear):({WHOLE}):({WHOLE}(?:\.[0-9]+)?):({WHOLE}(?:\.[0-9]+)?)", text)
     if match is None:
         raise InputError(f"--pick is {text!r}; it must be VIEW:FRAME:U:V, such as front:0:320:200")
     return int(match[1] == "rear"), int(match[2]), float(match[3]), float(match[4])

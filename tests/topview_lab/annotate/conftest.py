@@ -63,18 +63,19 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Marked:
 def found_folder(marked: Marked, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The files of a project in which everything is found and nothing changed; do not write."""
     out = tmp_path_factory.mktemp("found")
-    session = Session(marked.front, marked.rear, out, FindOptions())
-    session.pick(0, 0, *marked.pixel("torso"), add=False)
-    session.run(lambda doing, done, total: None)
+    with Session(marked.front, marked.rear, out, FindOptions()) as session:
+        session.pick(0, 0, *marked.pixel("torso"), add=False)
+        session.run(lambda doing, done, total: None)
     return out
 
 
 @pytest.fixture
-def session(marked: Marked, found_folder: Path, tmp_path: Path) -> Session:
+def session(marked: Marked, found_folder: Path, tmp_path: Path) -> Iterator[Session]:
     """With everything found, in a folder of its own."""
     for file in found_folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    return Session(marked.front, marked.rear, tmp_path, FindOptions())
+    with Session(marked.front, marked.rear, tmp_path, FindOptions()) as session:
+        yield session
 
 
 @pytest.fixture

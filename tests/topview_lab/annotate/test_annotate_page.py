@@ -48,7 +48,8 @@ def test_a_user_annotates_a_recording(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "out"
-    server = serve(Session(marked.front, marked.rear, out, FindOptions()))
+    session = Session(marked.front, marked.rear, out, FindOptions())
+    server = serve(session)
     browser.open(server.url)
     browser.until("state && $('hint').textContent.includes('Click the middle')")
 
@@ -109,6 +110,7 @@ def test_a_user_annotates_a_recording(
     assert truth.present.all()
 
     # and in a process that starts anew
+    session.close()
     again = Session(marked.front, marked.rear, out, FindOptions())
     assert again.project.accepted
     assert len(again.project.changes) == 3

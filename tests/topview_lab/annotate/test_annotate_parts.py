@@ -229,6 +229,7 @@ def test_a_rear_camera_that_started_later_is_put_in_step(marked: Marked, tmp_pat
 def test_bad_input_is_one_line(marked: Marked, session: Session, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is the front recording too"):
         Session(marked.front, marked.front, tmp_path / "a", FindOptions())
+    session.close()
     with pytest.raises(InputError, match="was begun with 1 people"):
         Session(marked.front, marked.rear, session.folder, FindOptions(people=2))
     foreign = tmp_path / "foreign"

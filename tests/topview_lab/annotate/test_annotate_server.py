@@ -73,6 +73,7 @@ def test_changes_are_on_disk_at_once_and_can_be_taken_back(
     changed = value(ask(server, "api/tracks"))
     head = NAMES.index("head") * 2
     assert changed["pixels"][0][3][0][head] == [None, None]
+    session.close()
     other = Session(marked.front, marked.rear, session.folder, FindOptions())
     assert other.project == session.project
     value(ask(server, "api/undo", {}))
