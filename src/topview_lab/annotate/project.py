@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
 from topview.files import naming
 from topview.io import write_atomically
 from topview.records import InputError
+from topview_lab.annotate.blobs import GREATEST_RADIUS_M, LEAST_RADIUS_M
 from topview_lab.annotate.landmarks import INDEX, NAMES, SIDE_NAMES
 
 FORMAT: Final = "topview annotation 1"
@@ -19,13 +20,16 @@ ViewName = Literal["front", "rear"]
 VIEW_NAMES: Final[tuple[ViewName, ViewName]] = ("front", "rear")
 
 
+Level = Annotated[int, msgspec.Meta(ge=0, le=255)]
+
+
 class Look(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A colour that was picked."""
 
-    red: int
-    green: int
-    blue: int
-    radius_m: float
+    red: Level
+    green: Level
+    blue: Level
+    radius_m: Annotated[float, msgspec.Meta(ge=LEAST_RADIUS_M, le=GREATEST_RADIUS_M)]
 
 
 class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -86,15 +90,10 @@ def load_project(path: Path) -> Project:
         data = path.read_bytes()
         try:
             project = msgspec.json.decode(data, type=Project)
-        except msgspec.MsgspecError as error:
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
             raise InputError(f"is not an annotation project ({error})") from None
         if project.format != FORMAT:
             raise InputError(f"has the format {project.format!r}; it must be {FORMAT!r}")
-        unknown = [change.joint for change in project.changes if change.joint not in NAMES]
-        if unknown:
-            raise InputError(
-                f"names the joint {unknown[0]!r}; it must be one of {', '.join(NAMES)}"
-            )
         return project
 
 
@@ -112,6 +111,12 @@ def change_of(value: Any, people: int, frames: int) -> Change:
         change = msgspec.convert(value, Change)
     except msgspec.ValidationError as error:
         raise InputError(f"the change cannot be used: {error}") from None
+    check_change(change, people, frames)
+    return change
+
+
+def check_change(change: Change, people: int, frames: int) -> None:
+    """Raises InputError for a joint, person or frame that is not there."""
     if change.joint not in INDEX:
         raise InputError(f"joint is {change.joint!r}; it must be one of {', '.join(NAMES)}")
     if not 0 <= change.person < people:
@@ -121,4 +126,3 @@ def change_of(value: Any, people: int, frames: int) -> Change:
             raise InputError(f"frame is {frame}; it must be 0 to {frames - 1}")
     if change.kind == "place" and change.pixel is None:
         raise InputError("a placed marker has no pixel; it must have [u, v]")
-    return change

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.files import naming
 from topview.io import open_recording, prepare_output_folder
 from topview.io.readers.folder import FolderRecording
 from topview.records import Frame, InputError
@@ -46,6 +47,7 @@ from topview_lab.annotate.project import (
     Look,
     Project,
     change_of,
+    check_change,
     load_project,
     save_project,
 )
@@ -124,6 +126,9 @@ class Session:
                 f"{path}: was begun with {kept.people} people, not {self.wishes.people}; "
                 f"give --people {kept.people}, or --out another folder"
             )
+        with naming(path):
+            for change in kept.changes:
+                check_change(change, kept.people, self.frames)
         return kept
 
     def _looks(self) -> list[MarkerAppearance]:
