@@ -176,7 +176,7 @@ class BeliefTables:
                 prior, trained_on = file["prior"].astype(np.float64), str(file["trained_on"])
             except (KeyError, ValueError) as error:
                 raise InputError(f"has no usable {error}; {right}") from None
-        return cls(prior, tables, trained_on)
+            return cls(prior, tables, trained_on)
 
     def npz(self) -> bytes:
         """A small .npz file."""

@@ -98,7 +98,9 @@ class SkinHistograms:
                 skin, all_, trained_on = file["skin"], file["all"], str(file["trained_on"])
             except KeyError as error:
                 raise InputError(f"has no {error}; {right}") from None
-        return cls(skin.astype(np.float64), all_.astype(np.float64), trained_on)
+            if not {skin.dtype.kind, all_.dtype.kind} <= set("fiu"):
+                raise InputError(f"holds no numbers; {right}")
+            return cls(skin.astype(np.float64), all_.astype(np.float64), trained_on)
 
     def npz(self) -> bytes:
         """A small .npz file."""

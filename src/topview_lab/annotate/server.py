@@ -108,9 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
         # A browser sends it with every post; what is no browser may not.
         origin = self.headers.get("Origin", f"http://{host}")
         if origin != f"http://{host}":
-            self._say(
-                HTTPStatus.FORBIDDEN, f"origin is {_short(origin)}; it must be http://{host}"
-            )
+            self._say(HTTPStatus.FORBIDDEN, f"origin is {_short(origin)}; it must be http://{host}")
             return False
         return True
 

@@ -76,7 +76,9 @@ WHOLE = "[0-9]{1,9}"
 
 
 def _pixel(text: str) -> tuple[int, int, float, float]:
-    match = re.fullmatch(rf"(front|rear):({WHOLE}):({WHOLE}(?:\.[0-9]+)?):({WHOLE}(?:\.[0-9]+)?)", text)
+    match = re.fullmatch(
+        rf"(front|rear):({WHOLE}):({WHOLE}(?:\.[0-9]+)?):({WHOLE}(?:\.[0-9]+)?)", text
+    )
     if match is None:
         raise InputError(f"--pick is {text!r}; it must be VIEW:FRAME:U:V, such as front:0:320:200")
     return int(match[1] == "rear"), int(match[2]), float(match[3]), float(match[4])

@@ -27,6 +27,10 @@ from topview_lab.training.forest import ForestScore, learn_forest, score_forest
 CALIBRATION_IMAGES = 200
 HELD_OUT_IMAGES = 200
 DEFAULT_GROWING = GrowingSettings()
+# Ours: far beyond what Shotton et al. grew (3 trees, 20 levels, 300 000 images, 2000 candidates and
+# pixels), and what a machine holds.
+MOST_IMAGES, MOST_TREES, MOST_DEPTH, MOST_PIXELS = 1_000_000, 100, 24, 100_000
+MOST_CANDIDATES = 640 * CANDIDATE_BLOCK
 
 
 def train_forest(
@@ -56,15 +60,23 @@ def train_forest(
         seed: of people, poses and features.
         threads: 0 for all cores.
     """
-    for name, value in (("images", images), ("trees", trees), ("depth", depth), ("pixels", pixels)):
-        if value < 1:
-            raise InputError(f"--{name} is {value}; it must be 1 or more")
-    if candidates < CANDIDATE_BLOCK or candidates % CANDIDATE_BLOCK:
+    for name, value, most in (
+        ("images", images, MOST_IMAGES),
+        ("trees", trees, MOST_TREES),
+        ("depth", depth, MOST_DEPTH),
+        ("pixels", pixels, MOST_PIXELS),
+    ):
+        if not 1 <= value <= most:
+            raise InputError(f"--{name} is {value}; it must be 1 to {most}")
+    if not 1 <= candidates <= MOST_CANDIDATES or candidates % CANDIDATE_BLOCK:
         raise InputError(
-            f"--candidates is {candidates}; it must be a multiple of {CANDIDATE_BLOCK}"
+            f"--candidates is {candidates}; it must be a multiple of {CANDIDATE_BLOCK}, "
+            f"at most {MOST_CANDIDATES}"
         )
     if not 0 <= seed < 50:
         raise InputError(f"--seed is {seed}; it must be 0 to 49, as held-out people are others'")
+    if threads < 0:
+        raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
     use_threads(threads)
     settings = GrowingSettings(trees=trees, depth=depth, candidates=candidates, pixels=pixels)
     if out is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from topview.cli.progress import progress_bar
+from topview.cli.progress import progress_bar, warn
 from topview.detect.beliefs import FEATURES, THESIS_FEATURES, BeliefTables, Kind
 from topview.detect.skin import SkinHistograms
 from topview.io import write_atomically
@@ -18,9 +18,9 @@ from topview.records import InputError
 from topview_lab.seeds import HANDS_HELD_OUT_SEEDS, HANDS_LEARNT_SEEDS
 from topview_lab.training.hands import (
     LabelledFrame,
+    LabelledRecording,
     Sequences,
     learn_beliefs,
-    read_labelled,
     score_beliefs,
 )
 from topview_lab.training.renders import simulated_hands
@@ -61,29 +61,35 @@ def train_hands(
         print(f"trained on {tables.trained_on}; written to {out}")
     assert tables is not None
     if test:
-        _report([list(read_labelled(path)) for path in test], histograms, tables, "test recordings")
+        labelled = [LabelledRecording(path) for path in test]
+        frames = [list(recording) for recording in labelled]
+        warn(*(problem for recording in labelled for problem in recording.problems))
+        _report(frames, histograms, tables, "test recordings")
     elif simulated:
         held_out = [list(frames) for frames in simulated_hands(HANDS_HELD_OUT_SEEDS)]
         _report(held_out, histograms, tables, "other simulated people")
 
 
 def _learn(recordings: Sequence[Path], simulated: bool, histograms: SkinHistograms) -> BeliefTables:
+    labelled = [LabelledRecording(path) for path in recordings]
     with progress_bar() as progress:
         bar = progress.add_task("frames", total=None)
 
         def sequences() -> Iterator[Iterator[LabelledFrame]]:
-            yield from (counted(read_labelled(path)) for path in recordings)
+            yield from map(counted, labelled)
             if simulated:
                 yield from (counted(frames) for frames in simulated_hands(HANDS_LEARNT_SEEDS))
 
-        def counted(frames: Iterator[LabelledFrame]) -> Iterator[LabelledFrame]:
+        def counted(frames: Iterable[LabelledFrame]) -> Iterator[LabelledFrame]:
             for frame in frames:
                 yield frame
                 progress.advance(bar)
 
         sources = [f"{len(recordings)} recordings"] if recordings else []
         sources += ["the simulator's scenes"] if simulated else []
-        return learn_beliefs(sequences(), histograms, " and ".join(sources))
+        tables = learn_beliefs(sequences(), histograms, " and ".join(sources))
+    warn(*(problem for recording in labelled for problem in recording.problems))
+    return tables
 
 
 def _report(

@@ -112,13 +112,16 @@ class _Corrections:
     def draw(self, label: NDArray[np.uint8], path: Path) -> None:
         for value, rectangles in ((IS_SKIN, self.skin), (NOT_SKIN, self.not_skin)):
             for left, top, width, height in rectangles:
-                inside = label[max(top, 0) : top + height, max(left, 0) : left + width]
-                if width < 1 or height < 1 or not inside.size:
+                is_inside = (
+                    0 <= left < left + width <= label.shape[1]
+                    and 0 <= top < top + height <= label.shape[0]
+                )
+                if not is_inside:
                     raise InputError(
                         f"{path}: rectangle {left} {top} {width} {height} lies outside; it must "
                         f"lie in the image, {label.shape[1]} x {label.shape[0]} pixels"
                     )
-                inside[:] = value
+                label[top : top + height, left : left + width] = value
 
 
 def _starting_point(start: Path | None, simulated: bool, is_new: bool) -> SkinHistograms | None:
@@ -175,6 +178,11 @@ def _read_labelled(
                 )
             label = np.where(np.isin(mask[..., 0], (NOT_SKIN, IS_SKIN)), mask[..., 0], UNKNOWN)
         corrections.draw(label, path)
+        if (masks is not None or corrections.are_given) and (label == UNKNOWN).all():
+            raise InputError(
+                f"{masks[i] if masks else path}: labels no pixel; a mask's must be "
+                f"{IS_SKIN} (skin) or {NOT_SKIN} (not)"
+            )
         labelled.append(LabelledImage(rgb, label))
     return labelled
 

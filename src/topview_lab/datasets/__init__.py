@@ -3,7 +3,12 @@
 A data set yields `EvaluatedRecording`s: small, picklable descriptions that a worker process opens.
 """
 
-from topview_lab.datasets.base import EvaluatedRecording, KnowsReference, select_by_name
+from topview_lab.datasets.base import (
+    EvaluatedRecording,
+    KnowsReference,
+    check_same_frames,
+    select_by_name,
+)
 from topview_lab.datasets.berkeley_mhad import BerkeleyMhadSequence, find_berkeley_mhad
 from topview_lab.datasets.folder import FolderRecording, find_folder_recordings
 from topview_lab.datasets.groundtruth import read_groundtruth, reference_from
@@ -21,6 +26,7 @@ __all__ = [
     "MsrAction3dSequence",
     "SimulatedScene",
     "UtdMhadRecording",
+    "check_same_frames",
     "find_berkeley_mhad",
     "find_folder_recordings",
     "find_itop",

@@ -59,3 +59,15 @@ def select_by_name(
             f"{recordings[0].name} to {recordings[-1].name}"
         )
     return chosen
+
+
+def check_same_frames(recording: Recording, reference: ReferenceSequence) -> None:
+    """Raises InputError if the two differ in length and the recording does not say why."""
+    expected = int(reference.frame_index.max(initial=-1)) + 1
+    frames_missing = bool(recording.problems)
+    frame_count = recording.frame_count or 0
+    if frame_count > expected or (frame_count < expected and not frames_missing):
+        raise InputError(
+            f"the recording has {frame_count} frames, its reference {expected}; "
+            "they must be the same frames"
+        )

@@ -17,13 +17,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from topview.records import InputError, Recording
 from topview.track.run import TrackingResult, track_recording
 from topview.track.settings import TrackerSettings
-from topview_lab.datasets import EvaluatedRecording, KnowsReference
-from topview_lab.metrics import (
-    Evaluation,
-    ReferenceSequence,
-    SequenceErrors,
-    measure_sequence,
-)
+from topview_lab.datasets import EvaluatedRecording, KnowsReference, check_same_frames
+from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence
 
 Track = Callable[[Recording, TrackerSettings], TrackingResult]
 
@@ -76,7 +71,7 @@ class Job:
                 reference = recording.reference()
             else:  # the reference first: it may be unreadable
                 reference = self.recording.reference()
-                _check_frame_count(recording, reference)
+                check_same_frames(recording, reference)
                 result = self._tracked(recording)
             errors = measure_sequence(result.skeletons, reference, name, result.seconds)
         except InputError as error:
@@ -177,18 +172,6 @@ def run_all(
                 f"one of {workers} processes was killed, for lack of memory perhaps; use fewer",
             )
     return JobResults(tuple(results), died, interrupted)
-
-
-def _check_frame_count(recording: Recording, reference: ReferenceSequence) -> None:
-    """Raises InputError if the two differ in length and the recording does not say why."""
-    expected = int(reference.frame_index.max(initial=-1)) + 1
-    frames_missing = bool(recording.problems)
-    frame_count = recording.frame_count or 0
-    if frame_count > expected or (frame_count < expected and not frames_missing):
-        raise InputError(
-            f"the recording has {frame_count} frames, its reference {expected}; "
-            "they must be the same frames"
-        )
 
 
 def _call(job: Callable[[], Result]) -> Result:

@@ -17,9 +17,12 @@ from topview.detect.beliefs import BeliefTables, Features, Kind
 from topview.detect.faces_and_hands import FacesAndHands, SkinBlob, SkinDetections
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.skin import SkinHistograms
-from topview.files import naming, read_archive
+from topview.files import naming
 from topview.io import open_recording
 from topview.records import Camera, Frame, InputError
+from topview_lab.datasets.base import check_same_frames
+from topview_lab.datasets.folder import GROUNDTRUTH
+from topview_lab.datasets.groundtruth import read_groundtruth
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -28,6 +31,11 @@ KIND_OF_JOINT: Final[Mapping[str, Kind]] = {
     "head": Kind.FACE,
     "hand_l": Kind.LEFT_HAND,
     "hand_r": Kind.RIGHT_HAND,
+}
+KIND_OF_OUR_JOINT: Final[Mapping[str, Kind]] = {
+    "head": Kind.FACE,
+    "left_hand": Kind.LEFT_HAND,
+    "right_hand": Kind.RIGHT_HAND,
 }
 # All ours: a blob is a hand's if the hand projects into, or this near to, its ellipse, at this
 # depth or nearer to it; a face's surface lies before the head's centre, which projects well into
@@ -57,32 +65,46 @@ class LabelledFrame:
 Sequences = Iterable[Iterable[LabelledFrame]]
 
 
-def read_labelled(path: Path) -> Iterator[LabelledFrame]:
-    """The frames of a recording folder with a `groundtruth.npz`, and maybe `mask/`.
+class LabelledRecording:
+    """The frames of a recording folder with colour and a `groundtruth.npz`, and maybe `mask/`.
 
     Raises:
-        InputError: it cannot be read, or does not say where heads and hands are.
+        InputError: it cannot be read, does not say where heads and hands are, its truth is not of
+            the same frames; when it is iterated, it has no colour.
     """
-    truth = path / "groundtruth.npz"
-    try:
-        with naming(truth):
-            file = read_archive(truth)
-        names = [str(name) for name in file["names"]]
-        joints, present = file["joints"], file["present"]
-    except KeyError as error:
-        raise InputError(
-            f"{truth}: cannot be used ({error}); it must hold names, joints [F, P, J, 3] and "
-            "present [F, P], as `topview simulate` writes them"
-        ) from error
-    missing = [name for name in KIND_OF_JOINT if name not in names]
-    if missing:
-        raise InputError(f"{truth}: names lacks {', '.join(missing)}; it has {', '.join(names)}")
-    for f, frame in enumerate(open_recording(path)):
-        if f >= len(joints):
-            return
-        at = np.where(present[f, :, None, None], joints[f], np.nan).astype(np.float64)
-        places = {kind: at[:, names.index(name)] for name, kind in KIND_OF_JOINT.items()}
-        yield LabelledFrame(frame, places, _mask(path / "mask" / f"{frame.index:06d}.png", frame))
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        truth = path / GROUNDTRUTH
+        reference = read_groundtruth(truth)
+        missing = [name for name in KIND_OF_OUR_JOINT if name not in reference.joint_names]
+        if missing:
+            raise InputError(f"{truth}: names no {', no '.join(missing)}; it must name them")
+        self._recording = open_recording(path)
+        with naming(path):
+            check_same_frames(self._recording, reference)
+        at = np.where(reference.present[..., None, None], reference.joints_camera, np.nan)
+        self._places_camera = {
+            kind: at[:, :, reference.joint_names.index(name)]
+            for name, kind in KIND_OF_OUR_JOINT.items()
+        }
+
+    @property
+    def problems(self) -> list[str]:
+        """What could not be read, one line each."""
+        return [f"{self.path}: {problem}" for problem in self._recording.problems]
+
+    def __iter__(self) -> Iterator[LabelledFrame]:
+        is_colored = False
+        for frame in self._recording:
+            if frame.color is None:
+                continue
+            is_colored = True
+            places = {kind: at[frame.index] for kind, at in self._places_camera.items()}
+            mask = _mask(self.path / "mask" / f"{frame.index:06d}.png", frame)
+            yield LabelledFrame(frame, places, mask)
+        if not is_colored:
+            raise InputError(f"{self.path}: has no colour images; it must have rgb/000000.png ...")
 
 
 def _mask(path: Path, frame: Frame) -> Mask | None:
@@ -160,12 +182,23 @@ NO_TABLES: Final = BeliefTables.learn((), (), "nothing")
 def learn_beliefs(
     sequences: Sequences, histograms: SkinHistograms, trained_on: str
 ) -> BeliefTables:
-    """Tables of P(feature | kind) from labelled recordings (Sec. 4.1.4)."""
+    """Tables of P(feature | kind) from labelled recordings (Sec. 4.1.4).
+
+    Raises:
+        InputError: no face or no hand is seen in any of them.
+    """
     found = [
         observation
         for s, frames in enumerate(sequences)
         for observation in observe(frames, histograms, NO_TABLES, seed=s)
     ]
+    unseen = sorted(set(KIND_OF_JOINT.values()) - {observation.kind for observation in found})
+    if unseen:
+        kinds = ", ".join(kind.name.lower().replace("_", " ") for kind in unseen)
+        raise InputError(
+            f"{trained_on}: on no spot of skin in them is a {kinds}; "
+            "there must be some of each to learn from"
+        )
     return BeliefTables.learn(
         [observation.features for observation in found],
         [observation.kind for observation in found],
