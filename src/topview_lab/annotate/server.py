@@ -148,7 +148,7 @@ class _Handler(BaseHTTPRequestHandler):
     ) -> tuple[HTTPStatus, str, bytes]:
         try:
             return HTTPStatus.OK, *route(self.server.session, parts, body)
-        except _NoJson as error:
+        except _NoJsonError as error:
             return HTTPStatus.BAD_REQUEST, JSON, _error(str(error))
         except InputError as error:
             return HTTPStatus.UNPROCESSABLE_ENTITY, JSON, _error(str(error))
@@ -224,7 +224,7 @@ class _Pick(msgspec.Struct, forbid_unknown_fields=True):
     add: bool = False
 
 
-class _NoJson(InputError):
+class _NoJsonError(InputError):
     """The body of a request cannot be decoded."""
 
 
@@ -232,14 +232,14 @@ def _json(body: bytes, type: Any, what: str) -> Any:
     """The body as JSON of a type.
 
     Raises:
-        InputError: it is none (`_NoJson`), or of another type.
+        InputError: it is none (`_NoJsonError`), or of another type.
     """
     try:
         return msgspec.json.decode(body, type=type)
     except msgspec.ValidationError as error:
         raise InputError(f"{what} cannot be used: {error}") from None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise _NoJson(f"{what} cannot be used: {error}") from None
+        raise _NoJsonError(f"{what} cannot be used: {error}") from None
 
 
 def _do_pick(session: Session, parts: tuple[str, ...], body: bytes) -> Answer:
