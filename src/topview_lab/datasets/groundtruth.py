@@ -8,7 +8,8 @@ Rendered recordings: `names` [K], `joints` [F, R, K, 3], `present` [F, R], and w
 Composites of real recordings: `joint_names` [K], `joints` [R, F, K, 3], and where known
 `joint_not_behind_other` [R, F, K], which says True where no other layer hides the joint.
 
-Both in metres, camera frame x right, y down, z forward.
+Both in metres, camera frame x right, y down, z forward. Wherever a person is present, joints are
+finite and within `FARTHEST_READING_M` of the camera; ids differ; statures are those of people.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.files import naming, read_archive
-from topview.records import InputError
+from topview.records import FARTHEST_READING_M, InputError
 from topview_lab.datasets.joints import our_part_name, select_joints
 from topview_lab.metrics import ReferenceSequence
 
@@ -48,8 +49,20 @@ _KINDS: Final = {
     **dict.fromkeys(_SHARES.values(), _NUMBERS),
 }
 """What NumPy calls the types that a key may have."""
-_KIND_NAMES: Final = {"U": "texts", "S": "texts", "c": "complex numbers", "b": "yes or no"}
+_KIND_NAMES: Final = {
+    "U": "texts",
+    "S": "texts",
+    "c": "complex numbers",
+    "b": "yes or no",
+    "f": "real numbers",
+}
 _RIGHT_KINDS: Final = "ids are whole numbers, present is yes or no, all others are real numbers"
+LEAST_STATURE_M, GREATEST_STATURE_M = 0.4, 2.8
+"""Of people: below a newborn's, above the tallest man's, 2.72 m (ours)."""
+GREATEST_ID: Final = 2**53
+"""That every table and program keeps apart from its neighbours (ours)."""
+ROTATION_ROUNDING: Final = 1e-3
+"""By how much R R^T may differ from 1: parts are written in single precision (ours)."""
 
 
 def read_groundtruth(path: Path, action: str | None = None) -> ReferenceSequence:
@@ -108,8 +121,10 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
         _check_shape(arrays, key, shapes[key], source)
     for key in _KINDS.keys() & arrays.keys():
         if (kind := arrays[key].dtype.kind) not in _KINDS[key]:
-            raise InputError(f"{source}: {key} are {_KIND_NAMES.get(kind, kind)}; {_RIGHT_KINDS}")
-    part_names, Rs_camera_part = _orientations(arrays)
+            seen = f"{_KIND_NAMES.get(kind, kind)}, such as {arrays[key].ravel()[:1]}"
+            raise InputError(f"{source}: {key} are {seen}; {_RIGHT_KINDS}")
+    _check_people(arrays, source)
+    part_names, Rs_camera_part = _orientations(arrays, source)
     return _reference(
         source,
         names=arrays["names"],
@@ -125,14 +140,47 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
     )
 
 
-def _orientations(arrays: Arrays) -> tuple[tuple[str, ...], NDArray[np.float64] | None]:
+def _check_people(arrays: Arrays, source: str) -> None:
+    """Raises InputError for presence, ids or statures that no people have."""
+    present = arrays["present"]
+    if present.dtype.kind != "b" and (odd := present[(present != 0) & (present != 1)]).size:
+        raise InputError(f"{source}: present has {odd[0]}; it must be yes (1) or no (0)")
+    if "ids" in arrays:
+        ids: list[int] = arrays["ids"].tolist()
+        for person_id in ids:
+            if not 0 <= person_id < GREATEST_ID:
+                raise InputError(f"{source}: ids has {person_id}; an id must be 0 to 2^53 - 1")
+            if ids.count(person_id) > 1:
+                raise InputError(f"{source}: ids has {person_id} twice; each person has an own one")
+    for stature_m in arrays.get("stature", ()):
+        if not LEAST_STATURE_M <= stature_m <= GREATEST_STATURE_M:
+            raise InputError(
+                f"{source}: stature has {stature_m:g}; it must be metres, "
+                f"{LEAST_STATURE_M:g} to {GREATEST_STATURE_M:g}"
+            )
+
+
+def _orientations(
+    arrays: Arrays, source: str
+) -> tuple[tuple[str, ...], NDArray[np.float64] | None]:
     """Names and [F, R, B, 3, 3] orientations of those parts that are ours too."""
     if "Ts_camera_part" not in arrays:
         return (), None
     ours = [our_part_name(str(name)) for name in arrays["part_names"]]
     columns = [b for b, name in enumerate(ours) if name is not None]
     names = tuple(name for name in ours if name is not None)
-    return names, arrays["Ts_camera_part"][:, :, columns, :3, :3].astype(np.float64)
+    Rs_camera_part = arrays["Ts_camera_part"][:, :, columns, :3, :3].astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(Rs_camera_part @ np.swapaxes(Rs_camera_part, -1, -2) - np.eye(3)).max((-2, -1))
+    is_no_rotation = ~(off <= ROTATION_ROUNDING) & ~np.isnan(Rs_camera_part).any((-2, -1))
+    is_no_rotation &= arrays["present"].astype(bool)[..., None]
+    if is_no_rotation.any():
+        f, r, b = np.argwhere(is_no_rotation)[0]
+        raise InputError(
+            f"{source}: Ts_camera_part of {names[b]} of person {r + 1} in frame {f} turns by "
+            "no rotation; its columns must be units at right angles, or NaN where unknown"
+        )
+    return names, Rs_camera_part
 
 
 def _composite(arrays: Arrays, source: str) -> ReferenceSequence:
@@ -165,12 +213,14 @@ def _reference(
 ) -> ReferenceSequence:
     """Our joints of [F, R, K, 3], and their shares."""
     joint_names, columns = select_joints([str(name) for name in names], source)
-    unknown = ~np.isfinite(joints_camera).all(-1) & present[..., None]
-    if unknown.any():
-        f, r, k = np.argwhere(unknown)[0]
+    is_in_reach = (np.abs(joints_camera) <= FARTHEST_READING_M).all(-1)  # NaN is not
+    wrong = ~is_in_reach & present[..., None]
+    if wrong.any():
+        f, r, k = np.argwhere(wrong)[0]
         raise InputError(
-            f"{source}: joint {names[k]} of person {r + 1} in frame {f} is "
-            f"{joints_camera[f, r, k]}; it must be finite metres wherever the person is present"
+            f"{source}: joints has {joints_camera[f, r, k]} for {names[k]} of person {r + 1} in "
+            f"frame {f}; wherever the person is present, it must be finite metres, at most "
+            f"{FARTHEST_READING_M:g} from the camera"
         )
     F, R = present.shape
     try:

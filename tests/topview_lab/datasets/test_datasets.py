@@ -115,7 +115,10 @@ class TestGroundtruth:
             ({"present": np.ones((5, 1), bool)}, r"present has shape \(5, 1\); .* \(2, 1\)"),
             ({"joint_occ_person": np.zeros((1, 1, J))}, "joint_occ_person has shape"),
             ({"names": np.array([*rendered_names()[:-1], "tail"])}, "unknown joint names tail"),
-            ({"joints": np.full((2, 1, J, 3), np.nan)}, "joint head of person 1 in frame 0 is"),
+            (
+                {"joints": np.full((2, 1, J, 3), np.nan)},
+                "for head of person 1 in frame 0; .* must be finite",
+            ),
         ],
     )
     def test_bad_content(self, tmp_path: Path, change: dict[str, Any], message: str) -> None:
