@@ -81,8 +81,8 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def setup(self) -> None:
-        self.timeout = self.server.patience_s
         super().setup()
+        self.connection.settimeout(self.server.patience_s)
 
     def do_GET(self) -> None:
         if self._is_from_here():
@@ -243,7 +243,7 @@ def _json(body: bytes, type: Any, what: str) -> Any:
 
 
 def _do_pick(session: Session, parts: tuple[str, ...], body: bytes) -> Answer:
-    pick = _json(body, _Pick, "the pick")
+    pick: _Pick = _json(body, _Pick, "the pick")
     if pick.view not in VIEW_NAMES:
         raise InputError(f"view is {pick.view!r}; it must be front or rear")
     count = session.pick(VIEW_NAMES.index(pick.view), pick.frame, *pick.pixel, pick.add)

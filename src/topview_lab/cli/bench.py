@@ -13,9 +13,10 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import compile_kernels, progress_bar, warn
 from topview.io import MirroredRecording, open_recording
-from topview.io.writers import prepare_output_folder, write_atomically
+from topview.io.writers import write_atomically
 from topview.records import Camera, Frame, InputError
 from topview_lab.bench.finding import CROWD, CROWD_SCENE, time_finding
 from topview_lab.bench.inner_loops import time_kernels
@@ -50,6 +51,7 @@ def bench(
     frames: int | None = None,
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Measure the tracker's speed, with one thread and with all.
 
@@ -64,14 +66,13 @@ def bench(
         frames: to time: of SOURCE all if not given; of each scene 40, at most 120.
         mirrored: the images of SOURCE are flipped left-right, as for `topview track`.
         json_file: file for all numbers.
+        force: replace the file that is there.
     """
     _check_frames(frames, MOST_SCENE_FRAMES if source is None else None)
     if mirrored and source is None:
         raise InputError("--mirrored is given without SOURCE; it must go with a recording")
     if json_file is not None:
-        if json_file.is_dir():
-            raise InputError(f"--json {json_file} is a folder; it must be a file")
-        prepare_output_folder(json_file.parent)
+        prepare_output_file("--json", json_file, force)
     compile_kernels()
     if source is None:
         machine = Machine.here()

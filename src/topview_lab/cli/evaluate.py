@@ -11,10 +11,10 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 from rich.console import Console
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.detectors import DetectorName
-from topview.io.writers import prepare_output_folder
 from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview_lab.cli.simulate import CAMERAS, Size
@@ -48,6 +48,7 @@ class EvaluateOptions:
         detector: how people's heads are found.
         seed: of every random number.
         json: file for all numbers.
+        force: replace the file that is there.
         workers: processes, 0 for one per core; the numbers do not depend on it.
         per_sequence: add a table of the sequences, worst first.
         detail: add tables by cause of occlusion, part, action and body, and of the confidences.
@@ -63,6 +64,7 @@ class EvaluateOptions:
     detector: DetectorName = DEFAULTS.detector
     seed: int = DEFAULTS.seed
     json: Path | None = None
+    force: Annotated[bool, Parameter(negative="")] = False
     workers: int = 0
     per_sequence: Annotated[bool, Parameter(negative="")] = False
     detail: Annotated[bool, Parameter(negative="")] = False
@@ -206,9 +208,7 @@ def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
     if options.json is not None:  # not to find out after the last recording
-        if options.json.is_dir():
-            raise InputError(f"--json {options.json} is a folder; it must be a file")
-        prepare_output_folder(options.json.parent)
+        prepare_output_file("--json", options.json, options.force)
     if options.predictions is None:
         compile_kernels()
         run = run_evaluation(recordings, options.settings, options.workers)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
-from rich.console import Console
-from rich.progress import Progress
+from cyclopts import Parameter
 
+from topview.cli.progress import progress_bar
 from topview.records import Camera
 from topview_lab.sim import SCENES, scene_by_name, write_scene
 from topview_lab.sim.markers import SCENE_PREFIX, marker_scenes, write_marker_scenes
@@ -26,6 +26,7 @@ def simulate(
     seed: int = 0,
     frames: int | None = None,
     size: Size | None = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Simulate people in a room before a Kinect-like camera.
 
@@ -40,6 +41,7 @@ def simulate(
         seed: of bodies, clothes, style of motion and sensor noise.
         frames: how many, at 30 a second; as many as the scene is made for if not given.
         size: of the images, in pixels; 320x240 if not given, 640x480 with markers.
+        force: replace the recording that the folder holds.
     """
     is_marked = scene.partition(":")[0] == SCENE_PREFIX
     rear = None
@@ -51,13 +53,12 @@ def simulate(
         made = scene_by_name(
             scene, seed=seed, frames=frames, people=people, camera=CAMERAS[size or "320x240"]
         )
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with progress_bar() as progress:
         task = progress.add_task(f"simulating {scene}", total=made.frames * (2 if rear else 1))
         if rear is None:
-            write_scene(made, out, on_frame=lambda _: progress.advance(task))
+            write_scene(made, out, lambda _: progress.advance(task), force=force)
         else:
-            write_marker_scenes(made, rear, out, on_frame=lambda _: progress.advance(task))
+            write_marker_scenes(made, rear, out, lambda _: progress.advance(task), force)
     print(f"{made.frames} frames with {len(made.actors)} people, written to {out}")
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
+from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
 from topview.body.parts import JOINT_NAMES
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import progress_bar
 from topview.io import write_atomically
 from topview.kernels.threads import use_threads
@@ -43,6 +46,7 @@ def train_forest(
     pixels: int = DEFAULT_GROWING.pixels,
     seed: int = 0,
     threads: int = 0,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Learn to tell body parts, for `--method forest`.
 
@@ -59,6 +63,7 @@ def train_forest(
         pixels: of each person and tree.
         seed: of people, poses and features.
         threads: 0 for all cores.
+        force: replace the file that is there.
     """
     for name, value, most in (
         ("images", images, MOST_IMAGES),
@@ -77,6 +82,8 @@ def train_forest(
         raise InputError(f"--seed is {seed}; it must be 0 to 49, as held-out people are others'")
     if threads < 0:
         raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
+    if out is not None:
+        prepare_output_file("--out", out, force)
     use_threads(threads)
     settings = GrowingSettings(trees=trees, depth=depth, candidates=candidates, pixels=pixels)
     if out is None:

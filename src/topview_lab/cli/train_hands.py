@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import progress_bar, warn
 from topview.detect.beliefs import FEATURES, THESIS_FEATURES, BeliefTables, Kind
 from topview.detect.skin import SkinHistograms
@@ -36,6 +37,7 @@ def train_hands(
     test: Annotated[list[Path] | None, Parameter(consume_multiple=True, negative="")] = None,
     skin: Path | None = None,
     out: Path | None = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Learn to tell faces, left and right hands by form, motion, place and size.
 
@@ -48,11 +50,14 @@ def train_hands(
         test: recordings to measure on; simulated ones with --simulated if not given.
         skin: histograms of `topview train-skin`, the default's if not given.
         out: the .npz to write; without it, what there is is only measured.
+        force: replace the file that is there.
     """
     if out is not None and not recordings and not simulated:
         raise InputError("there is nothing to learn from; give recordings, or --simulated")
     if out is None and (recordings or simulated):
         raise InputError("--out is missing; it must name the .npz to write what is learnt to")
+    if out is not None:
+        prepare_output_file("--out", out, force)
     histograms = SkinHistograms.load() if skin is None else SkinHistograms.load(skin)
     tables = BeliefTables.load() if out is None else None
     if out is not None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import progress_bar
 from topview.detect.skin import DEFAULT_SKIN, SkinHistograms
 from topview.files import naming
@@ -54,6 +55,7 @@ def train_skin(
     weight: float = 0.3,
     out: Path | None = None,
     show: Path | None = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Learn what skin looks like, correct it, and show what is found in an image.
 
@@ -72,6 +74,7 @@ def train_skin(
         weight: of a correction, 0 to 1.
         out: the .npz to write.
         show: a PNG of the first image to write: the image, the probability, what is found.
+        force: replace the files that are there.
     """
     corrections = _Corrections(tuple(skin or ()), tuple(not_skin or ()))
     if not images and not simulated:
@@ -81,6 +84,9 @@ def train_skin(
     is_labelled = bool(masks or corrections.are_given)
     if is_labelled and out is None:
         raise InputError("--out is missing; it must name the .npz to write what is learnt to")
+    for option, path in (("--out", out), ("--show", show)):
+        if path is not None:
+            prepare_output_file(option, path, force)
     labelled = _read_labelled(images or [], masks, corrections)
 
     histograms = _starting_point(start, simulated, is_new=bool(masks) and not corrections.are_given)

@@ -84,7 +84,7 @@ class Counterpart:
 
     def simulate(self) -> None:
         """Write it to its folder."""
-        write_scene(self.make(), self.root / self.name, threads=1)
+        write_scene(self.make(), self.root / self.name, threads=1, force=True)
 
 
 class Run(NamedTuple):

@@ -23,9 +23,9 @@ from topview_lab.sim.flesh import EYES
 from topview_lab.sim.images import FURNITURE, NO_MATERIAL, NO_PART, Rendering
 from topview_lab.sim.render import draw_people
 from topview_lab.sim.scene import Box, Cylinder, Furniture, Mount, Scene
-from topview_lab.sim.scenes import KINECT_V1_FULL, scene_by_name
+from topview_lab.sim.scenes import KINECT_V1_FULL, SCENES, scene_by_name
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS, Pose, segment_poses
-from topview_lab.sim.write import write_scene
+from topview_lab.sim.write import check_free, write_scene
 
 MARKED_JOINTS: Final[tuple[str, ...]] = tuple(
     name for name in SIM_JOINT_NAMES if not name.startswith(("head_top", "wrist", "foot"))
@@ -77,8 +77,17 @@ def marker_scenes(
         people: how many are in the scene, as it says if None.
         camera: intrinsics of both; at half the resolution, markers are too small to be found.
         setup: the markers and the second camera.
+
+    Raises:
+        InputError: the name is unknown, or a number is out of range.
     """
-    base = name.partition(":")[2] or DEFAULT_SCENE
+    _, colon, base = name.partition(":")
+    if colon and base not in SCENES:
+        raise InputError(
+            f"scene {name!r} is not known; it must be {SCENE_PREFIX}, or {SCENE_PREFIX}: and one "
+            f"of {', '.join(SCENES)}"
+        )
+    base = base or DEFAULT_SCENE
     scene = scene_by_name(base, seed=seed, frames=frames, people=people, camera=camera)
     actors = tuple(
         replace(actor, body=with_markers(actor.body, setup)) if k < setup.wearers else actor
@@ -202,18 +211,30 @@ def T_front_rear(front: Scene, rear: Scene) -> NDArray[np.float64]:
 
 
 def write_marker_scenes(
-    front: Scene, rear: Scene, folder: Path | str, on_frame: Callable[[int], None] | None = None
+    front: Scene,
+    rear: Scene,
+    folder: Path | str,
+    on_frame: Callable[[int], None] | None = None,
+    force: bool = False,
 ) -> None:
     """Simulate into `front/` and `rear/`, in the folder layout but without `groundtruth.npz`, and
     `truth.npz` for checking: the keys of `topview_lab.sim.truth.GroundTruth`, seen from the front
     camera, `T_front_rear`, `marker_joints` and `markers` (see `marker_places`).
 
+    Args:
+        front, rear: what to simulate.
+        folder: made where it is missing.
+        on_frame: called with each frame's number after it is written.
+        force: replace the recordings that are there.
+
     Raises:
-        InputError: the folder cannot be written to.
+        InputError: the folder holds recordings already, or cannot be written to.
     """
     folder = Path(folder)
-    truth = write_scene(front, folder / "front", on_frame)
-    write_scene(rear, folder / "rear", on_frame)
+    for name in ("front", "rear"):
+        check_free(folder / name, force)
+    truth = write_scene(front, folder / "front", on_frame, force=force)
+    write_scene(rear, folder / "rear", on_frame, force=force)
     try:
         for name in ("front", "rear"):
             (folder / name / "groundtruth.npz").unlink()

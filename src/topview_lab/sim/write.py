@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import cv2
 import msgspec
@@ -20,32 +21,41 @@ from topview_lab.sim.scene import Scene
 from topview_lab.sim.truth import FrameTruth, GroundTruth, stack_truth
 
 
+IMAGES: Final = ("depth", "rgb", "mask", "part")
+CAMERA, TRUTH = "camera.json", "groundtruth.npz"
+
+
 def write_scene(
     scene: Scene,
     folder: Path | str,
     on_frame: Callable[[int], None] | None = None,
     threads: int | None = None,
+    force: bool = False,
 ) -> GroundTruth:
     """Simulate a scene into a folder: `depth/`, `rgb/`, `mask/` (person k), `part/` (1 + index of
     the body part), `camera.json`, `groundtruth.npz`.
 
     Args:
         scene: what to simulate.
-        folder: made where it is missing; files of the same names are replaced.
+        folder: made where it is missing.
         on_frame: called with each frame's number, in order, after it is written.
         threads: number of frames rendered at a time, one per core if None; the files do not depend
             on it.
+        force: replace the recording that is there; its frames are removed first.
 
     Raises:
-        InputError: the folder cannot be written to.
+        InputError: the folder holds a recording already, or cannot be written to.
     """
     folder = Path(folder)
+    check_free(folder, force)
     recording = SimulatedRecording(scene)
     truths = []
     try:
-        for name in ("depth", "rgb", "mask", "part"):
+        for old in list(_recording_files(folder)):
+            old.unlink()
+        for name in IMAGES:
             (folder / name).mkdir(parents=True, exist_ok=True)
-        (folder / "camera.json").write_bytes(
+        (folder / CAMERA).write_bytes(
             msgspec.json.format(msgspec.json.encode(_camera_json(scene)), indent=1)
         )
         for index, truth in enumerate(_written_frames(recording, folder, threads)):
@@ -53,13 +63,36 @@ def write_scene(
             if on_frame is not None:
                 on_frame(index)
         truth = stack_truth(scene, truths)
-        np.savez_compressed(folder / "groundtruth.npz", **truth.arrays())
+        np.savez_compressed(folder / TRUTH, **truth.arrays())
     except OSError as error:
         raise InputError(
             f"{error.filename or folder}: {error.strerror or error}; "
             "the folder must be one that can be written to"
         ) from error
     return truth
+
+
+def check_free(folder: Path, force: bool) -> None:
+    """Raises InputError if the folder holds a recording that is not to be replaced, or images that
+    no simulation wrote."""
+    for name in IMAGES:
+        for path in sorted((folder / name).glob("*")):
+            if not _is_frame(path):
+                raise InputError(f"{path}: is no simulated frame; give --out another folder")
+    found = min(_recording_files(folder), default=None)
+    if found is not None and not force:
+        raise InputError(f"{found}: is there already; --force replaces the recording")
+
+
+def _recording_files(folder: Path) -> Iterator[Path]:
+    """What a recording consists of."""
+    for name in IMAGES:
+        yield from filter(_is_frame, (folder / name).glob("*"))
+    yield from (path for name in (CAMERA, TRUTH) if (path := folder / name).exists())
+
+
+def _is_frame(path: Path) -> bool:
+    return path.is_file() and re.fullmatch(r"[0-9]{6,}\.png", path.name) is not None
 
 
 def _written_frames(

@@ -82,7 +82,9 @@ def test_the_command_writes_a_recording(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_files_do_not_depend_on_the_number_of_threads(folder: Path, tmp_path: Path) -> None:
     for threads in (1, 3):
-        write_scene(scene_by_name("pass_by", seed=3, frames=4), tmp_path, threads=threads)
+        write_scene(
+            scene_by_name("pass_by", seed=3, frames=4), tmp_path, threads=threads, force=True
+        )
         for path in folder.rglob("*.*"):
             written = tmp_path / path.relative_to(folder)
             if path.suffix != ".npz":  # which tells the time

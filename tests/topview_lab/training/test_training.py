@@ -110,7 +110,7 @@ def test_train_skin_learns_shows_and_corrects(
     assert np.asarray(cv2.imread(str(picture))).shape == (120, 480, 3)
     first = SkinHistograms.load(out)
     assert "1 images" in first.trained_on
-    train_skin([image], not_skin=[(70, 50, 20, 20)], start=out, weight=0.8, out=out)
+    train_skin([image], not_skin=[(70, 50, 20, 20)], start=out, weight=0.8, out=out, force=True)
     second = SkinHistograms.load(out)
     assert second.probability.max() < 0.6 < first.probability.max()
 
