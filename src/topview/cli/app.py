@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from cyclopts import App
+from cyclopts import App, CycloptsError, Parameter
 
+from topview.cli.values import converted
 from topview.laboratory import COMMANDS
+from topview.records import InputError
 
 app = App(
     name="topview",
     help="3D body tracking of several people from one depth camera.",
     version=version("topview"),
     help_epilogue="`topview COMMAND --help` tells more of each.",
+    default_parameter=Parameter(converter=converted),
 )
 app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
 app.command(
@@ -25,5 +28,12 @@ for name, (place, sentence) in COMMANDS.items():
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run a subcommand; its exit status. Its errors are raised."""
-    status = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    try:
+        status = app(
+            arguments, exit_on_error=False, print_error=False, result_action="return_value"
+        )
+    except CycloptsError as error:
+        if isinstance(error.__cause__, InputError):  # it says all that is to be said
+            raise error.__cause__ from None
+        raise
     return status or 0

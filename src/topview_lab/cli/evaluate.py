@@ -192,7 +192,7 @@ def folder(
 
 
 def _numbers(option: str, text: str) -> tuple[int, ...]:
-    if not re.fullmatch(r"\d+(,\d+)*", text):
+    if not re.fullmatch("[0-9]{1,9}(,[0-9]{1,9})*", text):
         raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
     return tuple(int(number) for number in text.split(","))
 

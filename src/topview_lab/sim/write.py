@@ -20,7 +20,6 @@ from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Scene
 from topview_lab.sim.truth import FrameTruth, GroundTruth, stack_truth
 
-
 IMAGES: Final = ("depth", "rgb", "mask", "part")
 CAMERA, TRUTH = "camera.json", "groundtruth.npz"
 

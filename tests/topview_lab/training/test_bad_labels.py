@@ -29,8 +29,9 @@ def test_a_rectangle_outside_labels_nothing(
 ) -> None:
     image, out = tmp_path / "image.png", tmp_path / "skin.npz"
     cv2.imwrite(str(image), np.full((60, 80, 3), 90, np.uint8))
+    rectangles: dict[str, Any] = {option: [rectangle]}
     with pytest.raises(InputError, match=r"image\.png: rectangle .* in the image, 80 x 60 pixels"):
-        train_skin([image], out=out, **{option: [rectangle]})
+        train_skin([image], out=out, **rectangles)
     assert not out.exists()
 
 
