@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,7 @@ from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.skin import SkinHistograms
 from topview.files import naming
 from topview.io import open_recording
+from topview.io.readers.images import decode_color
 from topview.records import Camera, Frame, InputError
 from topview_lab.datasets.base import check_same_frames
 from topview_lab.datasets.folder import GROUNDTRUTH
@@ -110,12 +110,15 @@ class LabelledRecording:
 def _mask(path: Path, frame: Frame) -> Mask | None:
     if not path.is_file():
         return None
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None or image.shape != frame.depth_m.shape:
-        size = "unreadable" if image is None else f"{image.shape[1]} x {image.shape[0]}"
-        width, height = frame.camera.width, frame.camera.height
-        raise InputError(f"{path}: is {size}; it must be a mask of {width} x {height} pixels")
-    return np.asarray(image > 0)
+    with naming(path):
+        is_somebodys = decode_color(path.read_bytes()).any(-1)
+        if is_somebodys.shape != frame.depth_m.shape:
+            height, width = is_somebodys.shape
+            raise InputError(
+                f"is {width} x {height} pixels; it must be a mask of {frame.camera.width} x "
+                f"{frame.camera.height}"
+            )
+    return is_somebodys
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """Depth and colour image files, checked before they are decoded.
 
-OpenCV answers a broken file with None or with part of the picture, and writes to stderr, so the
-files' own structure is checked first. Errors do not name the file: the caller does.
+OpenCV answers a broken file with None or with part of the picture, so the files' own structure is
+checked first. Errors do not name the file: the caller does.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.io.readers.decoders_lines import decoders_lines
 from topview.records import InputError
 
 # PNG specification (W3C, third edition), 5.2 and 11.2.1.
@@ -25,6 +26,9 @@ PNG_GREY: Final = 0
 JPEG_SIGNATURE: Final = b"\xff\xd8"
 JPEG_START_OF_SCAN: Final = b"\xff\xda"
 JPEG_END_OF_IMAGE: Final = b"\xff\xd9"
+# What libjpeg says where part of the picture is made up.
+JPEG_DAMAGE: Final = ("premature end", "bad Huffman code", "Premature end")
+MOST_PIXELS: Final = 2**26  # of a colour image, 8192 x 8192; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +94,9 @@ def decode_depth_png(data: bytes, width: int, height: int) -> NDArray[np.uint16]
             f"is {header.width} x {header.height} pixels; "
             f"it must be {width} x {height}, as camera.json says"
         )
-    image = _decoded(data, cv2.IMREAD_UNCHANGED)
+    image, said = _decoded(data, cv2.IMREAD_UNCHANGED)
     if image is None or image.shape != (height, width) or image.dtype != np.uint16:
-        raise InputError("cannot be decoded; it must be a 16-bit PNG image")
+        raise InputError(f"cannot be decoded{said}; it must be a 16-bit PNG image")
     return image.astype(np.uint16, copy=False)
 
 
@@ -106,17 +110,24 @@ def decode_color(data: bytes) -> NDArray[np.uint8]:
         if data.rfind(JPEG_END_OF_IMAGE) < data.rfind(JPEG_START_OF_SCAN):
             raise InputError(f"is truncated after {len(data)} bytes; it must be a whole JPEG image")
     else:
-        check_png(data)
+        header = check_png(data)
+        if header.width * header.height > MOST_PIXELS:
+            raise InputError(
+                f"is {header.width} x {header.height} pixels; it must have {MOST_PIXELS} at most"
+            )
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    image = _decoded(data, flags)
-    if image is None:
-        raise InputError("cannot be decoded; it must be a PNG or JPEG image")
+    image, said = _decoded(data, flags)
+    if image is None or any(sign in said for sign in JPEG_DAMAGE):
+        raise InputError(f"cannot be decoded{said}; it must be a whole PNG or JPEG image")
     return np.ascontiguousarray(image[..., ::-1], np.uint8)
 
 
-def _decoded(data: bytes, flags: int) -> cv2.typing.MatLike | None:
-    """What OpenCV makes of a file; None where that is nothing, as of too many pixels."""
-    try:
-        return cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    except cv2.error:
-        return None
+def _decoded(data: bytes, flags: int) -> tuple[cv2.typing.MatLike | None, str]:
+    """What OpenCV makes of a file, None where that is nothing, as of too many pixels; and what its
+    libraries say of it, in brackets."""
+    with decoders_lines() as said:
+        try:
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        except cv2.error:
+            image = None
+    return image, f" ({'; '.join(said)})" if said else ""

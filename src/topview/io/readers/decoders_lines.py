@@ -1,0 +1,65 @@
+"""Catch what libpng, libjpeg and OpenCV print while they decode an image.
+
+They write to the process's stderr, past Python, and cannot be told not to. To unpack every image
+before, only to see whether they would, costs half as long as decoding it. So the file behind stderr
+is exchanged while one is decoded, for about ten microseconds more. Other threads may write in that
+time: what is no decoder's line is written on afterwards. One image is decoded at a time.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import BinaryIO, Final
+
+STDERR: Final = 2
+STARTS: Final = (
+    b"libpng ",
+    b"Corrupt JPEG",
+    b"Premature end of JPEG",
+    b"Invalid SOS",
+    b"Inconsistent progression",
+    b"Unsupported marker",
+    b"Warning: unknown JFIF",
+    b"[ WARN:",
+    b"[ERROR:",
+)
+"""Of libpng's, libjpeg's and OpenCV's lines."""
+_one_at_a_time = threading.Lock()
+
+
+@contextmanager
+def decoders_lines() -> Iterator[list[str]]:
+    """The decoders' lines, once it is left; they do not reach stderr."""
+    said: list[str] = []
+    try:
+        stderr = os.dup(STDERR)
+    except OSError:  # closed: they reach nobody
+        yield said
+        return
+    try:
+        with _one_at_a_time, _memory_file() as caught:
+            os.dup2(caught.fileno(), STDERR)
+            try:
+                yield said
+            finally:
+                os.dup2(stderr, STDERR)
+            if os.fstat(caught.fileno()).st_size:
+                caught.seek(0)
+                for line in caught.readlines():
+                    if line.startswith(STARTS):
+                        said.append(line.decode(errors="replace").strip())
+                    else:
+                        with suppress(OSError):  # a full disk
+                            os.write(stderr, line)
+    finally:
+        os.close(stderr)
+
+
+def _memory_file() -> BinaryIO:
+    if hasattr(os, "memfd_create"):
+        return os.fdopen(os.memfd_create("topview"), "w+b")
+    return tempfile.TemporaryFile()  # pyright: ignore[reportReturnType]
