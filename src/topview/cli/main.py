@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from topview.cli.status import BUG, INTERRUPTED, UNUSABLE_INPUT
+from topview.cli.status import BROKEN_PIPE, BUG, INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.stopping import OrderlyEnd
+from topview.cli.streams import LastingStreams, as_line
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run it and exit: 0 done, 1 a bug of topview, 2 unusable input, 128 and the signal's number if
-    a signal ended it; one line on stderr for each of the last three."""
-    with OrderlyEnd() as end:
+    """Run it and exit: 0 done, 1 a bug of topview, 2 unusable input or output, 128 and the signal's
+    number if a signal ended it; one line on stderr for each of the last three."""
+    with OrderlyEnd() as end, LastingStreams() as streams:
         try:
             from topview.cli.app import run  # takes a moment, in which Ctrl-C may come
 
@@ -28,6 +29,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             status = UNUSABLE_INPUT
         except Exception as error:
             status = _told(error)
+        lost = streams.lost()
+        if isinstance(lost, BrokenPipeError):  # `topview ... | head` has seen enough
+            status = status or BROKEN_PIPE
+        elif lost is not None:
+            _say(f"stdout: {lost.strerror or lost}; files that were written are whole")
+            status = status or UNUSABLE_INPUT
     sys.exit(end.status if status == INTERRUPTED else status)
 
 
@@ -51,14 +58,17 @@ def _told(error: Exception) -> int:
     return BUG
 
 
-def _traceback_file(error: Exception) -> Path:
+def _traceback_file(error: Exception) -> Path | str:
     """Where the traceback lies."""
-    with NamedTemporaryFile(
-        "w", prefix="topview-bug-", suffix=".txt", delete=False, encoding="utf-8"
-    ) as file:
-        traceback.print_exception(error, file=file)
+    try:
+        with NamedTemporaryFile(
+            "w", prefix="topview-bug-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            traceback.print_exception(error, file=file)
+    except OSError:
+        return "the command; there was no room for the traceback"
     return Path(file.name)
 
 
 def _say(message: str) -> None:
-    print(f"topview: {' '.join(message.split())}", file=sys.stderr)
+    print(f"topview: {as_line(message)}", file=sys.stderr)

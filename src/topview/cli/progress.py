@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from time import perf_counter
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -15,6 +14,8 @@ from rich.progress import (
     TextColumn,
 )
 
+from topview.cli.printing import plain_console
+from topview.cli.streams import as_line
 from topview.kernels.caching import lasts
 from topview.kernels.compiling import compile_ahead, is_compiled
 from topview.records import Frame, Person, Recording
@@ -27,10 +28,10 @@ def compile_kernels() -> None:
     if is_compiled():
         return
     said = "compiling (once)" if lasts() else "compiling (at every start: no folder to keep it in)"
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     if not console.is_terminal:
         warn(said)
-    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn()
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
@@ -40,8 +41,13 @@ def compile_kernels() -> None:
 
 def progress_bar(*more: ProgressColumn) -> Progress:
     """A bar on stderr that vanishes at the end; none where stderr is not a terminal."""
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *more
+    console = plain_console(stderr=True)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        *more,
+    )
     return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
@@ -81,4 +87,4 @@ def print_frames(run: TrackingRun, recording: Recording, *, ended_early: bool = 
 def warn(*lines: str) -> None:
     """One line each on stderr."""
     for line in lines:
-        print(f"topview: {line}", file=sys.stderr)
+        print(f"topview: {as_line(line)}", file=sys.stderr)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from rich.console import Console
 from rich.table import Table
 
+from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.io import StoredFrames, write_atomically, write_skeletons_csv, write_skeletons_npz
 from topview.records import InputError
@@ -107,4 +107,4 @@ def print_people(title: str, totals: Totals) -> None:
             str(person_id), str(person.frames), f"{person.height_m:.2f}", f"{confidence:.2f}"
         )
     if table.rows:
-        Console().print(table)
+        plain_console().print(table)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 from cyclopts import Parameter
-from rich.console import Console
 from rich.table import Table
 
 from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, progress_bar, warn
 from topview.io import MirroredRecording, open_recording
 from topview.io.writers import write_atomically
@@ -165,6 +165,6 @@ def _print(machine: Machine, tables: Sequence[Table], used_frames: str = "") -> 
     print(machine)
     if used_frames:
         print(used_frames)
-    console = Console()
+    console = plain_console()
     for table in tables:
         console.print(table)

@@ -6,8 +6,7 @@ from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rich.console import Console
-
+from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, follow_with_progress, progress_bar, warn
 from topview.cli.results import write_results
 from topview.cli.status import INTERRUPTED
@@ -53,7 +52,7 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
     write_results(skeletons, {"contact_sheet.png": sheet}, out)
     if tracked:
         evaluation = evaluate_sequence(skeletons, truth, SCENE, run.seconds)
-        print_report(evaluation, Console(), "error against the simulated truth")
+        print_report(evaluation, plain_console(), "error against the simulated truth")
     print(f"look at {out / 'contact_sheet.png'}; the skeletons are beside it")
     if run.interrupted:
         warn(f"interrupted: the {len(tracked)} frames tracked so far are kept in {out}")

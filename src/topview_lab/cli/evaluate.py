@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter
-from rich.console import Console
 
 from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.detectors import DetectorName
@@ -223,7 +223,7 @@ def _evaluate(
         counted = f"{title}: {measured} of {run.planned} recordings"
         summary = print_report(
             run.evaluation,
-            Console(),
+            plain_console(),
             counted,
             options.offsets,
             options.per_sequence,

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
+from rich.text import Text
 
+from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED
 from topview_lab.reproduce.catalogue import ALL, EXPERIMENTS, chosen
@@ -51,9 +52,10 @@ def reproduce(
 
 
 def _print_verdicts(report: Report) -> None:
-    console = Console()
+    console = plain_console()
     for verdict in report.verdicts:
-        console.print(f"[bold]{verdict.word}[/bold]: {verdict.claim}: {verdict.evidence}")
+        told = f": {verdict.claim}: {verdict.evidence}"
+        console.print(Text.assemble((verdict.word, "bold"), told))
 
 
 reproduce.__doc__ = (reproduce.__doc__ or "").replace("NAMES", f"{ALL}, {', '.join(EXPERIMENTS)}")

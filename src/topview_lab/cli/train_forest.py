@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 from rich.table import Table
 
 from topview.body.parts import JOINT_NAMES
 from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
 from topview.cli.progress import progress_bar
 from topview.io import write_atomically
 from topview.kernels.threads import use_threads
@@ -139,4 +139,4 @@ def _report(score: ForestScore) -> None:
         joints.add_row(name, f"{100 * within:.0f}", f"{100 * median_m:.1f}")
     joints.add_row("mean", f"{100 * score.within.mean():.1f}", f"{100 * score.median_m.mean():.1f}")
     for table in (parts, joints):
-        Console().print(table)
+        plain_console().print(table)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 from rich.table import Table
 
 from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
 from topview.cli.progress import progress_bar, warn
 from topview.detect.beliefs import FEATURES, THESIS_FEATURES, BeliefTables, Kind
 from topview.detect.skin import SkinHistograms
@@ -111,4 +111,4 @@ def _report(
         score = score_beliefs(sequences, histograms, tables.only(names), know_heads=know_heads)
         cells = zip(score.accuracy, score.precision, strict=True)
         table.add_row(title, *(f"{100 * right:.0f} / {100 * true:.0f}" for right, true in cells))
-    Console().print(table)
+    plain_console().print(table)

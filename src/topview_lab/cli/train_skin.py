@@ -10,10 +10,10 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
 from topview.cli.progress import progress_bar
 from topview.detect.skin import DEFAULT_SKIN, SkinHistograms
 from topview.files import naming
@@ -160,7 +160,7 @@ def _learn_simulated() -> SkinHistograms:
     table.add_column("of what was found, skin", justify="right")
     for score in scores:
         table.add_row(score.tone, f"{100 * score.recall:.1f} %", f"{100 * score.precision:.1f} %")
-    Console().print(table)
+    plain_console().print(table)
     return histograms
 
 

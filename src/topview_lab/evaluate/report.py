@@ -9,6 +9,7 @@ from typing import Any, Final
 import msgspec
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from topview.io.writers import write_atomically
 from topview_lab.evaluate import tables
@@ -62,7 +63,7 @@ def print_summary(
     detail: bool = False,
 ) -> None:
     """Print the tables of numbers that are there already; `detail`: every one of them."""
-    console.print(f"\n[bold]{title}[/bold]")
+    console.print(Text(f"\n{title}", style="bold"))
     console.print(f"offset out: {OFFSET_MEANING[summary.offsets]}, in the frame of its part")
     for table in (*_main_tables(summary, detail), *(_detail_tables(summary) if detail else ())):
         console.print(table)

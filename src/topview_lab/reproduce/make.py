@@ -113,11 +113,13 @@ def _sections(
     console: Console | None,
 ) -> list[Section]:
     sections = []
+    console = console or Console(stderr=True)
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        console=console or Console(stderr=True),
+        console=console,
+        disable=not console.is_terminal,
     ) as progress:
         task = progress.add_task("reporting", total=len(experiments))
         for experiment in experiments.values():
