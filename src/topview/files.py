@@ -1,7 +1,9 @@
-"""Files: every error of one names it, and the one reader of `.npz` archives."""
+"""Files: every error of one names it, nothing is waited for or read without a bound, and the one
+reader of `.npz` archives."""
 
 from __future__ import annotations
 
+import os
 import stat
 import zipfile
 from collections.abc import Iterator
@@ -16,6 +18,10 @@ from numpy.typing import NDArray
 from topview.records import InputError
 
 MOST_UNPACKED_BYTES: Final = 2**33  # that the arrays of one archive unpack to; ours
+# Ours: of a file that is read whole, and of what it unpacks to; the longest of the data sets that
+# are read whole, 125 frames of UTD-MHAD, has a twenty-fifth.
+MOST_BYTES: Final = 2**29
+MOST_TEXT_BYTES: Final = 2**27  # ours; of a text that is read whole and taken apart
 
 
 @contextmanager
@@ -28,6 +34,47 @@ def naming(path: Path, doing: str = "read", right: str = "it must be a file") ->
         raise type(error)(f"{path}: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be {doing}: {error.strerror or error}; {right}") from None
+
+
+def check_regular(path: Path, right: str = "it must be one") -> None:
+    """Refuse what would be waited for, or never ends: pipes, sockets, devices; folders, too. Errors
+    do not name the file.
+
+    Raises:
+        InputError: no regular file.
+        OSError: missing, or the system cannot tell.
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise InputError(f"is no regular file; {right}")
+
+
+def read_bytes(path: Path, at_most: int = MOST_BYTES, right: str = "it must be one") -> bytes:
+    """A whole file. Errors do not name it: `naming` does.
+
+    Args:
+        path: of a regular file.
+        at_most: bytes that it may have.
+        right: what the file should be, for the error.
+
+    Raises:
+        InputError: no regular file, or a larger one.
+        OSError: missing, or the system cannot read it.
+    """
+    check_regular(path, right)
+    with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > at_most:
+            raise InputError(f"has {size} bytes; it must have at most {at_most}")
+        return file.read(size)  # not to its end: it may grow meanwhile
+
+
+def read_text(path: Path, encoding: str = "latin-1", right: str = "it must be text") -> str:
+    """A whole text, whatever ends its lines; as `read_bytes`."""
+    data = read_bytes(path, MOST_TEXT_BYTES, right)
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError:
+        raise InputError(f"is not text; {right}") from None
 
 
 def read_archive(path: Path, right: str = "it must be an .npz archive") -> dict[str, NDArray[Any]]:
@@ -56,8 +103,7 @@ class Archive:
 
     def __init__(self, path: Path, right: str = "it must be an .npz archive") -> None:
         self._right = right
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise InputError(f"is no regular file; {right}")
+        check_regular(path, right)
         with self._unharmed():
             self._zip = zipfile.ZipFile(path)
         self._members = {info.filename.removesuffix(".npy"): info for info in self._zip.filelist}

@@ -6,17 +6,21 @@ around freely. The camera frame is x right, y down, z forward; units are metres,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from math import isfinite
+from numbers import Integral, Real
 from typing import Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 MAX_FOCAL_LENGTH_PX = 20_000.0
+MIN_FOCAL_SHARE = 0.05  # ours; of the image's side, which is then seen under 169 degrees
 MAX_IMAGE_SIDE_PX = 16_384
+MAX_IMAGE_PIXELS = 2**25  # ours: several times those of any depth camera, and of most of colour
+MAX_PLACE_M = 1e8  # ours; from a world's origin: twice around the Earth
 ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digits
 
 
@@ -27,16 +31,60 @@ class InputError(ValueError):
     """
 
 
-def check_range(settings: object, low: float, high: float, *names: str) -> None:
-    """Check that fields of a settings class lie within `low` to `high`, both included.
+MOST_SHOWN: Final = 80  # characters of a value in an error
+
+
+def shown(value: object) -> str:
+    """A value as an error tells it: in one short line, whatever it is."""
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested too deeply; a number of too many digits
+        text = f"a {type(value).__name__}"
+    text = " ".join(text.split())
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]} ..."
+
+
+def real_number(value: object, name: str) -> float:
+    """A float of a number of whatever type: kernels are compiled for each type anew, and a number
+    of 32 bits is less exact.
 
     Raises:
-        InputError: one of them does not.
+        InputError: no real number: a truth value, text, None, a complex number.
     """
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            pass
+    raise InputError(f"{name} is {shown(value)}; it must be a number")
+
+
+def whole_number(value: object, name: str) -> int:
+    """An int of a whole number of whatever type.
+
+    Raises:
+        InputError: no whole number.
+    """
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    if isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer():
+        return int(float(value))
+    raise InputError(f"{name} is {shown(value)}; it must be a whole number")
+
+
+def check_range(settings: object, low: float, high: float, *names: str) -> None:
+    """Make fields of a frozen settings class floats, or ints where `low` is one, and check that
+    they lie within `low` to `high`, both included.
+
+    Raises:
+        InputError: one of them does not, or is no such number.
+    """
+    as_number = whole_number if isinstance(low, int) else real_number
     for name in names:
-        value = getattr(settings, name)
+        value = as_number(getattr(settings, name), name)
         if not low <= value <= high:
-            raise InputError(f"{name} is {value}; it must be {low:g} to {high:g}")
+            raise InputError(f"{name} is {shown(value)}; it must be {low:g} to {high:g}")
+        object.__setattr__(settings, name, value)
 
 
 # Ours. No depth camera of a room reads farther than the first; an image of which more lies beyond
@@ -69,6 +117,13 @@ def _told(array: Any) -> str:
     return "None" if array is None else f"a {type(array).__name__}"
 
 
+def _make_numbers(record: object, as_number: Callable[[object, str], Any], *names: str) -> None:
+    """Make fields of a frozen record what `as_number` makes of them; `names` are "camera fx"."""
+    for name in names:
+        field_name = name.rpartition(" ")[2]
+        object.__setattr__(record, field_name, as_number(getattr(record, field_name), name))
+
+
 def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
     """[4, 4] float64, read-only, of what should be a rigid transform in metres.
 
@@ -76,10 +131,12 @@ def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
         InputError: it is not 4 x 4 finite numbers, or no rotation and translation.
     """
     try:
-        T = np.array(T, np.float64)
-    except (TypeError, ValueError):
-        T = np.empty(0)
-    if T.shape != (4, 4):
+        given = np.array(T)
+    except (TypeError, ValueError):  # rows of different lengths
+        given = np.empty(0)
+    is_numbers = given.dtype.kind in "iuf" and given.shape == (4, 4)
+    T = given.astype(np.float64) if is_numbers else np.empty(0)
+    if not is_numbers:
         raise InputError(f"{name} must be 4 x 4 numbers: a list of four rows of four")
     R = T[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
@@ -91,8 +148,11 @@ def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
         )
     if T[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise InputError(f"the last row of {name} is {T[3].tolist()}; it must be 0, 0, 0, 1")
-    if not np.isfinite(T).all():
-        raise InputError(f"the last column of {name} is {T[:3, 3].tolist()}; it must be metres")
+    if not (np.abs(T[:3, 3]) <= MAX_PLACE_M).all():
+        raise InputError(
+            f"the last column of {name} is {T[:3, 3].tolist()}; it must be metres, "
+            f"up to {MAX_PLACE_M:g}"
+        )
     return read_only(T)
 
 
@@ -122,13 +182,20 @@ class Distortion:
     coefficients: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        counts = DISTORTION_MODELS.get(self.model)
+        counts = DISTORTION_MODELS.get(self.model) if isinstance(self.model, str) else None
         if counts is None:
             raise InputError(
-                f"distortion model is {self.model!r}; it must be one of "
+                f"distortion model is {shown(self.model)}; it must be one of "
                 f"{', '.join(DISTORTION_MODELS)}"
             )
-        coefficients = tuple(map(float, self.coefficients))
+        if isinstance(self.coefficients, str) or not isinstance(self.coefficients, Iterable):
+            raise InputError(
+                f"distortion coefficients are {shown(self.coefficients)}; they must be numbers"
+            )
+        coefficients = tuple(
+            real_number(coefficient, f"distortion coefficient {n}")
+            for n, coefficient in enumerate(self.coefficients, 1)
+        )
         object.__setattr__(self, "coefficients", coefficients)
         if len(coefficients) not in counts:
             raise InputError(
@@ -136,10 +203,13 @@ class Distortion:
                 f"{' or '.join(map(str, counts))}, in the order k1 k2 p1 p2 k3 k4 k5 k6"
             )
         if not all(map(isfinite, coefficients)):
-            raise InputError(f"distortion coefficients are {coefficients}; they must be finite")
+            raise InputError(
+                f"distortion coefficients are {shown(coefficients)}; they must be finite"
+            )
         if self.model == "none" and any(coefficients):
             raise InputError(
-                f"distortion none has the coefficients {coefficients}; they must be 0, or left out"
+                f"distortion none has the coefficients {shown(coefficients)}; they must be 0, or "
+                "left out"
             )
 
     @property
@@ -212,7 +282,7 @@ class Camera:
         T_world_camera: [4, 4] its pose in a world frame of the user's, metres; None if not known.
 
     Raises:
-        InputError: a value is not finite, not positive where it must be, or absurd.
+        InputError: a value is no number, not positive where it must be, or absurd.
     """
 
     fx: float
@@ -226,18 +296,25 @@ class Camera:
     T_world_camera: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
+        _make_numbers(self, whole_number, "camera width", "camera height")
+        _make_numbers(self, real_number, "camera fx", "camera fy", "camera cx", "camera cy")
         for name in ("width", "height"):
             side = getattr(self, name)
             if not 1 <= side <= MAX_IMAGE_SIDE_PX:
                 raise InputError(
-                    f"camera {name} is {side}; it must be 1 to {MAX_IMAGE_SIDE_PX} pixels"
+                    f"camera {name} is {shown(side)}; it must be 1 to {MAX_IMAGE_SIDE_PX} pixels"
                 )
-        for name in ("fx", "fy"):
-            focal = getattr(self, name)
-            if not 0.0 < focal <= MAX_FOCAL_LENGTH_PX:
+        if self.width * self.height > MAX_IMAGE_PIXELS:
+            raise InputError(
+                f"camera has {self.width} x {self.height} pixels; it must have at most "
+                f"{MAX_IMAGE_PIXELS}"
+            )
+        for name, side in (("fx", self.width), ("fy", self.height)):
+            focal, least = getattr(self, name), MIN_FOCAL_SHARE * side
+            if not least <= focal <= MAX_FOCAL_LENGTH_PX:
                 raise InputError(
-                    f"camera {name} is {focal}; "
-                    f"it must be a focal length above 0, up to {MAX_FOCAL_LENGTH_PX:g} pixels"
+                    f"camera {name} is {focal}; it must be a focal length in pixels, {least:g} "
+                    f"({MIN_FOCAL_SHARE:g} of the image's {side}) to {MAX_FOCAL_LENGTH_PX:g}"
                 )
         for name, side in (("cx", self.width), ("cy", self.height)):
             centre = getattr(self, name)
@@ -247,8 +324,11 @@ class Camera:
                     f"0 to {side - 1} pixels"
                 )
         if self.sensor not in tuple(SENSOR_NOISE):
+            known = ", ".join(SENSOR_NOISE)
+            raise InputError(f"camera sensor is {shown(self.sensor)}; it must be one of {known}")
+        if not isinstance(self.distortion, Distortion | None):
             raise InputError(
-                f"camera sensor is {self.sensor!r}; it must be one of {', '.join(SENSOR_NOISE)}"
+                f"camera distortion is {shown(self.distortion)}; it must be a Distortion or None"
             )
         if self.T_world_camera is not None:
             T = rigid_transform(self.T_world_camera, "T_world_camera")
@@ -290,6 +370,10 @@ class Frame:
         camera: what took both images.
         color: [H, W, 3] uint8 RGB registered to the depth image, or None.
         name: what the source itself calls it, the image's file for one; empty if nothing.
+
+    Raises:
+        InputError: depth or colour are no images of the camera's, index or time no number, or the
+            depth is probably in millimetres.
     """
 
     index: int
@@ -300,6 +384,14 @@ class Frame:
     name: str = ""
 
     def __post_init__(self) -> None:
+        _make_numbers(self, whole_number, "frame index")
+        _make_numbers(self, real_number, "frame timestamp_s")
+        if not -(2**63) <= self.index < 2**63:
+            raise InputError(
+                f"frame index is {shown(self.index)}; it must be a whole number of 64 bits"
+            )
+        if not isinstance(self.camera, Camera):
+            raise InputError(f"frame {self.index}: camera is {_told(self.camera)}; it must be one")
         shape = (self.camera.height, self.camera.width)
         if not _is_image(self.depth_m, shape, np.float32):
             raise InputError(

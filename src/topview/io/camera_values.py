@@ -10,9 +10,17 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.records import DISTORTION_MODELS, Camera, Distortion, InputError, rigid_transform
+from topview.records import (
+    DISTORTION_MODELS,
+    MOST_SHOWN,
+    Camera,
+    Distortion,
+    InputError,
+    rigid_transform,
+)
 
 INTRINSICS_KEYS: Final = ("fx", "fy", "cx", "cy", "width", "height")
+MOST_SHOWN_JSON: Final = 160  # characters
 DISTORTION_KEYS: Final = ("model", "coefficients")
 # What calibrations call a lens: OpenCV's distCoeffs and k1, ROS's D, RealSense's coeffs, the Azure
 # Kinect's codx, Bouguet's kc. Compared without case and signs.
@@ -62,7 +70,7 @@ def refuse_unknown_distortion(values: dict[str, Any], known: Collection[str]) ->
         words = re.sub(r"[^a-z0-9]", "", key.lower())
         if key not in known and LIKE_DISTORTION.fullmatch(words):
             raise InputError(
-                f"{key} seems to tell of the lens, and is not understood; it must be "
+                f"{key[:MOST_SHOWN]} seems to tell of the lens, and is not understood; it must be "
                 '"distortion": {"model": "brown_conrady", "coefficients": [k1, k2, p1, p2, k3]}, '
                 "or left out if the images are undistorted"
             )
@@ -74,11 +82,11 @@ def _distortion(values: Any) -> Distortion:
         "[k1, k2, p1, p2, ...]}"
     )
     if not isinstance(values, dict) or not set(values) <= set(DISTORTION_KEYS):
-        raise InputError(f"distortion is {_shown(values)}; {right}")
+        raise InputError(f"distortion is {shown_json(values)}; {right}")
     model, coefficients = values.get("model"), values.get("coefficients", [])
     are_numbers = isinstance(coefficients, list) and all(map(is_number, coefficients))
     if not isinstance(model, str) or not are_numbers:
-        raise InputError(f"distortion is {_shown(values)}; {right}")
+        raise InputError(f"distortion is {shown_json(values)}; {right}")
     return Distortion(model, tuple(coefficients))
 
 
@@ -102,7 +110,7 @@ def number(values: dict[str, Any], key: str) -> float:
     """Raises InputError where it is none."""
     value = values[key]
     if not is_number(value):
-        raise InputError(f"{key} is {json.dumps(value)}; it must be a number")
+        raise InputError(f"{key} is {shown_json(value)}; it must be a number")
     return float(value)
 
 
@@ -124,6 +132,10 @@ def _length(row: Any) -> int:
     return len(row) if isinstance(row, list) else 0
 
 
-def _shown(values: Any) -> str:
-    text = json.dumps(values)
-    return text if len(text) < 160 else f"{text[:160]} ..."
+def shown_json(values: Any) -> str:
+    """A value as an error tells it: in one short line."""
+    try:
+        text = json.dumps(values)
+    except RecursionError:  # what was read may be nested more deeply than can be written
+        return f"a {type(values).__name__} nested too deeply"
+    return text if len(text) < MOST_SHOWN_JSON else f"{text[:MOST_SHOWN_JSON]} ..."

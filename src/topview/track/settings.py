@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from topview.detect.detectors import DETECTORS, DetectorName
-from topview.records import InputError
+from topview.records import InputError, shown, whole_number
 from topview.track.methods import DEFAULT, method_name
 
 
@@ -41,20 +39,16 @@ class TrackerSettings:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
-        if self.detector not in DETECTORS:
+        if not isinstance(self.detector, str) or self.detector not in DETECTORS:
             known = ", ".join(DETECTORS)
-            raise InputError(f"detector is {self.detector!r}; it must be one of {known}")
-        if not (_is_whole(self.threads) and self.threads >= 0):
-            raise InputError(f"threads is {self.threads!r}; it must be 0 (all cores) or more")
-        if not (_is_whole(self.seed) and 0 <= self.seed < 2**63):
-            raise InputError(f"seed is {self.seed!r}; it must be a whole number, 0 to 2^63 - 1")
+            raise InputError(f"detector is {shown(self.detector)}; it must be one of {known}")
         for name in ("threads", "seed"):
-            object.__setattr__(self, name, int(getattr(self, name)))
+            object.__setattr__(self, name, whole_number(getattr(self, name), name))
+        if self.threads < 0:
+            raise InputError(f"threads is {shown(self.threads)}; it must be 0 (all cores) or more")
+        if not 0 <= self.seed < 2**63:
+            raise InputError(f"seed is {shown(self.seed)}; it must be 0 to 2^63 - 1")
 
     def as_json(self) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads."""
         return {name: value for name, value in asdict(self).items() if name != "threads"}
-
-
-def _is_whole(number: object) -> bool:
-    return isinstance(number, int | np.integer) and not isinstance(number, bool)

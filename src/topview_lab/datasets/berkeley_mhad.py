@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import naming
+from topview.files import naming, read_text
 from topview.io.readers.berkeley_mhad import BerkeleyMhadRecording, read_world_pose
 from topview.records import InputError
 from topview_lab.datasets.base import lacking, select_by_name
@@ -129,8 +129,9 @@ def read_correspondences(path: Path) -> NDArray[np.int64]:
     """
     right = "it must have rows of three numbers, the last the frame of the motion capture"
     with naming(path, right=right):
+        lines = read_text(path, right=right).splitlines()
         try:
-            rows = [line.split() for line in path.read_text("latin-1").splitlines() if line.strip()]
+            rows = [line.split() for line in lines if line.strip()]
             frames = np.array([float(row[2]) for row in rows])
         except (ValueError, IndexError) as error:
             raise InputError(f"is damaged ({error}); {right}") from None

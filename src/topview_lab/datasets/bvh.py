@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.files import naming
+from topview.files import naming, read_text
 from topview.records import InputError
 
 END_SITE: Final = " end"
@@ -82,10 +82,7 @@ def read_bvh(path: Path) -> Motion:
         InputError: missing, truncated, or not such a file.
     """
     with naming(path, right=_RIGHT):
-        try:
-            hierarchy, _, motion = path.read_text("ascii").partition("MOTION")
-        except UnicodeDecodeError:
-            raise InputError(f"is not text; {_RIGHT}") from None
+        hierarchy, _, motion = read_text(path, "ascii", _RIGHT).partition("MOTION")
         try:
             nodes = _hierarchy(hierarchy.split())
             return _motion(nodes, motion.split())

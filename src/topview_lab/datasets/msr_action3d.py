@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.projection import project
-from topview.files import naming
+from topview.files import naming, read_text
 from topview.io.readers.depth import METRES_PER_MILLIMETRE
 from topview.io.readers.msr_action3d import UNITS_MM, MsrAction3dRecording
 from topview.records import Camera, InputError
@@ -95,8 +95,8 @@ def read_skeleton(path: Path) -> NDArray[np.float64]:
     """
     right = "it must have 20 lines for each frame, of x, y, z and a confidence"
     with naming(path, right=right):
+        lines = [line.split() for line in read_text(path, right=right).splitlines()]
         try:
-            lines = [line.split() for line in path.read_text("latin-1").splitlines()]
             rows = np.array([line for line in lines if line], np.float64)
         except ValueError as error:
             raise InputError(f"is damaged ({error}); {right}") from None

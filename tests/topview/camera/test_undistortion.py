@@ -115,7 +115,7 @@ def test_places_of_the_pinhole_image_are_found_in_the_original():
 
 def test_a_lens_that_leaves_no_pixel_a_ray_is_refused_in_one_line():
     camera = Camera(
-        10.0, 10.0, -300.0, 100.0, 300, 200, Distortion("brown_conrady", (-9.0, 0, 0, 0))
+        20.0, 10.0, -300.0, 100.0, 300, 200, Distortion("brown_conrady", (-9.0, 0, 0, 0))
     )
     with pytest.raises(InputError, match="leaves no pixel a ray") as error:
         undistorted(Frame(0, 0.0, np.ones((200, 300), np.float32), camera))

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import naming
+from topview.files import naming, read_bytes, read_text
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
 from topview.io.readers.netpbm import decode_netpbm
 from topview.records import Camera, Frame, InputError
@@ -97,7 +97,7 @@ class BerkeleyMhadRecording:
         self, path: Path, dtype: np.dtype[np.generic], channels: tuple[int, ...] = ()
     ) -> NDArray:
         with naming(Path(path.name)):
-            image = decode_netpbm(path.read_bytes())
+            image = decode_netpbm(read_bytes(path))
             shape = (self.camera.height, self.camera.width, *channels)
             if image.shape != shape or image.dtype != dtype:
                 raise InputError(f"is {image.dtype} {image.shape}; it must be {dtype} {shape}")
@@ -109,7 +109,7 @@ class BerkeleyMhadRecording:
         for path in self._depth_paths.values():
             try:
                 with naming(path):
-                    height, width = decode_netpbm(path.read_bytes()).shape[:2]
+                    height, width = decode_netpbm(read_bytes(path)).shape[:2]
                     return height, width
             except InputError as error:
                 problems.append(str(error))
@@ -128,7 +128,7 @@ def read_camera_matrix(path: Path) -> NDArray[np.float64]:
     """
     right = "it must be OpenCV's YAML with a 3 x 3 matrix K under Camera_1"
     with naming(path, right=right):
-        text = path.read_bytes().decode("latin-1")
+        text = read_text(path, right=right)
         if (match := _CAMERA_MATRIX.search(text)) is None:
             raise InputError(f"has no camera matrix; {right}")
         try:
@@ -146,7 +146,7 @@ def read_world_pose(path: Path) -> NDArray[np.float64]:
     """
     right = "it must hold nine numbers of a rotation and three of a shift in mm"
     with naming(path, right=right):
-        text = re.sub(r"(?m)^.*[=:]", "", path.read_bytes().decode("latin-1"))
+        text = re.sub(r"(?m)^.*[=:]", "", read_text(path, right=right))
         try:
             numbers = np.array(re.split(r"[\s,;\[\]]+", text.strip(" \r\n\t;,[]")), np.float64)
         except ValueError as error:

@@ -11,15 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import naming
-from topview.io.camera_values import INTRINSICS_KEYS, camera_from, number, require, transform
+from topview.files import naming, read_bytes
+from topview.io.camera_values import (
+    INTRINSICS_KEYS,
+    camera_from,
+    number,
+    require,
+    shown_json,
+    transform,
+)
 from topview.io.readers.registration import ColorCamera
 from topview.records import Camera, InputError
 
 DEFAULT_FPS = 30.0  # of the Kinect and its successors
-MAX_FPS = 1000.0  # ours
+MIN_FPS, MAX_FPS = 0.1, 1000.0  # ours
 METRES_PER_UNIT_RANGE = (1e-5, 1e-2)  # ours; below, 16 bits do not reach 1 m; above, steps of cm
 REQUIRED_KEYS = (*INTRINSICS_KEYS, "depth_scale")
+MOST_JSON_BYTES = 2**20  # ours; all there is to tell takes a thousandth of it
 COLOR_KEYS = (*INTRINSICS_KEYS, "T_color_depth")
 MAX_BASELINE_M = 5.0  # ours; beyond, the numbers are millimetres
 
@@ -51,12 +59,12 @@ def read_camera_json(path: Path) -> CameraFile:
             a lens and is not known; names file, key and value.
     """
     with naming(path, right=f"it must be a file with {', '.join(REQUIRED_KEYS)}"):
-        values = _json_object(path.read_bytes())
+        values = _json_object(read_bytes(path, MOST_JSON_BYTES))
         require(values, REQUIRED_KEYS)
         camera = camera_from(values)
         fps = number(values, "fps") if "fps" in values else DEFAULT_FPS
-        if not 0.0 < fps <= MAX_FPS:
-            raise InputError(f"fps is {fps:g}; it must be above 0, up to {MAX_FPS:g} per second")
+        if not MIN_FPS <= fps <= MAX_FPS:
+            raise InputError(f"fps is {fps:g}; it must be {MIN_FPS:g} to {MAX_FPS:g} per second")
         scale = metres_per_unit(number(values, "depth_scale"))
     with naming(Path(f"{path}: color")):
         color = _color_camera(values["color"]) if "color" in values else None
@@ -86,7 +94,7 @@ def metres_per_unit(depth_scale: float) -> float:
 
 def _color_camera(values: Any) -> ColorCamera:
     if not isinstance(values, dict):
-        raise InputError(f"is {json.dumps(values)}; it must be {{{', '.join(COLOR_KEYS)}}}")
+        raise InputError(f"is {shown_json(values)}; it must be {{{', '.join(COLOR_KEYS)}}}")
     require(values, COLOR_KEYS)
     return ColorCamera(camera_from(values), _T_color_depth(values))
 
@@ -106,6 +114,8 @@ def _T_color_depth(values: dict[str, Any]) -> NDArray[np.float64]:
 def _json_object(data: bytes) -> dict[str, Any]:
     try:
         values = json.loads(data)
+    except RecursionError:
+        raise InputError("is nested too deeply; it must be an object {...}") from None
     except ValueError as error:
         raise InputError(f"is not JSON ({error})") from None
     if not isinstance(values, dict):

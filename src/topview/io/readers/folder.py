@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera import undistorted_camera, undistortion
-from topview.files import naming
+from topview.files import naming, read_bytes
 from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
 from topview.io.readers.depth import depth_image
 from topview.io.readers.images import decode_color, decode_depth_png
@@ -102,7 +102,7 @@ class FolderRecording:
 
     def _read_depth(self, path: Path) -> NDArray[np.float32]:
         with naming(path.relative_to(self._root)):
-            units = decode_depth_png(path.read_bytes(), self.camera.width, self.camera.height)
+            units = decode_depth_png(read_bytes(path), self.camera.width, self.camera.height)
             depth_m = depth_image(units, self._metres_per_unit)
         return depth_m if self._look_up is None else self._look_up.depth(depth_m)
 
@@ -114,7 +114,7 @@ class FolderRecording:
             return None
         try:
             with naming(path.relative_to(self._root)):
-                color = decode_color(path.read_bytes())
+                color = decode_color(read_bytes(path))
         except InputError as error:
             self._note_bad_color(path, f"{error}; the frame comes without colour")
             return None

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import naming
+from topview.files import naming, read_bytes
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
 from topview.records import Camera, Frame, InputError
 
@@ -73,7 +73,7 @@ class MsrAction3dRecording:
 def read_depth_units(path: Path) -> NDArray[np.int32]:
     """[F, H, W] stored depth. Errors do not name the file."""
     right = "it must be an MSR Action3D *_sdepth.bin"
-    data = path.read_bytes()
+    data = read_bytes(path)
     if len(data) < 3 * _HEADER.itemsize:
         raise InputError(f"has {len(data)} bytes; {right}")
     frames, columns, rows = (int(n) for n in np.frombuffer(data, _HEADER, 3))

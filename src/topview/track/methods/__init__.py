@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Final
 
 from topview import laboratory
-from topview.records import InputError
+from topview.records import InputError, shown
 from topview.track.body_tracker import BodyMethod
 
 DEFAULT: Final = "topview"
@@ -36,9 +36,9 @@ def method_name(name: str) -> str:
     Raises:
         InputError: there is no such method.
     """
-    found = OTHER_NAMES.get(name, name)
+    found = OTHER_NAMES.get(name, name) if isinstance(name, str) else ""
     if found not in METHODS:
-        raise InputError(f"method is {name!r}; it must be one of {', '.join(METHODS)}")
+        raise InputError(f"method is {shown(name)}; it must be one of {', '.join(METHODS)}")
     return found
 
 
