@@ -17,7 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FOCAL_LENGTH_PX = 20_000.0
-MIN_FOCAL_SHARE = 0.05  # ours; of the image's side, which is then seen under 169 degrees
+# Ours; of the image's side from its first to its last pixel, then seen under 169 degrees. An image
+# of one pixel's width, as a coarse look at a narrow one may be, has no angle.
+MIN_FOCAL_SHARE = 0.05
+MIN_FOCAL_LENGTH_PX = 1e-6
 MAX_IMAGE_SIDE_PX = 16_384
 MAX_IMAGE_PIXELS = 2**25  # ours: several times those of any depth camera, and of most of colour
 MAX_PLACE_M = 1e8  # ours; from a world's origin: twice around the Earth
@@ -310,11 +313,12 @@ class Camera:
                 f"{MAX_IMAGE_PIXELS}"
             )
         for name, side in (("fx", self.width), ("fy", self.height)):
-            focal, least = getattr(self, name), MIN_FOCAL_SHARE * side
+            focal = getattr(self, name)
+            least = max(MIN_FOCAL_SHARE * (side - 1), MIN_FOCAL_LENGTH_PX)
             if not least <= focal <= MAX_FOCAL_LENGTH_PX:
                 raise InputError(
                     f"camera {name} is {focal}; it must be a focal length in pixels, {least:g} "
-                    f"({MIN_FOCAL_SHARE:g} of the image's {side}) to {MAX_FOCAL_LENGTH_PX:g}"
+                    f"to {MAX_FOCAL_LENGTH_PX:g} for an image of {side}"
                 )
         for name, side in (("cx", self.width), ("cy", self.height)):
             centre = getattr(self, name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -59,8 +60,8 @@ def test_what_is_no_number_is_refused_in_one_short_line(name, value):
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        ({"fx": 1e-300}, r"fx is 1e-300; it must be a focal length in pixels, 3\.2 \(0\.05 of"),
-        ({"fx": 0.999 * MIN_FOCAL_SHARE * 64}, "fx is .*; it must be a focal length"),
+        ({"fx": 1e-300}, r"fx is 1e-300; it must be a focal length in pixels, 3\.15 to"),
+        ({"fx": 0.999 * MIN_FOCAL_SHARE * 63}, "fx is .*; it must be a focal length"),
         ({"fy": 5e-324}, "fy is 5e-324; it must be a focal length"),
         ({"width": 64.5}, "width is 64.5; it must be a whole number"),
         ({"width": 8192, "height": 8192, "fx": 4e3, "fy": 4e3}, f"at most {MAX_IMAGE_PIXELS}"),
@@ -118,13 +119,14 @@ anything = st.one_of(
     st.dictionaries(st.sampled_from([*VALUES, "distortion", "sensor", "T_world_camera"]), anything)
 )
 def test_whatever_is_given_is_a_camera_or_one_line(values):
+    complaint, made = "", None
     try:
         made = camera(**values)
     except InputError as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 300
-    else:
-        assert np.isfinite([made.fx, made.fy, made.cx, made.cy]).all()
+        complaint = str(error)
+    assert "\n" not in complaint
+    assert len(complaint) < 300
+    assert made is None or np.isfinite([made.fx, made.fy, made.cx, made.cy]).all()
 
 
 def test_a_frame_s_numbers_are_converted_or_refused():
@@ -179,7 +181,7 @@ class Compiled(event.Listener):
         self.names: list[str] = []
 
     def on_start(self, event: event.Event) -> None:
-        self.names.append(event.data["dispatcher"].py_func.__name__)
+        self.names.append((event.data or {})["dispatcher"].py_func.__name__)
 
     def on_end(self, event: event.Event) -> None:
         pass
@@ -193,16 +195,15 @@ def tracked(frames: list[Frame]) -> list[list[Person]]:
 def by_hand(frame: Frame) -> Frame:
     """The same frame as somebody makes it who has NumPy's numbers and columnwise arrays."""
     own = frame.camera
-    made = Camera(
-        *map(np.float32, (own.fx, own.fy, own.cx, own.cy)),
-        *map(np.int16, (own.width, own.height)),  # type: ignore[arg-type]
-    )
+    numbers: list[Any] = [*map(np.float32, (own.fx, own.fy, own.cx, own.cy))]
+    numbers += map(np.int16, (own.width, own.height))
+    index: Any = np.int16(frame.index)
     assert frame.color is not None
     return Frame(
-        np.int16(frame.index),  # type: ignore[arg-type]
+        index,
         np.float64(frame.timestamp_s),
         np.asfortranarray(frame.depth_m),
-        made,
+        Camera(*numbers),
         np.asfortranarray(frame.color),
     )
 

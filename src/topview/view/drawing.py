@@ -183,7 +183,7 @@ def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[
     width, height = size_px
     camera = frame.camera
     scale = min(width / camera.width, height / camera.height)
-    fitted = round(camera.width * scale), round(camera.height * scale)
+    fitted = max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)
     picture = resized(frame_picture(frame), fitted)
     for person in sorted(people, key=lambda person: -float(person.joints_camera[0, 2])):
         joints_px = pixels_of(person.joints_camera, camera, scale)

@@ -45,6 +45,7 @@ from topview.view.palette import (
 EVEN_MOMENTS: Final = 5
 CHANGED_MOMENTS: Final = 5  # at most: when somebody comes or goes
 FOUND_PANEL_PX: Final = (400, 300)
+MOST_PANEL_HEIGHT_PX: Final = 1200  # of a picture three times as high as it is wide
 TITLE_PX: Final = 26
 GAP_PX: Final = 6
 FOUND_CAPTION_PX: Final = 30
@@ -256,15 +257,19 @@ def _colors(found: Found, frame: Frame) -> list[tuple[str, Image]]:
 
 
 def _fitted(picture: Image) -> Image:
-    """As wide as a panel."""
-    height = round(FOUND_PANEL_PX[0] * picture.shape[0] / picture.shape[1])
-    return resized(picture, (FOUND_PANEL_PX[0], height))
+    """As wide as a panel, or narrower where it would be too high."""
+    height, width = picture.shape[:2]
+    scale = min(FOUND_PANEL_PX[0] / width, MOST_PANEL_HEIGHT_PX / height)
+    return resized(picture, (max(round(scale * width), 1), max(round(scale * height), 1)))
 
 
 def _titled(title: str, picture: Image) -> Image:
-    head = np.full((TITLE_PX, picture.shape[1], 3), GROUND, np.uint8)
-    draw_text(head, title, (2, TITLE_PX - 8), 8, MUTED)
-    return np.vstack([head, picture])
+    """As wide as a panel."""
+    height, width = picture.shape[:2]
+    panel = np.full((TITLE_PX + height, FOUND_PANEL_PX[0], 3), GROUND, np.uint8)
+    draw_text(panel[:TITLE_PX], title, (2, TITLE_PX - 8), 8, MUTED)
+    panel[TITLE_PX:, :width] = picture
+    return panel
 
 
 def _beside(panels: Sequence[Image]) -> Image:

@@ -124,20 +124,31 @@ main()
 """
 
 
+# Whoever reads a pipe waits until somebody writes.
+WAITS_IN_FRAME_3 = """
+from topview.io.readers.folder import FolderRecording
+read = FolderRecording.frame
+def frame(self, index):
+    if index == 3:
+        open(PIPE).read()
+    return read(self, index)
+FolderRecording.frame = frame
+"""
+
+
 @pytest.mark.parametrize(("number", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_every_signal_ends_in_order_and_a_second_one_breaks_nothing(
     make_recording, tmp_path, compiled, number, status
 ):
-    source, out = make_recording([wall()] * 6), tmp_path / "out"
-    third = source / "depth" / "000003.png"
-    third.unlink()
-    os.mkfifo(third)  # whoever reads it waits until somebody writes
+    source, out, pipe = make_recording([wall()] * 6), tmp_path / "out", tmp_path / "pipe"
+    os.mkfifo(pipe)
+    code = WAITS_IN_FRAME_3.replace("PIPE", repr(str(pipe))) + RUN
     running = subprocess.Popen(
-        [sys.executable, "-c", RUN, "track", str(source), "--out", str(out), "--pictures"],
+        [sys.executable, "-c", code, "track", str(source), "--out", str(out), "--pictures"],
         stderr=subprocess.PIPE,
         text=True,
     )
-    writing = opened(third, running)
+    writing = opened(pipe, running)
     running.send_signal(getattr(signal, number))
     running.send_signal(getattr(signal, number))
     time.sleep(0.005)

@@ -39,7 +39,7 @@ def test_an_unknown_format_is_refused(write_folder):
 
 @pytest.mark.parametrize("format", ["pcd", "utd-mhad"])
 def test_a_folder_is_no_file(tmp_path, format):
-    with pytest.raises(InputError, match="cannot be read: Is a directory"):
+    with pytest.raises(InputError, match="is no regular file; it must be"):
         topview.open(tmp_path, format)
 
 

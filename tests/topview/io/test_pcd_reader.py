@@ -207,8 +207,8 @@ def scattered(points: np.ndarray) -> np.ndarray:
     [
         (lambda points: points * [1, -1, 1], "both must be positive"),
         (lambda points: points * [-1, 1, 1], "both must be positive"),
-        (lambda points: points * [1, -1, -1], "has 0 valid points with z > 0"),
-        (lambda points: points * np.nan, "has 0 valid points with z > 0"),
+        (lambda points: points * [1, -1, -1], "has 0 points with z above 0, up to 100 m"),
+        (lambda points: points * np.nan, "has 0 points with z above 0, up to 100 m"),
         (scattered, "is no pinhole image: points lie .* px from their pixels"),
     ],
     ids=["y up", "mirrored", "z backward", "no points", "scattered"],

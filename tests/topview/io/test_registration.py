@@ -218,7 +218,7 @@ class TestInAFolder:
         [
             (True, r"is true; it must be \{fx, fy, .*T_color_depth\}"),
             ({}, "has no fx, fy, cx, cy, width, height, T_color_depth; it must have"),
-            ({**COLOR, "fx": -1}, "camera fx is -1.0; it must be a focal length in pixels, 0.8"),
+            ({**COLOR, "fx": -1}, "camera fx is -1.0; it must be a focal length in pixels, 0.75"),
             ({**COLOR, "cy": "1"}, 'cy is "1"; it must be a number'),
             ({**COLOR, "T_color_depth": None}, "T_color_depth must be 4 x 4 numbers"),
             ({**COLOR, "T_color_depth": np.eye(3).tolist()}, "must be 4 x 4 numbers"),

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rates import at_rate, renumbered
+from rates import at_rate
 from topview.records import Frame, Person
 from topview.track import Tracker, TrackerSettings
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 FRAMES = 60
+NUMBERINGS = {
+    "every fifth, from 1": range(1, 5 * FRAMES, 5),
+    "every third, from 7": range(7, 7 + 3 * FRAMES, 3),
+    "as it comes": np.cumsum(np.random.default_rng(0).integers(1, 50, FRAMES)).tolist(),
+    "great ones": range(10**9 - FRAMES, 10**9),
+}
 
 
 def frames_of(scene: str, frames: int | None = None) -> list[Frame]:
@@ -52,11 +59,18 @@ def test_every_second_frame_gives_the_same_skeletons(scene, frames):
 
 
 @pytest.mark.slow
-def test_the_numbers_of_frames_do_not_matter(two_users):
-    usual, now = tracked(two_users[:20]), tracked(renumbered(two_users[:20], 7, 3))
+@pytest.mark.parametrize("numbering", NUMBERINGS)
+def test_the_numbers_of_frames_do_not_matter(two_users, numbering):
+    """Bit for bit, at the same times."""
+    usual = tracked(two_users)
+    numbers = NUMBERINGS[numbering]
+    now = tracked([replace(frame, index=n) for frame, n in zip(two_users, numbers, strict=True)])
+    assert any(usual.values())
+    assert usual.keys() == now.keys()
     for time_s, people in usual.items():
         assert people.keys() == now[time_s].keys()
         for person_id, person in people.items():
-            np.testing.assert_array_equal(
-                person.joints_camera, now[time_s][person_id].joints_camera
-            )
+            other = now[time_s][person_id]
+            assert person.height_m == other.height_m
+            for name in ("joints_camera", "joint_state", "joint_confidence", "Ts_camera_part"):
+                np.testing.assert_array_equal(getattr(person, name), getattr(other, name))

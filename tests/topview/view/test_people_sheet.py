@@ -5,10 +5,17 @@ import pytest
 
 from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder, PeopleSettings
-from topview.records import Frame, InputError
-from topview.view import PeopleSheet
+from topview.records import Camera, Frame, InputError
+from topview.view import ContactSheet, PeopleSheet
 from topview.view.palette import PANEL, person_color
-from topview.view.people_sheet import FOUND_PANEL_PX, TITLE_PX, paint_found
+from topview.view.people_sheet import (
+    FOUND_CAPTION_PX,
+    FOUND_PANEL_PX,
+    GAP_PX,
+    MOST_PANEL_HEIGHT_PX,
+    TITLE_PX,
+    paint_found,
+)
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 
@@ -59,3 +66,28 @@ def test_moments_are_kept_evenly_and_when_somebody_comes(filmed):
         sheet.show(frame, [])
     assert len(sheet.tiles) == 2
     assert sheet.png().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("width", "height"), [(4000, 3), (4, 2000), (1, 16000), (16000, 1)])
+def test_pictures_of_very_long_images_are_bounded(width, height):
+    camera = Camera(0.9 * width, 0.9 * height, width / 2, height / 2, width, height)
+    frame = Frame(0, 0.0, np.full((height, width), 3.0, np.float32), camera)
+    finder = PeopleFinder()
+    finder.update(Pyramid(frame))
+    people_sheet = PeopleSheet("long", 1, lambda: finder.found)
+    contact_sheet = ContactSheet("long", 1)
+    for sheet in (people_sheet, contact_sheet):
+        sheet.show(frame, [])
+        rows, columns, _ = sheet.paint().shape
+        assert rows < 4 * MOST_PANEL_HEIGHT_PX
+        assert columns < 4 * FOUND_PANEL_PX[0]
+
+
+def test_a_picture_is_as_wide_as_a_panel_if_it_is_not_too_high(filmed):
+    finder = PeopleFinder()
+    finder.update(Pyramid(filmed[0]))
+    assert finder.found is not None
+    height = FOUND_PANEL_PX[0] * filmed[0].camera.height // filmed[0].camera.width
+    rows, columns, _ = paint_found(finder.found).shape
+    assert columns == 3 * (FOUND_PANEL_PX[0] + GAP_PX) + GAP_PX
+    assert rows == FOUND_CAPTION_PX + 2 * (TITLE_PX + height + GAP_PX)

@@ -25,7 +25,10 @@ from topview.io.readers.netpbm import decode_netpbm
 from topview.records import Camera, Frame, InputError
 
 FPS: Final = 30.0
-_DEPTH_FILE: Final = re.compile(r"kin_k(\d+)_s(\d+)_a(\d+)_r(\d+)_depth_(\d+)\.pgm")
+SEQUENCE_DEPTH: Final = 5  # folders from a sequence's up to that of the data set
+_DEPTH_FILE: Final = re.compile(
+    r"kin_k([0-9]+)_s([0-9]+)_a([0-9]+)_r([0-9]+)_depth_([0-9]{1,18})\.pgm"
+)
 # OpenCV's own parser is strict about versions of the format, and writes to stderr.
 _CAMERA_MATRIX: Final = re.compile(
     r"Camera_1\s*:.*?\bK\s*:\s*!!opencv-matrix.*?\bdata\s*:\s*\[([^\]]*)\]", re.DOTALL
@@ -49,11 +52,20 @@ class BerkeleyMhadRecording:
 
     def __init__(self, path: Path, frames: int | None = None) -> None:
         """The frames whose numbers are below `frames`, all of them if None."""
-        matches = [match for file in path.iterdir() if (match := _DEPTH_FILE.fullmatch(file.name))]
+        with naming(path, right="it must be a folder"):
+            names = [file.name for file in path.iterdir()]
+        matches = [match for name in names if (match := _DEPTH_FILE.fullmatch(name))]
         if not matches:
             raise InputError(
                 f"{path}: has no depth images; it must hold kin_k01_s01_a01_r01_depth_00000.pgm ..."
             )
+        sequences = {match[0].partition("_depth_")[0] for match in matches}
+        if len(sequences) > 1:
+            raise InputError(
+                f"{path}: has images of {len(sequences)} sequences, "
+                f"{', '.join(sorted(sequences)[:2])} ...; it must have those of one"
+            )
+        root = _root_of(path)
         paths = {int(match[5]): path / match[0] for match in matches}
         self.indices = sorted(n for n in paths if frames is None or n < frames)
         if not self.indices:
@@ -62,7 +74,6 @@ class BerkeleyMhadRecording:
         kinect, subject, action, repetition = (int(matches[0][i]) for i in (1, 2, 3, 4))
         self.name = f"s{subject:02d}_a{action:02d}_r{repetition:02d}"
         self.problems: list[str] = []
-        root = path.resolve().parents[4]
         K = read_camera_matrix(root / "Calibration" / f"camcfg_k{kinect:02d}.yml")
         height, width = self._first_shape()
         self.camera = Camera(K[0, 0], K[1, 1], K[0, 2], K[1, 2], width, height)
@@ -118,6 +129,17 @@ class BerkeleyMhadRecording:
     def _note(self, problem: str) -> None:
         if problem not in self.problems:
             self.problems.append(problem)
+
+
+def _root_of(path: Path) -> Path:
+    """The data set's folder, of that of a sequence."""
+    above = path.resolve().parents
+    if len(above) < SEQUENCE_DEPTH:
+        raise InputError(
+            f"{path}: is no sequence's folder; it must be Kinect/Kin01/S01/A01/R01 of a data set, "
+            "as the camera's calibration lies in Calibration/ beside Kinect/"
+        )
+    return above[SEQUENCE_DEPTH - 1]
 
 
 def read_camera_matrix(path: Path) -> NDArray[np.float64]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from itertools import pairwise
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Final
 
 import numpy as np
@@ -15,13 +14,13 @@ from topview.camera import undistorted_camera, undistortion
 from topview.files import naming, read_bytes
 from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
 from topview.io.readers.depth import depth_image
+from topview.io.readers.frame_names import by_number
 from topview.io.readers.images import decode_color, decode_depth_png
 from topview.io.readers.registration import register_color
 from topview.records import Frame, InputError
 
 DEPTH_SUFFIXES: Final = (".png",)
 COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
-MAX_FRAME_NUMBER: Final = 2**63 - 1  # what int64, in which results keep it, holds
 MAX_GAP_LINES: Final = 5  # more gaps than this share one line
 MAX_COLOR_LINES: Final = 5  # colour files that cannot be read beyond these do so too
 
@@ -60,7 +59,7 @@ class FolderRecording:
                 f"{path}: has no depth images; it must hold depth/000000.png, depth/000001.png, "
                 "... and camera.json"
             )
-        self._color_paths = self._numbered_images("rgb", COLOR_SUFFIXES)
+        self._color_paths = self._numbered_color()
         camera_file = read_camera_json(self._root / "camera.json")
         self.camera = camera_file.camera
         with naming(self._root / "camera.json"):
@@ -141,30 +140,32 @@ class FolderRecording:
             "going on without colour"
         )
 
+    def _numbered_color(self) -> dict[int, Path]:
+        try:
+            return self._numbered_images("rgb", COLOR_SUFFIXES)
+        except InputError as error:
+            self._note(f"{error}; going on without colour")
+            return {}
+
     def _numbered_images(self, folder: str, suffixes: tuple[str, ...]) -> dict[int, Path]:
         """Frame index to image path, in order."""
         directory = self._root / folder
         if not directory.is_dir():
             return {}
-        images: dict[int, Path] = {}
         with naming(directory):
-            paths = sorted(directory.iterdir())
-        for path in paths:
-            if path.suffix.lower() not in suffixes or path.name.startswith("."):
-                continue
-            numbers = re.findall(r"[0-9]+", path.stem)
-            if not numbers:
-                self._note(f"{folder}/{path.name}: has no frame number; it must be like 000000.png")
-            elif int(numbers[-1]) > MAX_FRAME_NUMBER:
-                self._note(
-                    f"{folder}/{path.name}: has frame number {numbers[-1]}; "
-                    f"it must be at most {MAX_FRAME_NUMBER}; left out"
-                )
-            elif (taken := images.setdefault(int(numbers[-1]), path)) is not path:
-                self._note(
-                    f"{folder}/{path.name}: has the same frame number as {taken.name}; left out"
-                )
-        return dict(sorted(images.items()))
+            names = [path.name for path in directory.iterdir()]
+        images = [
+            name
+            for name in names
+            if PurePath(name).suffix.lower() in suffixes and not name.startswith(".")
+        ]
+        try:
+            numbered, problems = by_number(images)
+        except InputError as error:
+            raise InputError(f"{directory}/{error}") from None
+        for problem in problems:
+            self._note(f"{folder}/{problem}")
+        return {index: directory / name for index, name in numbered.items()}
 
     def _note_gaps(self) -> None:
         gaps = [

@@ -15,14 +15,22 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import naming
+from topview.files import MOST_BYTES, naming, read_bytes
 from topview.io.readers.depth import depth_image
 from topview.io.readers.lzf import lzf_decompress
-from topview.records import Camera, Frame, InputError
+from topview.records import (
+    FARTHEST_READING_M,
+    MAX_IMAGE_SIDE_PX,
+    Camera,
+    Frame,
+    InputError,
+    shown,
+)
 
 TYPE_KINDS: Final = {"F": "f", "U": "u", "I": "i"}
 MAX_RESIDUAL_PX: Final = 0.5  # ours: half a pixel, no worse than the sampling of the image itself
 MIN_POINTS: Final = 100  # ours: fewer do not say where the camera is
+MAX_SLOPE: Final = 20.0  # ours; |x / z| and |y / z| of 87 degrees aside, as far as no camera sees
 
 
 def recognises(path: Path) -> bool:
@@ -40,11 +48,13 @@ class PcdRecording:
         self.name = path.stem
         self.problems: list[str] = []
         with naming(path):
-            header, body = parse_header(path.read_bytes())
+            header, body = parse_header(read_bytes(path))
             columns = read_columns(header, body)
             image_shape = (header.height, header.width)
             x, y, z = (columns[axis].reshape(image_shape).astype(np.float64) for axis in "xyz")
-            self.camera = fit_camera(x, y, z)
+            is_seen = points_seen(x, y, z)
+            self.camera = fit_camera(x, y, z, is_seen)
+            z = np.where(is_seen, z, 0.0)
         packed = columns.get("rgb", columns.get("rgba"))
         color = None if packed is None else unpack_color(packed).reshape(*image_shape, 3)
         self._frame = Frame(0, 0.0, depth_image(z, 1.0), self.camera, color, path.name)
@@ -114,6 +124,11 @@ def parse_header(data: bytes) -> tuple[PcdHeader, bytes]:
         encoding = entries["DATA"][0].lower()
     except (ValueError, IndexError, TypeError, KeyError) as error:
         raise InputError(f"has a damaged header ({error}); it must be a PCD file") from None
+    if not (width <= MAX_IMAGE_SIDE_PX and height <= MAX_IMAGE_SIDE_PX):
+        raise InputError(
+            f"is a cloud of {shown(width)} x {shown(height)} points; "
+            f"it must be at most {MAX_IMAGE_SIDE_PX} x {MAX_IMAGE_SIDE_PX}"
+        )
     if height <= 1 or width <= 1:
         raise InputError(
             f"is an unorganized cloud, {width} x {height} points; "
@@ -125,7 +140,13 @@ def parse_header(data: bytes) -> tuple[PcdHeader, bytes]:
             f"has no fields {', '.join(absent)} of type F (it has {' '.join(fields)}); "
             "it must have x, y and z"
         )
-    return PcdHeader(fields, width, height, encoding), data[start:]
+    header = PcdHeader(fields, width, height, encoding)
+    if header.points * header.point_size > MOST_BYTES:
+        raise InputError(
+            f"has {header.points * header.point_size} bytes of points, by its header; "
+            f"it must have at most {MOST_BYTES}"
+        )
+    return header, data[start:]
 
 
 def _fields(entries: dict[str, list[str]]) -> dict[str, Field]:
@@ -186,16 +207,18 @@ def read_columns(header: PcdHeader, body: bytes) -> dict[str, NDArray[Any]]:
 
 
 def _ascii_table(header: PcdHeader, body: bytes) -> NDArray[np.float64]:
-    try:
-        values = np.array(body.split(), dtype=np.float64)
-    except ValueError as error:
-        raise InputError(f"has a point that is no number ({error})") from None
     expected = header.points * header.point_columns
-    if values.size != expected:
+    words = body.split(None, expected)  # no more of them than are wanted
+    if len(words) != expected:
+        count = f"more than {expected}" if len(words) > expected else len(words)
         raise InputError(
-            f"is truncated or damaged: it holds {values.size} numbers; "
+            f"is truncated or damaged: it holds {count} numbers; "
             f"{header.width} x {header.height} points must have {expected}"
         )
+    try:
+        values = np.array(words, dtype=np.float64)
+    except ValueError as error:
+        raise InputError(f"has a point that is no number ({error})") from None
     return values.reshape(header.points, header.point_columns)
 
 
@@ -225,22 +248,35 @@ def unpack_color(packed: NDArray[Any]) -> NDArray[np.uint8]:
     return np.stack([bits >> 16 & 255, bits >> 8 & 255, bits & 255], axis=-1).astype(np.uint8)
 
 
-def fit_camera(x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> Camera:
+def points_seen(
+    x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """[H, W] where a point is one that a camera can see: ahead of it, and not too far or aside."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        is_ahead = (z > 0.0) & (z <= FARTHEST_READING_M)
+        return is_ahead & (np.abs(x) <= MAX_SLOPE * z) & (np.abs(y) <= MAX_SLOPE * z)
+
+
+def fit_camera(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    z: NDArray[np.float64],
+    is_seen: NDArray[np.bool_],
+) -> Camera:
     """The pinhole camera whose pixel (column, row) sees each point [H, W], by least squares.
 
     Raises:
         InputError: too few points, or they are no picture taken from the origin along +z.
     """
     height, width = z.shape
-    valid = np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & (z > 0.0)
-    if valid.sum() < MIN_POINTS:
+    if is_seen.sum() < MIN_POINTS:
         raise InputError(
-            f"has {valid.sum()} valid points with z > 0; it must have at least {MIN_POINTS}, "
-            "in the camera frame x right, y down, z forward"
+            f"has {is_seen.sum()} points with z above 0, up to {FARTHEST_READING_M:g} m; it must "
+            f"have at least {MIN_POINTS}, in metres, in the camera frame x right, y down, z forward"
         )
-    rows, columns = np.nonzero(valid)
-    fx, cx, residual_u = _fit_line(x[valid] / z[valid], columns)
-    fy, cy, residual_v = _fit_line(y[valid] / z[valid], rows)
+    rows, columns = np.nonzero(is_seen)
+    fx, cx, residual_u = _fit_line(x[is_seen] / z[is_seen], columns)
+    fy, cy, residual_v = _fit_line(y[is_seen] / z[is_seen], rows)
     if not (fx > 0.0 and fy > 0.0):
         raise InputError(
             f"has focal lengths {fx:.1f} and {fy:.1f} px; both must be positive: "

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat
 
-from topview.files import naming
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
-from topview.records import Camera, Frame, InputError
+from topview.io.readers.matlab import read_variable
+from topview.records import Camera, Frame
 
 # After flipping left-right; the focal length is the Kinect SDK's NUI_CAMERA_DEPTH_NOMINAL_
 # FOCAL_LENGTH_IN_PIXELS for 320 x 240.
@@ -52,7 +51,7 @@ class UtdMhadRecording:
         self.camera = CAMERA
         self.problems: list[str] = []
         shape = (CAMERA.height, CAMERA.width, None)
-        self._depth_mm = _read_variable(path, "d_depth", shape, "a UTD-MHAD *_depth.mat")
+        self._depth_mm = read_variable(path, "d_depth", shape, "a UTD-MHAD *_depth.mat")
 
     @property
     def frame_count(self) -> int:
@@ -77,7 +76,7 @@ def read_utd_skeleton(path: Path | str) -> tuple[tuple[str, ...], NDArray[np.flo
         InputError: unreadable, truncated, or not such a file.
     """
     joints, axes = len(SKELETON_JOINT_NAMES), 3
-    skeleton = _read_variable(
+    skeleton = read_variable(
         Path(path), "d_skel", (joints, axes, None), "a UTD-MHAD *_skeleton.mat"
     )
     # x is mirrored as the images are, y points up in the file.
@@ -96,37 +95,3 @@ def _delayed(samples: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
     delayed = (1.0 - share) * samples[first] + share * samples[second]
     delayed[~inside] = np.nan
     return delayed
-
-
-def _read_variable(
-    path: Path, name: str, shape: tuple[int | None, ...], expected: str
-) -> NDArray[Any]:
-    """A real numeric array of the given shape (None: any length above 0) from a .mat file."""
-    with naming(path):
-        with path.open("rb") as data:
-            try:
-                variables = loadmat(data)
-            except NotImplementedError:
-                raise InputError(f"is a MATLAB 7.3 file; it must be {expected}") from None
-            # A broken file makes scipy raise nearly anything: OSError, IndexError, zlib.error,
-            # MatReadError, TypeError, ValueError, MemoryError.
-            except Exception as error:
-                raise InputError(
-                    f"is truncated or damaged ({_one_line(error)}); it must be {expected}"
-                ) from None
-        if name not in variables:
-            names = ", ".join(key for key in variables if not key.startswith("__")) or "none"
-            raise InputError(f"has no variable {name} (it has {names}); it must be {expected}")
-        array = np.asarray(variables[name])
-        fits = array.ndim == len(shape) and all(
-            have == want if want else have > 0
-            for have, want in zip(array.shape, shape, strict=True)
-        )
-        if not fits or array.dtype.kind not in "uif":
-            size = " x ".join(str(side or "frames") for side in shape)
-            raise InputError(f"{name} is {array.dtype} {array.shape}; it must be numbers, {size}")
-        return array
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
