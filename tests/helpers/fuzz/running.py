@@ -199,7 +199,7 @@ def chosen_cases(count: int, seed: int, only: str = "") -> list[Case]:
 def _environment() -> dict[str, str]:
     helpers = Path(__file__).resolve().parents[1]
     places = [str(helpers), str(helpers.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
-    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, places)), "COLUMNS": "100"}
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, places)), "COLUMNS": "100", "PYTHONIOENCODING": "utf-8:strict"}
 
 
 def table(endings: Iterable[Ending]) -> str:
