@@ -54,8 +54,8 @@ def annotate(
     """
     if not 1 <= people <= MOST_PEOPLE:
         raise InputError(f"--people is {people}; it must be 1 to {MOST_PEOPLE}")
-    if offset is not None and not abs(offset) <= MOST_OFFSET_S:
-        raise InputError(f"--offset is {offset}; it must be at most {MOST_OFFSET_S} seconds")
+    if offset is not None and not abs(offset) <= MOST_GIVEN_OFFSET_S:
+        raise InputError(f"--offset is {offset}; it must be at most {MOST_GIVEN_OFFSET_S} seconds")
     wishes = FindOptions(people, None if board is None else Board.parse(board), offset)
     with Session(front, rear, out, wishes) as session:
         if pick is not None:
@@ -69,15 +69,15 @@ def annotate(
 
 
 MOST_PEOPLE = 6
-MOST_OFFSET_S = 3600  # either way; ours
+MOST_GIVEN_OFFSET_S = 3600  # either way; ours
 
 
-WHOLE = "[0-9]{1,9}"
+DIGITS = "[0-9]{1,9}"
 
 
 def _pixel(text: str) -> tuple[int, int, float, float]:
     match = re.fullmatch(
-        rf"(front|rear):({WHOLE}):({WHOLE}(?:\.[0-9]+)?):({WHOLE}(?:\.[0-9]+)?)", text
+        rf"(front|rear):({DIGITS}):({DIGITS}(?:\.[0-9]+)?):({DIGITS}(?:\.[0-9]+)?)", text
     )
     if match is None:
         raise InputError(f"--pick is {text!r}; it must be VIEW:FRAME:U:V, such as front:0:320:200")

@@ -32,7 +32,7 @@ HELD_OUT_IMAGES = 200
 DEFAULT_GROWING = GrowingSettings()
 # Ours: far beyond what Shotton et al. grew (3 trees, 20 levels, 300 000 images, 2000 candidates and
 # pixels), and what a machine holds.
-MOST_IMAGES, MOST_TREES, MOST_DEPTH, MOST_PIXELS = 1_000_000, 100, 24, 100_000
+MOST_IMAGES, MOST_TREES, MOST_DEPTH, MOST_PIXELS_OF_ONE = 1_000_000, 100, 24, 100_000
 MOST_CANDIDATES = 640 * CANDIDATE_BLOCK
 
 
@@ -69,7 +69,7 @@ def train_forest(
         ("images", images, MOST_IMAGES),
         ("trees", trees, MOST_TREES),
         ("depth", depth, MOST_DEPTH),
-        ("pixels", pixels, MOST_PIXELS),
+        ("pixels", pixels, MOST_PIXELS_OF_ONE),
     ):
         if not 1 <= value <= most:
             raise InputError(f"--{name} is {value}; it must be 1 to {most}")

@@ -57,7 +57,7 @@ _KIND_NAMES: Final = {
     "f": "real numbers",
 }
 _RIGHT_KINDS: Final = "ids are whole numbers, present is yes or no, all others are real numbers"
-LEAST_STATURE_M, GREATEST_STATURE_M = 0.4, 2.8
+SHORTEST_PERSON_M, TALLEST_PERSON_M = 0.4, 2.8
 """Of people: below a newborn's, above the tallest man's, 2.72 m (ours)."""
 GREATEST_ID: Final = 2**53
 """That every table and program keeps apart from its neighbours (ours)."""
@@ -153,10 +153,10 @@ def _check_people(arrays: Arrays, source: str) -> None:
             if ids.count(person_id) > 1:
                 raise InputError(f"{source}: ids has {person_id} twice; each person has an own one")
     for stature_m in arrays.get("stature", ()):
-        if not LEAST_STATURE_M <= stature_m <= GREATEST_STATURE_M:
+        if not SHORTEST_PERSON_M <= stature_m <= TALLEST_PERSON_M:
             raise InputError(
                 f"{source}: stature has {stature_m:g}; it must be metres, "
-                f"{LEAST_STATURE_M:g} to {GREATEST_STATURE_M:g}"
+                f"{SHORTEST_PERSON_M:g} to {TALLEST_PERSON_M:g}"
             )
 
 

@@ -21,7 +21,7 @@ from topview_lab.sim.scene import Scene
 from topview_lab.sim.truth import FrameTruth, GroundTruth, stack_truth
 
 IMAGES: Final = ("depth", "rgb", "mask", "part")
-CAMERA, TRUTH = "camera.json", "groundtruth.npz"
+CAMERA_FILE, GROUNDTRUTH_FILE = "camera.json", "groundtruth.npz"
 
 
 def write_scene(
@@ -54,7 +54,7 @@ def write_scene(
             old.unlink()
         for name in IMAGES:
             (folder / name).mkdir(parents=True, exist_ok=True)
-        (folder / CAMERA).write_bytes(
+        (folder / CAMERA_FILE).write_bytes(
             msgspec.json.format(msgspec.json.encode(_camera_json(scene)), indent=1)
         )
         for index, truth in enumerate(_written_frames(recording, folder, threads)):
@@ -62,7 +62,7 @@ def write_scene(
             if on_frame is not None:
                 on_frame(index)
         truth = stack_truth(scene, truths)
-        np.savez_compressed(folder / TRUTH, **truth.arrays())
+        np.savez_compressed(folder / GROUNDTRUTH_FILE, **truth.arrays())
     except OSError as error:
         raise InputError(
             f"{error.filename or folder}: {error.strerror or error}; "
@@ -87,7 +87,9 @@ def _recording_files(folder: Path) -> Iterator[Path]:
     """What a recording consists of."""
     for name in IMAGES:
         yield from filter(_is_frame, (folder / name).glob("*"))
-    yield from (path for name in (CAMERA, TRUTH) if (path := folder / name).exists())
+    yield from (
+        path for name in (CAMERA_FILE, GROUNDTRUTH_FILE) if (path := folder / name).exists()
+    )
 
 
 def _is_frame(path: Path) -> bool:

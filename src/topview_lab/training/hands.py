@@ -111,7 +111,7 @@ def _mask(path: Path, frame: Frame) -> Mask | None:
     if not path.is_file():
         return None
     with naming(path):
-        is_somebodys = decode_color(path.read_bytes()).any(-1)
+        is_somebodys: Mask = np.any(decode_color(path.read_bytes()), axis=-1)
         if is_somebodys.shape != frame.depth_m.shape:
             height, width = is_somebodys.shape
             raise InputError(

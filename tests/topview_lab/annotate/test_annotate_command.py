@@ -49,7 +49,7 @@ def test_everything_by_itself(
         (["--pick", f"front:0:{'9' * 5000}:90"], "must be VIEW:FRAME:U:V"),
         (["--port", "99999"], "--port is 99999; it must be a free port, 1 to 65535, or 0"),
         (["--port", "-1"], "--port is -1"),
-        (["--offset", "nan"], "--offset is nan"),
+        (["--offset", "nan"], "--offset is 'nan'"),
         (["--offset", "1e300"], "--offset is 1e+300"),
     ],
 )

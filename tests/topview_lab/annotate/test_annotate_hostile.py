@@ -11,14 +11,14 @@ import pytest
 
 from patience import HANGS_S
 from topview_lab.annotate.connections import MOST_CONNECTIONS
-from topview_lab.annotate.server import AnnotationServer
+from topview_lab.annotate.server import HOST, AnnotationServer
 from topview_lab.annotate.session import Session
 
 Serve = Callable[[Session], AnnotationServer]
 
 
 def connected(server: AnnotationServer) -> socket.socket:
-    return socket.create_connection(server.server_address[:2], timeout=HANGS_S)
+    return socket.create_connection((HOST, server.server_port), timeout=HANGS_S)
 
 
 def exchange(server: AnnotationServer, *lines: str, body: bytes = b"") -> bytes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -85,7 +87,8 @@ def test_the_absent_may_be_anywhere(tmp_path):
 )
 def test_truth_that_no_people_have_is_one_line(tmp_path, key, value, said):
     path = tmp_path / "groundtruth.npz"
-    np.savez(path, **(TWO | {key: np.asarray(value)}))
+    arrays: dict[str, Any] = TWO | {key: np.asarray(value)}
+    np.savez(path, **arrays)
     with pytest.raises(InputError) as raised:
         read_groundtruth(path)
     assert str(raised.value).startswith(f"{path}: ")

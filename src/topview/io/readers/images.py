@@ -28,7 +28,7 @@ JPEG_START_OF_SCAN: Final = b"\xff\xda"
 JPEG_END_OF_IMAGE: Final = b"\xff\xd9"
 # What libjpeg says where part of the picture is made up.
 JPEG_DAMAGE: Final = ("premature end", "bad Huffman code", "Premature end")
-MOST_PIXELS: Final = 2**26  # of a colour image, 8192 x 8192; ours
+MOST_COLOR_PIXELS: Final = 2**26  # of a colour image, 8192 x 8192; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +111,10 @@ def decode_color(data: bytes) -> NDArray[np.uint8]:
             raise InputError(f"is truncated after {len(data)} bytes; it must be a whole JPEG image")
     else:
         header = check_png(data)
-        if header.width * header.height > MOST_PIXELS:
+        if header.width * header.height > MOST_COLOR_PIXELS:
             raise InputError(
-                f"is {header.width} x {header.height} pixels; it must have {MOST_PIXELS} at most"
+                f"is {header.width} x {header.height} pixels; "
+                f"it must have {MOST_COLOR_PIXELS} at most"
             )
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     image, said = _decoded(data, flags)
