@@ -9,12 +9,10 @@ from typing import Any, Final, get_args
 
 from cyclopts import Token, convert
 
-from topview.records import InputError
+from topview.records import InputError, shown
 
 MOST_DIGITS: Final = 19
 """Of whole numbers, as many as 2^63 has."""
-MOST_SHOWN: Final = 40
-"""Characters of a word that an error repeats (ours)."""
 
 
 def converted(type_: Any, tokens: Sequence[Token]) -> Any:
@@ -44,5 +42,4 @@ def _is_finite(word: str) -> bool:
 
 
 def _named(token: Token) -> str:
-    word = token.value if len(token.value) <= MOST_SHOWN else f"{token.value[:MOST_SHOWN]}..."
-    return f"{token.keyword or 'an argument'} is {word!r}"
+    return f"{token.keyword or 'an argument'} is {shown(token.value)}"

@@ -16,18 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera import undistorted_camera
-from topview.records import InputError
+from topview.records import InputError, shown
 from topview_lab.annotate.connections import BoundedServer
 from topview_lab.annotate.landmarks import NAMES, PARENTS, SIDE_NAMES, relative_angles_deg
 from topview_lab.annotate.project import VIEW_NAMES
 from topview_lab.annotate.session import Session
 
 HOST: Final = "127.0.0.1"
-MOST_BYTES: Final = 100_000
+MOST_BODY_BYTES: Final = 100_000
 """Of a request's body; the largest that the page sends is a few hundred."""
 MOST_PORT: Final = 65535
-MOST_TOLD: Final = 80
-"""Characters of a request that an answer repeats."""
 PAGE: Final = files("topview_lab.annotate").joinpath("page.html").read_bytes()
 
 
@@ -103,12 +101,12 @@ class _Handler(BaseHTTPRequestHandler):
         answered otherwise."""
         host = self.headers.get("Host", "")
         if host.rpartition(":")[0] not in (HOST, "localhost"):  # a name pointed at this machine
-            self._say(HTTPStatus.FORBIDDEN, f"host is {_short(host)}; it must be {HOST}")
+            self._say(HTTPStatus.FORBIDDEN, f"host is {shown(host)}; it must be {HOST}")
             return False
         # A browser sends it with every post; what is no browser may not.
         origin = self.headers.get("Origin", f"http://{host}")
         if origin != f"http://{host}":
-            self._say(HTTPStatus.FORBIDDEN, f"origin is {_short(origin)}; it must be http://{host}")
+            self._say(HTTPStatus.FORBIDDEN, f"origin is {shown(origin)}; it must be http://{host}")
             return False
         return True
 
@@ -117,7 +115,7 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if re.fullmatch("[0-9]+", length) is None:
             refusal = HTTPStatus.LENGTH_REQUIRED, "the request must say its length"
-        elif len(length) > len(str(MOST_BYTES)) or int(length) > MOST_BYTES:
+        elif len(length) > len(str(MOST_BODY_BYTES)) or int(length) > MOST_BODY_BYTES:
             refusal = HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "the request is too large"
         else:
             try:
@@ -141,7 +139,7 @@ class _Handler(BaseHTTPRequestHandler):
                 answer = self._made(route, match.groups(), body)
             self._send(*answer)
             return
-        self._say(HTTPStatus.NOT_FOUND, f"there is no {_short(path)}")
+        self._say(HTTPStatus.NOT_FOUND, f"there is no {shown(path)}")
 
     def _made(
         self, route: Route, parts: tuple[str, ...], body: bytes
@@ -181,11 +179,6 @@ class _Handler(BaseHTTPRequestHandler):
 
 def _error(text: str) -> bytes:
     return msgspec.json.encode({"error": text})
-
-
-def _short(text: str) -> str:
-    """A part of a request, for an answer."""
-    return repr(text if len(text) <= MOST_TOLD else text[:MOST_TOLD] + " ...")
 
 
 JSON: Final = "application/json"

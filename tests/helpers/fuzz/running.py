@@ -174,7 +174,9 @@ def run_apart(count: int, seed: int, only: str = "") -> Iterator[Ending]:
     chosen, begun = chosen_cases(count, seed, only), 0
     while begun < len(chosen):
         command = [sys.executable, "-m", "fuzz.running", str(count), str(seed), only, str(begun)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=_environment()) as run:
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, text=True, env=_environment()
+        ) as run:
             assert run.stdout is not None
             current: int | None = None
             for line in run.stdout:
@@ -199,7 +201,11 @@ def chosen_cases(count: int, seed: int, only: str = "") -> list[Case]:
 def _environment() -> dict[str, str]:
     helpers = Path(__file__).resolve().parents[1]
     places = [str(helpers), str(helpers.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
-    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, places)), "COLUMNS": "100", "PYTHONIOENCODING": "utf-8:strict"}
+    return os.environ | {
+        "PYTHONPATH": os.pathsep.join(filter(None, places)),
+        "COLUMNS": "100",
+        "PYTHONIOENCODING": "utf-8:strict",
+    }
 
 
 def table(endings: Iterable[Ending]) -> str:

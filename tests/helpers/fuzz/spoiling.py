@@ -339,7 +339,9 @@ def _png_claims(path: Path, rng: Generator) -> None:
 
 
 def _image_of_another_kind(path: Path, rng: Generator) -> None:
-    shape = ((120, 160), (120, 160, 3), (120, 160, 4), (60, 80), (1, 1), (160, 120))[rng.integers(6)]
+    shape = ((120, 160), (120, 160, 3), (120, 160, 4), (60, 80), (1, 1), (160, 120))[
+        rng.integers(6)
+    ]
     kind = (np.uint8, np.uint16)[rng.integers(2)]
     image = rng.integers(0, np.iinfo(kind).max, shape, dtype=kind, endpoint=True)
     suffix = str(rng.choice([".png", ".jpg", ".bmp", ".tiff", ".pgm"]))
