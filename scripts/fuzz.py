@@ -3,8 +3,8 @@
     python scripts/fuzz.py --cases 5000 --seed 1
     python scripts/fuzz.py --only "truth.npz | a key's type" --cases 1 --seed 3
 
-Prints how many cases ended in each way, and each that should not have ended as it did: a traceback, a
-hang, too much memory, more than a few lines. The second call runs what such a line names.
+Prints how many cases ended in each way, and each that should not have ended as it did: a traceback,
+a hang, too much memory, more than a few lines. The second call runs what such a line names.
 """
 
 from __future__ import annotations

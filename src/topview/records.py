@@ -33,8 +33,8 @@ MOST_MESSAGE: Final = 1000  # characters of an error; ours: a screen of text is 
 class InputError(ValueError):
     """Something a user gave cannot be used; the message is one line: what, value, what is right.
 
-    Whatever it tells of, it is printable and short: what is not is escaped, and its middle left out.
-    The command line prints the message and exits with status 2.
+    Whatever it tells of, it is printable and short: what is not is escaped, and the middle of a
+    long one left out. The command line prints the message and exits with status 2.
     """
 
     def __init__(self, message: str) -> None:

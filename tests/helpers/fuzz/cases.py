@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -102,19 +103,20 @@ def _of_shell(texts: tuple[str, ...]) -> list[str]:
 def _option(
     command: tuple[str, ...],
     option: str,
-    values: list[str],
+    values: Sequence[str],
     folder: Path,
     bases: Path,
     rng: Generator,
 ) -> Arguments:
     shutil.copytree(bases / "truth", folder, dirs_exist_ok=True)
-    value = values[rng.integers(len(values))]
+    value = values[int(rng.integers(len(values)))]
     return [*command, f"--{option}={value}"] if value else [*command, f"--{option}", value]
 
 
 def _odd_name(rng: Generator) -> str:
     names = (
-        "[/x]", "[bold]", "[", "a\nb", os.fsdecode(b"\xff\xfe"), "é", "名前", " ", "-x", "--out", "..",
+        "[/x]", "[bold]", "[", "a\nb", os.fsdecode(b"\xff\xfe"), "é", "名前", " ", "-x", "--out",
+        "..",
         "%s{0}", "x" * 255, "x" * 256, "a\tb", "\x1b[31m", "*", "~", "$HOME", "a,b=c",
         ".hidden", "x.npz", "x.mat", "x.pcd", "x_sdepth.bin", "\u202e", "a b", '"', "\\",
     )  # fmt: skip
@@ -127,10 +129,8 @@ def _named(what: str, folder: Path, bases: Path, rng: Generator) -> Arguments:
     shutil.copytree(bases / "truth", folder, dirs_exist_ok=True)
     moved = "predictions.npz" if what == "predictions" else "recording"
     if what in ("track", "evaluate", "predictions") and name != "..":
-        try:
+        with suppress(OSError):  # too long
             (folder / moved).rename(folder / name)
-        except OSError:  # too long
-            pass
     match what:
         case "track":
             return ["track", f"./{name}", "--out", "OUT"]
@@ -166,7 +166,10 @@ def _frame_name(folder: Path, bases: Path, rng: Generator) -> Arguments:
 
 def _arguments(folder: Path, bases: Path, rng: Generator) -> Arguments:
     """Words that are no command line."""
-    words = ("track", "evaluate", "folder", "-", "--", "--out", "--help=1", "-h1", "[/x]", "é", "\n", "--no-force", "--seed")  # fmt: skip
+    words = (
+        "track", "evaluate", "folder", "-", "--", "--out", "--help=1", "-h1", "[/x]", "é", "\n",
+        "--no-force", "--seed",
+    )  # fmt: skip
     return [words[n] for n in rng.integers(0, len(words), int(rng.integers(1, 5))).tolist()]
 
 
@@ -180,7 +183,7 @@ def families() -> dict[str, Prepare]:
             for way, spoil in ways.items():
                 found[f"{short} | {way}"] = partial(_spoiled, name, base, file, spoil)
     values = _of_shell((*NUMBERS, *WORDS))
-    for commands, pool in ((_OPTIONS, values), (_HEAVY, list(_NO_NUMBERS))):
+    for commands, pool in ((_OPTIONS, values), (_HEAVY, _NO_NUMBERS)):
         for command, options in commands.items():
             for option in options:
                 family = f"{' '.join(command[:2])} | --{option}"

@@ -37,7 +37,8 @@ class Ending:
 
     Attributes:
         case: as text.
-        outcome: one of `FINE`, or "traceback", "hang", "over memory", "noise", "killed", "status N".
+        outcome: one of `FINE`, or "traceback", "hang", "over memory", "noise", "killed" or
+            "status N".
         said: on stderr, its end; with where a traceback comes from.
         seconds: that it took.
         arguments: of the command.
@@ -174,9 +175,8 @@ def run_apart(count: int, seed: int, only: str = "") -> Iterator[Ending]:
     chosen, begun = chosen_cases(count, seed, only), 0
     while begun < len(chosen):
         command = [sys.executable, "-m", "fuzz.running", str(count), str(seed), only, str(begun)]
-        with subprocess.Popen(
-            command, stdout=subprocess.PIPE, text=True, env=_environment()
-        ) as run:
+        run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=_environment())
+        with run:
             assert run.stdout is not None
             current: int | None = None
             for line in run.stdout:
@@ -203,8 +203,8 @@ def _environment() -> dict[str, str]:
     places = [str(helpers), str(helpers.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
     return os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, places)),
+        "PYTHONIOENCODING": "utf-8:strict",  # as a terminal has it
         "COLUMNS": "100",
-        "PYTHONIOENCODING": "utf-8:strict",
     }
 
 

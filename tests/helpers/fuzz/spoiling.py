@@ -82,10 +82,11 @@ def _another_kind(data: bytes, rng: Generator) -> bytes:
     with zipfile.ZipFile(archive, "w") as file:
         file.writestr("x", b"x")
     kinds = (
-        b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xe0", b"GIF89a", b"P5\n8 8\n255\n", b"\x93NUMPY\x01\x00",
-        b"\x89HDF\r\n\x1a\n", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM", b"\x80\x04\x95",
-        b"{}", b"[]", b"#!/bin/sh\n", b"<html>", archive.getvalue(), b"\x1f\x8b\x08\x00", b"%PDF-1.7",
-        "{".encode("utf-16"), b"VERSION 0.7\nFIELDS x y z\n",
+        b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xe0", b"GIF89a", b"P5\n8 8\n255\n",
+        b"\x93NUMPY\x01\x00", b"\x89HDF\r\n\x1a\n", b"\x80\x04\x95",
+        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM",
+        b"{}", b"[]", b"#!/bin/sh\n", b"<html>", archive.getvalue(), b"\x1f\x8b\x08\x00",
+        b"%PDF-1.7", "{".encode("utf-16"), b"VERSION 0.7\nFIELDS x y z\n",
     )  # fmt: skip
     return kinds[rng.integers(len(kinds))] + data[: int(rng.integers(0, 2000))]
 
@@ -339,9 +340,8 @@ def _png_claims(path: Path, rng: Generator) -> None:
 
 
 def _image_of_another_kind(path: Path, rng: Generator) -> None:
-    shape = ((120, 160), (120, 160, 3), (120, 160, 4), (60, 80), (1, 1), (160, 120))[
-        rng.integers(6)
-    ]
+    shapes = (120, 160), (120, 160, 3), (120, 160, 4), (60, 80), (1, 1), (160, 120)
+    shape = shapes[rng.integers(len(shapes))]
     kind = (np.uint8, np.uint16)[rng.integers(2)]
     image = rng.integers(0, np.iinfo(kind).max, shape, dtype=kind, endpoint=True)
     suffix = str(rng.choice([".png", ".jpg", ".bmp", ".tiff", ".pgm"]))

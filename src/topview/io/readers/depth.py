@@ -12,7 +12,7 @@ METRES_PER_MILLIMETRE = 0.001
 
 def depth_image(values: NDArray[Any], metres_per_unit: float) -> NDArray[np.float32]:
     """float32 metres of the same shape; NaN, infinite and negative readings become 0 (none)."""
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         depth_m = np.array(values * metres_per_unit, np.float32, order="C")
     depth_m[~(np.isfinite(depth_m) & (depth_m > 0.0))] = 0.0
     return depth_m

@@ -51,7 +51,8 @@ class PcdRecording:
             header, body = parse_header(read_bytes(path))
             columns = read_columns(header, body)
             image_shape = (header.height, header.width)
-            x, y, z = (columns[axis].reshape(image_shape).astype(np.float64) for axis in "xyz")
+            with np.errstate(invalid="ignore"):  # of NaN that signals
+                x, y, z = (columns[axis].reshape(image_shape).astype(np.float64) for axis in "xyz")
             is_seen = points_seen(x, y, z)
             self.camera = fit_camera(x, y, z, is_seen)
             z = np.where(is_seen, z, 0.0)
