@@ -16,6 +16,8 @@ from typing import Any, Final, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.lines import as_line
+
 MAX_FOCAL_LENGTH_PX = 20_000.0
 # Ours; of the image's side from its first to its last pixel, then seen under 169 degrees. An image
 # of one pixel's width, as a coarse look at a narrow one may be, has no angle.
@@ -27,26 +29,15 @@ MAX_PLACE_M = 1e8  # ours; from a world's origin: twice around the Earth
 ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digits
 
 
-MOST_MESSAGE: Final = 1000  # characters of an error; ours: a screen of text is no line
-
-
 class InputError(ValueError):
     """Something a user gave cannot be used; the message is one line: what, value, what is right.
 
-    Whatever it tells of, it is printable and short: what is not is escaped, and the middle of a
-    long one left out. The command line prints the message and exits with status 2.
+    Whatever it tells of, it is printable and short (`as_line`). The command line prints it and exits
+    with status 2.
     """
 
     def __init__(self, message: str) -> None:
-        line = "".join(map(_printable, message))
-        if len(line) > MOST_MESSAGE:
-            line = f"{line[: MOST_MESSAGE // 2]} ... {line[-MOST_MESSAGE // 3 :]}"
-        super().__init__(line)
-
-
-def _printable(character: str) -> str:
-    """Itself, or its escape: a line break in a file's name is one that a terminal would obey."""
-    return character if character.isprintable() else ascii(character)[1:-1]
+        super().__init__(as_line(message))
 
 
 MOST_SHOWN: Final = 80  # characters of a value in an error

@@ -22,7 +22,7 @@ def endings(compiled) -> list[Ending]:
 
 @pytest.mark.slow
 def test_every_case_ends_in_a_result_or_in_a_clean_line(endings):
-    """A failure names cases; `scripts/fuzz.py --only FAMILY --cases 1 --seed N` runs one of them."""
+    """`scripts/fuzz.py --only FAMILY --cases 1 --seed N` runs one that a failure names."""
     print(table(endings))
     assert len(endings) == CASES
     bad = [ending for ending in endings if not ending.is_fine]
@@ -56,7 +56,7 @@ def test_cases_are_the_same_every_time_and_each_family_has_its_turn(tmp_path):
         (2, "", "noise"),
         (2, "libpng error: CRC\ntopview: x\n", "noise"),
         (2, "topview: x\n" * (running.MOST_LINES + 1), "noise"),
-        (2, "topview: " + "x" * running.MOST_CHARACTERS, "noise"),
+        (2, "topview: " + "x" * running.MOST_LONGEST, "noise"),
         (1, "topview: a bug of topview (KeyError: 3)\n", "traceback"),
         (2, "Traceback (most recent call last):\n", "traceback"),
         (2, "topview: not enough memory: 12 GB\n", "over memory"),

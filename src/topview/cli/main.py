@@ -10,7 +10,8 @@ from tempfile import NamedTemporaryFile
 
 from topview.cli.status import BROKEN_PIPE, BUG, INTERRUPTED, UNUSABLE_INPUT
 from topview.cli.stopping import OrderlyEnd
-from topview.cli.streams import LastingStreams, as_line
+from topview.cli.streams import LastingStreams
+from topview.lines import as_line
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

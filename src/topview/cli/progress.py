@@ -15,9 +15,9 @@ from rich.progress import (
 )
 
 from topview.cli.printing import plain_console
-from topview.cli.streams import as_line
 from topview.kernels.caching import lasts
 from topview.kernels.compiling import compile_ahead, is_compiled
+from topview.lines import as_line
 from topview.records import Frame, Person, Recording
 from topview.track import KeepFrame, TrackingRun
 from topview.view import Viewer

@@ -9,10 +9,7 @@ from __future__ import annotations
 import io
 import os
 import sys
-from typing import Any, Final, Self, TextIO
-
-MOST_CHARACTERS: Final = 2000
-"""Of a line; of a longer one the middle is left out (ours)."""
+from typing import Any, Self, TextIO
 
 
 class _LastingFile(io.FileIO):
@@ -87,12 +84,3 @@ def _lasting(stream: TextIO | None, file: _LastingFile) -> io.TextIOWrapper:
         line_buffering=getattr(stream, "line_buffering", False),
         write_through=getattr(stream, "write_through", False),
     )
-
-
-def as_line(text: str) -> str:
-    """Any text as one line that a terminal can show: control characters are escaped."""
-    line = " ".join(text.split())
-    if len(line) > MOST_CHARACTERS:
-        half = MOST_CHARACTERS // 2
-        line = f"{line[:half]} ... {line[-half:]}"
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)

@@ -9,6 +9,7 @@ import csv
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from io import StringIO
 from math import prod
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import MOST_UNPACKED_BYTES, Archive
+from topview.files import MOST_UNPACKED_BYTES, Archive, read_text
 from topview.io.writers.npz import BLOCK_FRAMES, OF_FRAMES, format_version
 from topview.records import InputError
 from topview.skeletons import Slots
@@ -93,11 +94,10 @@ def _from_csv(path: Path) -> Arrays:
     is not read, as a joint without coordinates is absent."""
     right = f"it must be a .csv file with the columns {', '.join(NEEDED_COLUMNS)}"
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            columns = tuple(reader.fieldnames or ())
-            rows = [(reader.line_num, row) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reader = csv.DictReader(StringIO(read_text(path, "utf-8-sig", right), newline=""))
+        columns = tuple(reader.fieldnames or ())
+        rows = [(reader.line_num, row) for row in reader]
+    except (OSError, csv.Error) as error:
         raise InputError(f"cannot be read ({' '.join(str(error).split())}); {right}") from None
     missing = [column for column in NEEDED_COLUMNS if column not in columns]
     if missing:

@@ -22,12 +22,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from fuzz.cases import Case, cases, write_bases
+from topview.lines import MOST_CHARACTERS
 
 MOST_BYTES: Final = 4 * 2**30  # of addresses; imports and compiled kernels take one and a half
 MOST_WRITTEN_BYTES: Final = 2**28  # of a file
 MOST_SECONDS: Final = 120.0  # of a case, which mostly takes a tenth; a busy machine is no failure
 MOST_LINES: Final = 8
-MOST_CHARACTERS: Final = 1500  # of a line
+MOST_LONGEST: Final = MOST_CHARACTERS + 100  # of a line; the command's name comes before it
 FINE: Final = ("result", "clean line")
 
 
@@ -69,7 +70,8 @@ def outcome_of(status: int, said: str) -> str:
     if status not in (0, 2):
         return f"status {status}"
     is_clean = all(line.startswith("topview: ") for line in lines) and len(lines) <= MOST_LINES
-    if not is_clean or max(map(len, lines), default=0) > MOST_CHARACTERS or (status and not lines):
+    longest = max(map(len, lines), default=0)
+    if not is_clean or longest > MOST_LONGEST or (status and not lines):
         return "noise"
     return "clean line" if status else "result"
 

@@ -17,7 +17,7 @@ from rich.table import Table
 import topview
 from tiny_recordings import wall
 from topview.cli.printing import plain_console
-from topview.cli.streams import MOST_CHARACTERS, as_line
+from topview.lines import MOST_CHARACTERS, as_line
 
 FULL = Path("/dev/full")
 

@@ -164,7 +164,7 @@ class TestLines:
         self, tmp_path: Path, reference: ReferenceSequence, content: bytes
     ) -> None:
         (tmp_path / "a.csv").write_bytes(content)
-        with pytest.raises(InputError, match=r"cannot be read|has no column"):
+        with pytest.raises(InputError, match=r"cannot be read|has no column|is not text"):
             read_predictions(tmp_path / "a.csv", reference)
 
 
