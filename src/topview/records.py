@@ -32,8 +32,8 @@ ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digit
 class InputError(ValueError):
     """Something a user gave cannot be used; the message is one line: what, value, what is right.
 
-    Whatever it tells of, it is printable and short (`as_line`). The command line prints it and exits
-    with status 2.
+    Whatever it tells of, it is printable and short (`as_line`). The command line prints it, and
+    exits with status 2.
     """
 
     def __init__(self, message: str) -> None:

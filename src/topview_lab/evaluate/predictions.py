@@ -121,6 +121,7 @@ def read_predictions(
 def _predictions(
     arrays: Arrays, reference: ReferenceSequence, more: Mapping[str, str] | None, source: str
 ) -> SkeletonSequence:
+    _check_lists(arrays)
     joints = _joints(arrays)
     F, S, K = joints.shape[:3]
     frames = _frame_index(arrays, F, reference)
@@ -207,6 +208,12 @@ def _told_height(arrays: Arrays, person_id: int) -> float | None:
     return float(told[0]) if len(told) else None
 
 
+def _check_lists(arrays: Arrays) -> None:
+    for key in ("joint_names", "part_names", "joint_state_names", "people_ids"):
+        if key in arrays and arrays[key].ndim != 1:
+            raise InputError(f"{key} has shape {arrays[key].shape}; it must be a list")
+
+
 def _joints(arrays: Arrays) -> NDArray[np.float64]:
     """[F, P, K, 3], NaN where missing."""
     joints = arrays["joints_camera"]
@@ -270,8 +277,11 @@ def _states(
     state = arrays.get("joint_state")
     if names is None or state is None or tuple(map(str, names)) != JOINT_STATE_NAMES:
         return otherwise
-    if state.ndim != 3 or state.shape[:2] != otherwise.shape[:2]:
-        raise InputError(f"joint_state has shape {state.shape}; it must be that of joints_camera")
+    shape = (*otherwise.shape[:2], len(arrays["joint_names"]))
+    if state.shape != shape or state.dtype.kind not in "iu":
+        raise InputError(
+            f"joint_state is {state.dtype} {state.shape}; it must be whole numbers {shape}"
+        )
     own = state[:, :, [c[0] for c in columns.values()]]
     return np.where(otherwise == JointState.ABSENT, otherwise, own).astype(np.uint8)
 
@@ -284,11 +294,9 @@ def _rotations(
     if "Ts_camera_part" not in arrays or "part_names" not in arrays:
         return rotations
     Ts, own_names = arrays["Ts_camera_part"], [str(name) for name in arrays["part_names"]]
-    if Ts.shape != (*joints.shape[:2], len(own_names), 4, 4):
-        raise InputError(
-            f"Ts_camera_part has shape {Ts.shape}; "
-            f"it must be {(*joints.shape[:2], len(own_names), 4, 4)}"
-        )
+    shape = (*joints.shape[:2], len(own_names), 4, 4)
+    if Ts.shape != shape or Ts.dtype.kind not in "fiu":
+        raise InputError(f"Ts_camera_part is {Ts.dtype} {Ts.shape}; it must be numbers {shape}")
     for b, name in enumerate(PART_NAMES):
         if name in own_names:
             rotations[:, :, b] = Ts[:, :, own_names.index(name), :3, :3]

@@ -362,7 +362,7 @@ class TestReading:
             ({"joint_confidence": np.zeros((4, 2))}, "joint_confidence is float64"),
             (
                 {"Ts_camera_part": np.zeros((4, 2, 4, 4)), "part_names": np.array(["head"])},
-                "Ts_camera_part has shape",
+                "Ts_camera_part is float64",
             ),
             ({"joint_names": np.array(["x"] * 16)}, "unknown joint names x, x"),
         ],
