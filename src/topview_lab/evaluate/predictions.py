@@ -150,7 +150,7 @@ def _predictions(
         joint_names=names,
         joints_camera=placed(joints, np.nan),
         joint_state=placed(_states(arrays, columns, state.astype(np.uint8)), JointState.ABSENT),
-        joint_confidence=placed(confidence.astype(np.float32), np.nan),
+        joint_confidence=placed(_narrowed(confidence), np.nan),
         part_names=PART_NAMES,
         Ts_camera_part=placed(transform(rotations, np.zeros((F, S, len(PART_NAMES), 3))), np.nan),
         person_ids=placed(people.pop("person_ids"), NOBODY_ID),
@@ -206,6 +206,12 @@ def _told_height(arrays: Arrays, person_id: int) -> float | None:
     ids, heights_m = _numbers(arrays, "people_ids", (P,), 0), _numbers(arrays, "heights_m", (P,), 0)
     told = heights_m[ids == person_id]
     return float(told[0]) if len(told) else None
+
+
+def _narrowed(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What is too large for 32 bits is infinite."""
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def _check_lists(arrays: Arrays) -> None:
