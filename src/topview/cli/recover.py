@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from topview.cli.progress import warn
-from topview.cli.results import FRAMES, RESULT, check_no_result, print_people, write_result
+from topview.cli.results import FRAMES_NAME, RESULT, check_no_result, print_people, write_result
 from topview.io import NothingStoredError, StoredFrames
 from topview.records import InputError
 
@@ -28,7 +28,7 @@ def recover(
         folder: the output folder of the run.
         force: replace the result that DIR holds.
     """
-    path = folder / FRAMES
+    path = folder / FRAMES_NAME
     if not path.exists():
         raise InputError(f"{path}: no such file; {folder} holds nothing to recover")
     try:

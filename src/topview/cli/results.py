@@ -17,7 +17,7 @@ from topview.view import Sheet
 
 RESULT: Final = "skeletons.npz"
 TABLE: Final = "skeletons.csv"
-FRAMES: Final = "skeletons.frames"
+FRAMES_NAME: Final = "skeletons.frames"
 
 
 def check_free(out: Path, *, force: bool) -> None:
@@ -26,9 +26,9 @@ def check_free(out: Path, *, force: bool) -> None:
     Raises:
         InputError: there is one of them.
     """
-    if (out / FRAMES).exists():
+    if (out / FRAMES_NAME).exists():
         raise InputError(
-            f"{out / FRAMES}: another run writes it, or was killed; in that case "
+            f"{out / FRAMES_NAME}: another run writes it, or was killed; in that case "
             f"`topview recover {out}` makes the result of it"
         )
     check_no_result(out, force=force)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from topview.cli.progress import follow_with_progress, print_frames, warn
-from topview.cli.results import FRAMES, check_free, print_people, write_result
+from topview.cli.results import FRAMES_NAME, check_free, print_people, write_result
 from topview.cli.status import INTERRUPTED
 from topview.detect.color_view import Light
 from topview.io import (
@@ -66,13 +66,13 @@ def track(
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
-        with FramesFile(out / FRAMES, run.about) as frames:
+        with FramesFile(out / FRAMES_NAME, run.about) as frames:
             follow_with_progress(run, recording, Viewers(sheets.values()), frames.append)
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
     warn(*recording.problems, *light_problems(tracker))
     kept = "nothing was tracked, nothing written"
-    stored = StoredFrames(out / FRAMES) if run.frame_count else None
+    stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
     if stored is not None:
         kept = f"the {stored.frame_count} frames tracked so far are kept in {out}"
         unwritten = write_result(stored, sheets, out)

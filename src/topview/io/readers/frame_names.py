@@ -15,7 +15,7 @@ from typing import Final
 
 from topview.records import InputError
 
-MOST_FRAMES: Final = 10**9  # ours; a year at 30 frames a second; 10^9 seconds ended in 2001
+MOST_FRAME_NUMBER: Final = 10**9  # ours; a year at 30 frames a second; 10^9 seconds ended in 2001
 MAX_NAME_LINES: Final = 5  # names that are left out beyond these share one line
 _LAST_NUMBER: Final = re.compile(r"(.*?)([0-9]+)([^0-9]*)", re.DOTALL)
 _SECONDS: Final = re.compile(r"[0-9]+\.[0-9]+|.*[0-9]{9,}\.[0-9]+", re.DOTALL)
@@ -42,7 +42,7 @@ def by_number(names: Iterable[str]) -> tuple[dict[int, str], list[str]]:
             problems.append(f"{name}: has no frame number; it must be like 000000.png")
             continue
         before, number, after = match[1], match[2].lstrip("0") or "0", match[3]
-        if _SECONDS.fullmatch(stem) or len(number) > len(str(MOST_FRAMES - 1)):
+        if _SECONDS.fullmatch(stem) or len(number) > len(str(MOST_FRAME_NUMBER - 1)):
             stamps.append(name)
             continue
         around.setdefault((before, after), name)

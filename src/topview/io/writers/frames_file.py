@@ -22,7 +22,7 @@ import numpy as np
 
 from topview.files import naming
 from topview.io.camera_values import camera_from, camera_values
-from topview.io.writers.output import ROOM
+from topview.io.writers.output import HAS_ROOM
 from topview.records import InputError
 from topview.skeletons import (
     About,
@@ -109,7 +109,7 @@ class FramesFile:
             frame.people.tobytes(),
             None if camera is None else (camera[0], camera[1], camera[2], camera[3]),
         )
-        with naming(self.path, "written", ROOM):
+        with naming(self.path, "written", HAS_ROOM):
             data = _framed(msgspec.msgpack.encode(record))
             if self._file is None:
                 self._file = self._made()

@@ -43,7 +43,7 @@ OF_ALL: Final[dict[str, type[np.number[Any]]]] = {
     "floor_camera": np.float64,
     "gravity_camera": np.float64,
 }
-NAMES: Final = ("joint_names", "part_names", "joint_state_names", "settings")
+TEXT_KEYS: Final = ("joint_names", "part_names", "joint_state_names", "settings")
 SINCE_2: Final = (*OF_ALL, "frame_names", "camera", "topview_version")
 SINCE_3: Final = ("people_ids", "first_frame", "last_frame")
 IS_SKELETONS: Final = "it must be a skeletons.npz"
@@ -147,7 +147,7 @@ class SkeletonFile:
 def _sequences(archive: Archive, block_frames: int | None) -> Iterator[SkeletonSequence]:
     """Blocks of so many frames, or one of all; at least one."""
     version = format_version(archive)
-    needed = (*OF_FRAMES, "heights_m", *NAMES)
+    needed = (*OF_FRAMES, "heights_m", *TEXT_KEYS)
     needed += SINCE_2 if version >= 2 else ()
     needed += SINCE_3 if version >= 3 else ()
     missing = [key for key in needed if key not in archive]

@@ -13,7 +13,7 @@ from typing import BinaryIO, Final
 
 from topview.files import naming
 
-ROOM: Final = "it must be a place with room and leave to write"
+HAS_ROOM: Final = "it must be a place with room and leave to write"
 TEMPORARY: Final = re.compile(r"\.(.+)\.([0-9]{1,9})\.part")  # of which output; whose process
 LEFT_OVER_S: Final = 60.0  # ours: who writes a file touches it more often
 
@@ -27,7 +27,7 @@ def written_atomically(path: Path) -> Iterator[BinaryIO]:
         InputError: full disk, no permission, a folder in the file's place; names the path and why.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with naming(path, "written", ROOM):
+    with naming(path, "written", HAS_ROOM):
         try:
             with temporary.open("wb") as file:
                 yield file
