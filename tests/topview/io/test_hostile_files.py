@@ -9,6 +9,7 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -16,6 +17,7 @@ from scipy.io import savemat
 import topview
 from tiny_berkeley_mhad import write_calibration, write_sequence
 from topview.files import MOST_BYTES, naming, read_bytes, read_text
+from topview.io.readers.images import decode_color, jpeg_size
 from topview.io.readers.matlab import read_variable
 from topview.records import InputError
 
@@ -297,3 +299,29 @@ def test_an_mhad_image_that_is_no_regular_file_costs_its_own_frame(tmp_path, no_
     (tmp_path / "Calibration" / "camcfg_k01.yml").symlink_to(no_file)
     with pytest.raises(InputError, match=r"camcfg_k01\.yml: is no regular file"):
         topview.open(folder)
+
+
+def encoded(suffix: str, *parameters: int) -> bytes:
+    return cv2.imencode(suffix, np.zeros((48, 64, 3), np.uint8), parameters)[1].tobytes()
+
+
+def test_the_size_of_a_jpeg_is_read_before_it_is_decoded():
+    plain = encoded(".jpg")
+    assert jpeg_size(plain) == (64, 48)
+    assert jpeg_size(encoded(".jpg", cv2.IMWRITE_JPEG_PROGRESSIVE, 1)) == (64, 48)
+    assert jpeg_size(plain[:2] + b"\xff\xff\xff" + plain[3:]) == (64, 48)  # filled
+    for length in range(len(plain)):
+        assert jpeg_size(plain[:length]) in ((64, 48), (0, 0))
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+def test_a_small_colour_image_that_claims_gigabytes_is_not_decoded(suffix):
+    data = bytearray(encoded(suffix))
+    if suffix == ".jpg":
+        at = data.index(b"\xff\xc0") + 5
+        data[at : at + 4] = struct.pack(">HH", 30_000, 30_000)
+    else:
+        data[16:24] = struct.pack(">II", 30_000, 30_000)
+        data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    with pytest.raises(InputError, match=r"is 30000 x 30000 pixels; it must have at most 33554432"):
+        decode_color(bytes(data))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.io.readers.decoders_lines import decoders_lines
-from topview.records import InputError
+from topview.records import MAX_IMAGE_PIXELS, InputError
 
 # PNG specification (W3C, third edition), 5.2 and 11.2.1.
 PNG_SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
@@ -26,9 +26,11 @@ PNG_GREY: Final = 0
 JPEG_SIGNATURE: Final = b"\xff\xd8"
 JPEG_START_OF_SCAN: Final = b"\xff\xda"
 JPEG_END_OF_IMAGE: Final = b"\xff\xd9"
+JPEG_MARKER: Final = 0xFF
+JPEG_FRAMES: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+JPEG_ALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 # What libjpeg says where part of the picture is made up.
 JPEG_DAMAGE: Final = ("premature end", "bad Huffman code", "Premature end")
-MOST_COLOR_PIXELS: Final = 2**26  # of a colour image, 8192 x 8192; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,18 +111,38 @@ def decode_color(data: bytes) -> NDArray[np.uint8]:
     if data.startswith(JPEG_SIGNATURE):
         if data.rfind(JPEG_END_OF_IMAGE) < data.rfind(JPEG_START_OF_SCAN):
             raise InputError(f"is truncated after {len(data)} bytes; it must be a whole JPEG image")
+        _check_pixels(*jpeg_size(data))
     else:
         header = check_png(data)
-        if header.width * header.height > MOST_COLOR_PIXELS:
-            raise InputError(
-                f"is {header.width} x {header.height} pixels; "
-                f"it must have {MOST_COLOR_PIXELS} at most"
-            )
+        _check_pixels(header.width, header.height)
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     image, said = _decoded(data, flags)
     if image is None or any(sign in said for sign in JPEG_DAMAGE):
         raise InputError(f"cannot be decoded{said}; it must be a whole PNG or JPEG image")
     return np.ascontiguousarray(image[..., ::-1], np.uint8)
+
+
+def jpeg_size(data: bytes) -> tuple[int, int]:
+    """Width and height of a JPEG file, by the first header of a frame; 0, 0 if it has none."""
+    start = len(JPEG_SIGNATURE)
+    while start + 9 <= len(data) and data[start] == JPEG_MARKER:
+        kind = data[start + 1]
+        if kind in JPEG_FRAMES:
+            height, width = struct.unpack_from(">HH", data, start + 5)
+            return width, height
+        if kind == JPEG_MARKER:  # fills
+            start += 1
+        elif kind in JPEG_ALONE:
+            start += 2
+        else:
+            start += 2 + int.from_bytes(data[start + 2 : start + 4])
+    return 0, 0
+
+
+def _check_pixels(width: int, height: int) -> None:
+    """Before they are decoded: a small file may claim, and take, gigabytes."""
+    if width * height > MAX_IMAGE_PIXELS:
+        raise InputError(f"is {width} x {height} pixels; it must have at most {MAX_IMAGE_PIXELS}")
 
 
 def _decoded(data: bytes, flags: int) -> tuple[cv2.typing.MatLike | None, str]:
