@@ -34,6 +34,8 @@ from topview_lab.metrics import ReferenceSequence
 MSR_DEPTH_FILE: Final = re.compile(r"a(\d+)_s(\d+)_e(\d+)_sdepth\.bin")
 SKELETONS: Final = ("_skeleton3D.txt", "_skeleton.txt")
 """The better one first."""
+MOST_NUMBER: Final = 1e5
+"""In a skeleton: metres, pixels, or steps of depth of 16 bits (ours)."""
 MSR_JOINTS: Final = (
     "left_shoulder", "right_shoulder", "neck", "torso", "left_hip", "right_hip", "pelvis",
     "left_elbow", "right_elbow", "", "", "left_hand", "right_hand", "left_knee", "right_knee",
@@ -102,6 +104,8 @@ def read_skeleton(path: Path) -> NDArray[np.float64]:
             raise InputError(f"is damaged ({error}); {right}") from None
         if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows) or len(rows) % len(MSR_JOINTS):
             raise InputError(f"has {rows.shape[0]} lines of numbers; {right}")
+        if not (np.abs(rows) <= MOST_NUMBER).all():
+            raise InputError(f"has numbers that are not finite, or beyond {MOST_NUMBER:g}; {right}")
     joints = rows[:, :3].reshape(-1, len(MSR_JOINTS), 3)
     return np.where((joints != 0.0).any(-1, keepdims=True), joints, np.nan)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from topview.body import PART_NAMES
 from topview.geometry.rotations import transform
-from topview.records import JOINT_STATE_NAMES, InputError, JointState
+from topview.records import JOINT_STATE_NAMES, ROTATION_TOLERANCE, InputError, JointState
 from topview.skeletons import NOBODY_ID, SkeletonSequence, columns_as_slots, people_of
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.evaluate.part_frames import rotations_from_joints, statures_from_joints
@@ -26,6 +26,9 @@ from topview_lab.metrics import ReferenceSequence, measure_sequence
 
 FARTHEST_JOINT_M: Final = 50.0
 """Joints further away than this cannot be in metres (ours)."""
+
+CONFIDENCE_SLACK: Final = 0.01
+"""By which a confidence may pass 0 and 1, of rounding (ours)."""
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -128,7 +131,7 @@ def _predictions(
     columns = find_joints([str(name) for name in arrays["joint_names"]], source, more)
     names = tuple(columns)
     joints = np.stack([joints[:, :, c].mean(2) for c in columns.values()], 2)
-    confidence = _numbers(arrays, "joint_confidence", (F, S, K), np.nan)
+    confidence = _confidence(arrays, (F, S, K))
     confidence = np.stack([confidence[:, :, c].mean(2) for c in columns.values()], 2)
     state = np.where(np.isfinite(joints).all(-1), JointState.VISIBLE, JointState.ABSENT)
     rotations = _rotations(arrays, names, joints)
@@ -150,7 +153,7 @@ def _predictions(
         joint_names=names,
         joints_camera=placed(joints, np.nan),
         joint_state=placed(_states(arrays, columns, state.astype(np.uint8)), JointState.ABSENT),
-        joint_confidence=placed(_narrowed(confidence), np.nan),
+        joint_confidence=placed(confidence.astype(np.float32), np.nan),
         part_names=PART_NAMES,
         Ts_camera_part=placed(transform(rotations, np.zeros((F, S, len(PART_NAMES), 3))), np.nan),
         person_ids=placed(people.pop("person_ids"), NOBODY_ID),
@@ -206,12 +209,6 @@ def _told_height(arrays: Arrays, person_id: int) -> float | None:
     ids, heights_m = _numbers(arrays, "people_ids", (P,), 0), _numbers(arrays, "heights_m", (P,), 0)
     told = heights_m[ids == person_id]
     return float(told[0]) if len(told) else None
-
-
-def _narrowed(values: NDArray[np.float64]) -> NDArray[np.float32]:
-    """What is too large for 32 bits is infinite."""
-    with np.errstate(over="ignore"):
-        return values.astype(np.float32)
 
 
 def _check_lists(arrays: Arrays) -> None:
@@ -275,6 +272,15 @@ def _numbers(
     return values.astype(np.float64)
 
 
+def _confidence(arrays: Arrays, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """NaN where it is not told."""
+    confidence = _numbers(arrays, "joint_confidence", shape, np.nan)
+    known = confidence[~np.isnan(confidence)]
+    for value in known[(known < -CONFIDENCE_SLACK) | (known > 1.0 + CONFIDENCE_SLACK)][:1]:
+        raise InputError(f"joint_confidence has {value:g}; it must be 0 to 1, or NaN")
+    return np.clip(confidence, 0.0, 1.0)
+
+
 def _states(
     arrays: Arrays, columns: Mapping[str, tuple[int, ...]], otherwise: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
@@ -303,7 +309,13 @@ def _rotations(
     shape = (*joints.shape[:2], len(own_names), 4, 4)
     if Ts.shape != shape or Ts.dtype.kind not in "fiu":
         raise InputError(f"Ts_camera_part is {Ts.dtype} {Ts.shape}; it must be numbers {shape}")
+    Rs = Ts[..., :3, :3]
+    if (np.abs(Rs) > 1.0 + ROTATION_TOLERANCE).any():
+        raise InputError(
+            f"Ts_camera_part has {np.abs(Rs[~np.isnan(Rs)]).max():g} in a rotation; "
+            "it must be -1 to 1, or NaN where it is not known"
+        )
     for b, name in enumerate(PART_NAMES):
         if name in own_names:
-            rotations[:, :, b] = Ts[:, :, own_names.index(name), :3, :3]
+            rotations[:, :, b] = Rs[:, :, own_names.index(name)]
     return rotations

@@ -133,6 +133,8 @@ BVH = "Mocap/SkeletalData/skl_s01_a04_r01.bvh"
         (f"{CALIBRATION}/RwTw_k01.txt", lambda t: "Rw=1 2 3", "has 3 numbers"),
         (f"{CALIBRATION}/RwTw_k01.txt", lambda t: t.replace("-1.0", "-1.2"), "no rotation"),
         (f"{CALIBRATION}/RwTw_k01.txt", lambda t: t.replace("-1.0", "one"), "is damaged"),
+        (f"{CALIBRATION}/RwTw_k01.txt", lambda t: t.replace("-1.0", "1e300"), "no rotation"),
+        (f"{CALIBRATION}/RwTw_k01.txt", lambda t: t.replace("3000.0", "1e300"), "a shift of up to"),
         (f"{CALIBRATION}/camcfg_k01.yml", lambda t: "%YAML:1.0\nA: 1\n", "has no camera matrix"),
         (f"{CALIBRATION}/camcfg_k01.yml", lambda t: t.replace("10.,", ""), "damaged camera"),
     ],

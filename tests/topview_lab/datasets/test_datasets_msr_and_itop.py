@@ -152,7 +152,13 @@ class TestMsrAction3d:
 
     @pytest.mark.parametrize(
         ("text", "message"),
-        [("", "has 0 lines"), ("1 2 3 4\n" * 19, "has 19 lines"), ("1 2 x 4\n" * 20, "is damaged")],
+        [
+            ("", "has 0 lines"),
+            ("1 2 3 4\n" * 19, "has 19 lines"),
+            ("1 2 x 4\n" * 20, "is damaged"),
+            ("1 2 nan 4\n" * 20, "numbers that are not finite"),
+            ("1 1e300 3 4\n" * 20, "numbers that are not finite, or beyond 100000"),
+        ],
     )
     def test_damaged_skeletons(self, root: Path, text: str, message: str) -> None:
         (root / "Skeleton" / "a02_s01_e01_skeleton3D.txt").write_text(text)

@@ -463,3 +463,45 @@ class TestCommand:
     def test_wrong_wishes(self, arguments: tuple[str, ...], message: str) -> None:
         with pytest.raises(InputError, match=message):
             self.call(*arguments)
+
+
+class TestValuesThatCannotBe:
+    """Each of them was measured with before, with warnings of NumPy's."""
+
+    @pytest.mark.parametrize(
+        ("key", "value", "complaint"),
+        [
+            ("joint_confidence", 1e300, r"joint_confidence has 1e\+300; it must be 0 to 1"),
+            ("joint_confidence", -0.5, "joint_confidence has -0.5; it must be 0 to 1"),
+            ("joint_confidence", np.inf, "joint_confidence has inf; it must be 0 to 1"),
+            ("Ts_camera_part", 1e300, r"Ts_camera_part has 1e\+300 in a rotation"),
+            ("Ts_camera_part", np.inf, "Ts_camera_part has inf in a rotation"),
+            ("joint_names", np.array(False), r"joint_names has shape \(\); it must be a list"),
+            ("part_names", np.array("head"), r"part_names has shape \(\); it must be a list"),
+            ("joint_state", np.zeros((2, 1, 3), np.uint8), "joint_state is uint8"),
+        ],
+    )
+    def test_they_are_refused_in_one_line(self, tmp_path, key, value, complaint):
+        joints = people_standing(2, 0.0)
+        write_skeletons_npz(predicted_of(joints), tmp_path / "whole.npz")
+        with np.load(tmp_path / "whole.npz") as whole:
+            arrays = dict(whole)
+        if isinstance(value, float):
+            arrays[key] = arrays[key].astype(np.float64)
+            arrays[key][0, 0, 0, ...] = value
+        else:
+            arrays[key] = value
+        np.savez(tmp_path / "a.npz", allow_pickle=False, **arrays)
+        with pytest.raises(InputError, match=complaint):
+            read_predictions(tmp_path / "a.npz", reference_of(joints))
+
+    def test_a_confidence_may_be_unknown_or_pass_one_by_rounding(self, tmp_path):
+        joints = people_standing(2, 0.0)
+        write_skeletons_npz(predicted_of(joints), tmp_path / "whole.npz")
+        with np.load(tmp_path / "whole.npz") as whole:
+            arrays = dict(whole)
+        arrays["joint_confidence"][0, 0, :2] = 1.001, np.nan
+        np.savez(tmp_path / "a.npz", allow_pickle=False, **arrays)
+        read = read_predictions(tmp_path / "a.npz", reference_of(joints)).joint_confidence
+        assert read[0, 0, 0] == 1.0
+        assert np.isnan(read[0, 0, 1])

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from topview.files import naming, read_bytes, read_text
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
 from topview.io.readers.netpbm import decode_netpbm
-from topview.records import Camera, Frame, InputError
+from topview.records import MAX_PLACE_M, Camera, Frame, InputError
 
 FPS: Final = 30.0
 SEQUENCE_DEPTH: Final = 5  # folders from a sequence's up to that of the data set
@@ -179,6 +179,12 @@ def read_world_pose(path: Path) -> NDArray[np.float64]:
         T[:3, :3] = numbers[:9].reshape(3, 3)
         T[:3, 3] = METRES_PER_MILLIMETRE * numbers[9:]
         R = T[:3, :3]
-        if np.abs(R @ R.T - np.eye(3)).max() > _ROTATION_ERROR or np.linalg.det(R) < 0.0:
+        with np.errstate(over="ignore", invalid="ignore"):
+            off = np.abs(R @ R.T - np.eye(3)).max()
+        if not off <= _ROTATION_ERROR or np.linalg.det(R) < 0.0:
             raise InputError("begins with nine numbers that are no rotation; they must be one")
+        if not (np.abs(T[:3, 3]) <= MAX_PLACE_M).all():
+            raise InputError(
+                f"ends with {T[:3, 3]} m; it must be a shift of up to {MAX_PLACE_M:g} m"
+            )
         return T
