@@ -133,7 +133,7 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
         shares={share: arrays[key] for share, key in _SHARES.items() if key in arrays},
         person_ids=arrays.get("ids"),
         statures_m=arrays.get("stature"),
-        actions=arrays.get("actions"),
+        actions=arrays["actions"].astype(str) if "actions" in arrays else None,
         bodies=tuple(map(str, arrays["bodies"])) if "bodies" in arrays else None,
         part_names=part_names,
         Rs_camera_part=Rs_camera_part,

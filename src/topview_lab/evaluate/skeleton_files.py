@@ -59,7 +59,8 @@ def _from_npz(path: Path, frames: NDArray[np.int64]) -> Arrays:
 def _chosen(archive: Archive, frames: NDArray[np.int64]) -> Arrays:
     """All arrays; those with a row for each frame, at the given frames alone."""
     index = archive.read("frame_index") if "frame_index" in archive else None
-    if index is None or index.ndim != 1 or np.isin(index, frames).all():
+    is_list = index is not None and index.ndim == 1 and index.dtype.kind in "iu"
+    if index is None or not is_list or np.isin(index, frames).all():
         archive.check_total()
         return {key: archive.read(key) for key in archive}
     check_same_recording(index, frames)

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
@@ -30,6 +31,7 @@ MOST_SECONDS: Final = 120.0  # of a case, which mostly takes a tenth; a busy mac
 MOST_LINES: Final = 8
 MOST_LONGEST: Final = MOST_CHARACTERS + 100  # of a line; the command's name comes before it
 FINE: Final = ("result", "clean line")
+NOT_MADE: Final = "not made"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +40,8 @@ class Ending:
 
     Attributes:
         case: as text.
-        outcome: one of `FINE`, or "traceback", "hang", "over memory", "noise", "killed" or
-            "status N".
+        outcome: one of `FINE`, or "traceback", "hang", "over memory", "noise", "killed",
+            "status N" or `NOT_MADE`.
         said: on stderr, its end; with where a traceback comes from.
         seconds: that it took.
         arguments: of the command.
@@ -81,7 +83,10 @@ def run_case(case: Case, bases: Path, command: Callable[[list[str]], None]) -> E
     before = os.getcwd()
     folder = Path(tempfile.mkdtemp(prefix="case-", dir=bases.parent))
     try:
-        arguments = case.prepare(folder, bases)
+        try:
+            arguments = case.prepare(folder, bases)
+        except Exception:  # a fault of the corpus, which is to be seen as one
+            return Ending(str(case), NOT_MADE, traceback.format_exc()[-3000:], 0.0, [])
         os.chdir(folder)
         start = time.perf_counter()
         status, said = _ended(command, arguments)
