@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import struct
+import warnings
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -193,6 +194,25 @@ def lzf_zeros(size: int) -> bytes:
 def test_a_header_that_asks_for_too_much_is_refused(tmp_path, points, changed, complaint, encoding):
     (tmp_path / "x.pcd").write_bytes(pcd(points, DATA=encoding, **changed))
     with pytest.raises(InputError, match=rf"x\.pcd: .*{complaint}"):
+        topview.open(tmp_path / "x.pcd")
+
+
+def test_a_number_that_32_bits_do_not_hold_is_no_reading(tmp_path, points):
+    points[3, 4] = 1e300
+    text = "\n".join(" ".join(map(str, point)) for point in points.reshape(-1, 3).tolist())
+    header = pcd(points[:0], "<f4", DATA="ascii", WIDTH=20, HEIGHT=15)
+    (tmp_path / "x.pcd").write_bytes(header + text.encode())
+    with warnings.catch_warnings(action="error"):
+        (frame,) = topview.open(tmp_path / "x.pcd")
+    assert np.argwhere(frame.depth_m == 0.0).tolist() == [[3, 4]]
+
+
+def test_a_small_cloud_that_says_that_it_unpacks_to_gigabytes_is_refused(tmp_path, points):
+    packed = lzf_zeros(10_000_000)
+    whole = pcd(points, DATA="binary_compressed")
+    header = whole[: whole.index(b"compressed\n") + len(b"compressed\n")]
+    (tmp_path / "x.pcd").write_bytes(header + struct.pack("<II", len(packed), 2**32 - 1) + packed)
+    with pytest.raises(InputError, match="unpacks to 4294967295 bytes, as it says"):
         topview.open(tmp_path / "x.pcd")
 
 

@@ -182,7 +182,8 @@ def read_columns(header: PcdHeader, body: bytes) -> dict[str, NDArray[Any]]:
     match header.encoding:
         case "ascii":
             table = _ascii_table(header, body)
-            return {name: table[:, f.column].astype(f.dtype) for name, f in wanted.items()}
+            with np.errstate(over="ignore", invalid="ignore"):  # beyond 32 bits is infinite
+                return {name: table[:, f.column].astype(f.dtype) for name, f in wanted.items()}
         case "binary":
             _check_length(len(body), header)
             return {
@@ -240,6 +241,8 @@ def _decompressed(header: PcdHeader, body: bytes) -> bytes:
             f"it must have {8 + compressed}"
         )
     _check_length(size, header)
+    if size > MOST_BYTES:
+        raise InputError(f"unpacks to {size} bytes, as it says; it must be at most {MOST_BYTES}")
     return lzf_decompress(body[8 : 8 + compressed], size)
 
 
