@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import savemat
 
+from made_frames import ABOUT, frames_with
 from skeleton_sequences import people_standing, predicted_of, write_rendered
 from tiny_berkeley_mhad import write_calibration, write_sequence
 from topview.camera import unproject_depth
-from topview.io import write_skeletons_csv, write_skeletons_npz
+from topview.io import FramesFile, write_skeletons_csv, write_skeletons_npz
 from topview.records import Camera
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
@@ -165,6 +166,14 @@ def _composite(root: Path) -> None:
     )
 
 
+def _stored(root: Path) -> None:
+    """The output folder of a run that was killed."""
+    (root / "killed").mkdir()
+    with FramesFile(root / "killed" / "skeletons.frames", ABOUT) as file:
+        for frame in frames_with([(1,), (1, 2), (), (2,)]):
+            file.append(frame)
+
+
 _EVALUATE: Final = ("evaluate", "folder", "recording", "--per-sequence", "--detail")
 _TRACK: Final = ("--out", "OUT")
 
@@ -226,6 +235,7 @@ BASES: Final[dict[str, Base]] = {
             "RwTw.txt": "Calibration/RwTw_k01.txt",
         },
     ),
+    "stored": Base(_stored, ("recover", "killed"), {"skeletons.frames": "killed/skeletons.frames"}),
     "truth": Base(
         _truth("predictions.npz"),
         (*_EVALUATE, "--predictions", "predictions.npz"),

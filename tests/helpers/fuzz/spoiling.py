@@ -378,4 +378,31 @@ JPG: Final[dict[str, Spoil]] = {"claims": _jpg_claims, "another image": _image_o
 JSON: Final[dict[str, Spoil]] = {
     f"a value, {n}": _bytes(_json_changed) for n in ("once", "again", "a third time", "a fourth")
 }
-BY_SUFFIX: Final = {".json": JSON, ".npz": ARCHIVE, ".csv": CSV, ".png": PNG, ".jpg": JPG}
+
+
+def _record_changed(data: bytes, rng: Generator) -> bytes:
+    """A record of `skeletons.frames` is another, and its checksum right."""
+    start = data.index(b"\n") + 1
+    records = []
+    while start < len(data):
+        length, _ = struct.unpack_from("<II", data, start)
+        records.append(data[start + 8 : start + 8 + length])
+        start += 8 + length
+    number = int(rng.integers(len(records)) if rng.random() < 0.5 else 0)
+    changes = _flipped(records[number], rng, 1), _cut_out(records[number], rng), rng.bytes(40)
+    records[number] = changes[rng.integers(len(changes))]
+    framed = (struct.pack("<II", len(r), zlib.crc32(r)) + r for r in records)
+    return data[: data.index(b"\n") + 1] + b"".join(framed)
+
+
+FRAMES: Final[dict[str, Spoil]] = {
+    f"a record, {n}": _bytes(_record_changed) for n in ("once", "again", "a third time")
+}
+BY_SUFFIX: Final = {
+    ".frames": FRAMES,
+    ".json": JSON,
+    ".npz": ARCHIVE,
+    ".csv": CSV,
+    ".png": PNG,
+    ".jpg": JPG,
+}

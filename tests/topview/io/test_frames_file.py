@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -161,3 +163,34 @@ def test_a_full_disk_costs_the_frame_that_did_not_fit_alone(tmp_path, limit):
     else:
         stored = StoredFrames(path)
         assert (stored.frame_count, stored.lost_bytes) == (int(kept), 0)
+
+
+def test_a_recording_s_name_that_is_no_text_is_kept(tmp_path):
+    name = os.fsdecode(b"\xff\xfe")
+    about = replace(ABOUT, settings={"recording": name})
+    stored = StoredFrames(store(tmp_path / "a.frames", frames_with([[1]]), about))
+    assert stored.about.settings == {"recording": name}
+
+
+def test_what_is_no_regular_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.frames")
+    with pytest.raises(InputError, match="is no regular file; it must be what `topview track`"):
+        StoredFrames(tmp_path / "a.frames")
+
+
+@given(st.integers(0, 2**16), st.integers(1, 255), st.integers(0, 3))
+def test_a_record_whose_checksum_is_right_is_frames_or_one_line(scratch, where, change, number):
+    path = store(scratch / "a.frames", frames_with([[1], [1, 2], [2]]))
+    data, begins = path.read_bytes(), len(frames_file.FIRST_LINE)
+    records = []
+    while begins < len(data):
+        length = int.from_bytes(data[begins : begins + 4], "little")
+        records.append(bytearray(data[begins + 8 : begins + 8 + length]))
+        begins += 8 + length
+    records[number][where % len(records[number])] ^= change
+    path.write_bytes(
+        frames_file.FIRST_LINE + b"".join(frames_file._framed(bytes(r)) for r in records)
+    )
+    with suppress(InputError):
+        for block in StoredFrames(path).blocks():
+            assert len(block.frame_index) <= 3

@@ -7,6 +7,7 @@ no frame, then one for each frame: its length, its CRC-32 and MessagePack.
 
 from __future__ import annotations
 
+import json
 import os
 import zlib
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from typing import Any, BinaryIO, Final
 import msgspec
 import numpy as np
 
-from topview.files import naming
+from topview.files import check_regular, naming
 from topview.io.camera_values import camera_from, camera_values
 from topview.io.writers.output import HAS_ROOM
 from topview.records import InputError
@@ -48,7 +49,7 @@ RIGHT: Final = "it must be what `topview track` was writing"
 class _AboutRecord(msgspec.Struct):
     joint_names: tuple[str, ...]
     part_names: tuple[str, ...]
-    settings: dict[str, Any]
+    settings: str  # JSON: a recording's name may be no text, which it escapes
     camera: dict[str, Any] | None
     topview_version: str
 
@@ -133,7 +134,11 @@ class FramesFile:
         about = self._about
         camera = None if about.camera is None else camera_values(about.camera)
         record = _AboutRecord(
-            about.joint_names, about.part_names, about.settings, camera, about.topview_version
+            about.joint_names,
+            about.part_names,
+            json.dumps(about.settings),
+            camera,
+            about.topview_version,
         )
         return FIRST_LINE + _framed(msgspec.msgpack.encode(record))
 
@@ -167,6 +172,7 @@ class StoredFrames:
     def __init__(self, path: Path) -> None:
         self.path = path
         with naming(path, right=RIGHT):
+            check_regular(path, RIGHT)
             with path.open("rb") as file:
                 _check_nobody_writes(file)
                 self.about = _about(file)
@@ -207,9 +213,9 @@ class StoredFrames:
         try:
             frame = _FRAME_DECODER.decode(record)
             people = np.frombuffer(frame.people, self._person_type)
+            name = frame.name.decode("utf-8", "surrogatepass")
         except ValueError as error:  # of msgspec and NumPy
             raise InputError(f"has a record that is no frame ({error}); {RIGHT}") from None
-        name = frame.name.decode("utf-8", "surrogatepass")
         return TrackedFrame(frame.index, frame.timestamp_s, name, people, frame.floor_camera)
 
 
@@ -237,12 +243,13 @@ def _about(file: BinaryIO) -> About:
         raise NothingStoredError("holds no frame")
     try:
         about = msgspec.msgpack.decode(record, type=_AboutRecord)
-    except msgspec.MsgspecError as error:
+        settings = json.loads(about.settings)
+    except ValueError as error:  # of msgspec and json
         raise InputError(f"does not tell what it is about ({error}); {RIGHT}") from None
     return About(
         about.joint_names,
         about.part_names,
-        about.settings,
+        settings,
         None if about.camera is None else camera_from(about.camera),
         about.topview_version,
     )
@@ -250,8 +257,11 @@ def _about(file: BinaryIO) -> About:
 
 def _records(file: BinaryIO) -> Iterator[bytes]:
     """All whole records from here on, up to the first that is not."""
+    size = os.fstat(file.fileno()).st_size
     while len(head := file.read(_LENGTH_AND_CRC.size)) == _LENGTH_AND_CRC.size:
         length, crc = _LENGTH_AND_CRC.unpack(head)
+        if length > size - file.tell():
+            return
         record = file.read(length)
         if len(record) < length or zlib.crc32(record) != crc:
             return
