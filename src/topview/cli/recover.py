@@ -8,7 +8,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from topview.cli.progress import warn
-from topview.cli.results import FRAMES_NAME, RESULT, check_no_result, print_people, write_result
+from topview.cli.results import (
+    FRAMES_NAME,
+    RESULT,
+    check_no_result,
+    print_people,
+    set_aside,
+    write_result,
+)
 from topview.io import NothingStoredError, StoredFrames
 from topview.records import InputError
 
@@ -22,7 +29,8 @@ def recover(
     """Make the result of a run that was killed, or whose disk was full.
 
     Writes DIR/skeletons.npz and DIR/skeletons.csv of the frames in DIR/skeletons.frames, as
-    `topview track` would have done, and then removes that file.
+    `topview track` would have done, and then removes that file; if some of it is damaged, it is
+    kept as DIR/skeletons.frames.damaged.
 
     Args:
         folder: the output folder of the run.
@@ -34,13 +42,15 @@ def recover(
     try:
         stored = StoredFrames(path)
     except NothingStoredError:
-        path.unlink()
-        print(f"{path} held no frame, and is removed")
+        print(f"{path} holds no whole frame; it is now {set_aside(path)}")
         return 0
     check_no_result(folder, force=force)
-    if stored.lost_bytes:
-        warn(f"{path}: its last {stored.lost_bytes} bytes are no whole frame and are left out")
     unwritten = write_result(stored, {}, folder)
+    if stored.lost_bytes:
+        warn(
+            f"{path}: {stored.lost_bytes} bytes are no whole frame and are left out; "
+            f"the file is kept as {path.name}.damaged"
+        )
     if unwritten:
         raise InputError("; ".join(unwritten))
     print_people(str(stored.about.settings.get("recording", folder)), stored.totals)

@@ -41,8 +41,9 @@ def check_no_result(out: Path, *, force: bool) -> None:
 
 
 def write_result(stored: StoredFrames, sheets: Mapping[str, Sheet], out: Path) -> list[str]:
-    """Write the skeletons and the sheets, then remove the file of frames; what could not be
-    written, a line each. The file of frames stays if the skeletons are among it."""
+    """Write the skeletons and the sheets, then remove the file of frames, or set it aside if some
+    of it is damaged; what could not be written, a line each. The file of frames stays if the
+    skeletons are among it."""
     where = (
         f"the {stored.frame_count} frames lie in {stored.path}; "
         f"`topview recover {out}` makes the result of them"
@@ -54,9 +55,16 @@ def write_result(stored: StoredFrames, sheets: Mapping[str, Sheet], out: Path) -
         raise
     if failures:
         failures.append(where)
+    elif stored.lost_bytes:
+        set_aside(stored.path)
     else:
         stored.path.unlink()
     return _failures_of(_sheet_writers(sheets, out)) + failures
+
+
+def set_aside(path: Path) -> Path:
+    """Where a file of frames now is, of which something could not be read."""
+    return path.replace(path.with_name(f"{path.name}.damaged"))
 
 
 def write_results(skeletons: Skeletons, sheets: Mapping[str, Sheet], out: Path) -> None:

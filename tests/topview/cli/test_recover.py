@@ -93,6 +93,8 @@ def test_a_frame_that_is_not_whole_is_left_out_and_said(topview, tmp_path):
     assert ended.status == 0
     assert "are no whole frame and are left out" in ended.complaints[0]
     assert arrays_in(tmp_path / "out")["frame_index"] == [0, 1]
+    assert (tmp_path / "out" / "skeletons.frames.damaged").exists()
+    assert not frames.exists()
 
 
 def test_nothing_to_recover_is_said(topview, tmp_path):
@@ -102,8 +104,8 @@ def test_nothing_to_recover_is_said(topview, tmp_path):
     (tmp_path / "skeletons.frames").write_bytes(b"topview fr")
     ended = topview("recover", tmp_path)
     assert ended.status == 0
-    assert "held no frame" in ended.out
-    assert list(tmp_path.iterdir()) == []
+    assert "holds no whole frame" in ended.out
+    assert [path.name for path in tmp_path.iterdir()] == ["skeletons.frames.damaged"]
 
 
 def test_an_older_result_is_replaced_only_by_force(topview, tmp_path):

@@ -98,6 +98,19 @@ def test_a_file_cut_anywhere_holds_the_frames_before_the_cut(tmp_path):
         assert_same(block, SkeletonSequence.from_frames(frames[:count], ABOUT))
 
 
+def test_a_damaged_frame_costs_itself_alone(tmp_path):
+    frames = frames_with([[1, 2]] * 4)
+    ends = [len(store(tmp_path / "a", frames[:n]).read_bytes()) for n in range(1, 5)]
+    path = store(tmp_path / "a.frames", frames)
+    damaged = bytearray(path.read_bytes())
+    damaged[(ends[0] + ends[1]) // 2] ^= 4
+    path.write_bytes(damaged)
+    stored = StoredFrames(path)
+    assert (stored.frame_count, stored.lost_bytes) == (3, ends[1] - ends[0])
+    (block,) = stored.blocks()
+    assert block.frame_index.tolist() == [0, 2, 3]
+
+
 def test_one_run_alone_writes_a_file(tmp_path):
     first, second = (FramesFile(tmp_path / "a.frames", ABOUT) for _ in range(2))
     frames = frames_with(WHO)

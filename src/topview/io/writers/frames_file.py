@@ -162,7 +162,8 @@ class StoredFrames:
         path: of the file.
         about: what belongs to no frame.
         totals: what all frames together tell.
-        lost_bytes: after the last whole frame, where a process was killed in the middle of one.
+        lost_bytes: that are no whole frame: the last one, where a process was killed in the middle
+            of it, and those that were damaged since.
 
     Raises:
         NothingStoredError: no frame in it is whole.
@@ -178,9 +179,9 @@ class StoredFrames:
                 self.about = _about(file)
                 self._person_type = self.about.person_type
                 self._start = file.tell()
-            self._end = self._start
+            self._whole_bytes = 0
             self.totals = Totals.of(self._frames())
-            self.lost_bytes = path.stat().st_size - self._end
+            self.lost_bytes = path.stat().st_size - self._start - self._whole_bytes
             if not self.frame_count:
                 raise NothingStoredError("holds no frame")
 
@@ -202,11 +203,12 @@ class StoredFrames:
                 yield stacked(block, self.about, self.totals, slots)
 
     def _frames(self) -> Iterator[TrackedFrame]:
-        """All whole frames; `_end` is where the last one ended."""
+        """All whole frames; `_whole_bytes` is how much they take."""
+        self._whole_bytes = 0
         with self.path.open("rb") as file:
             file.seek(self._start)
             for record in _records(file):
-                self._end = file.tell()
+                self._whole_bytes += _LENGTH_AND_CRC.size + len(record)
                 yield self._frame(record)
 
     def _frame(self, record: bytes) -> TrackedFrame:
@@ -256,16 +258,16 @@ def _about(file: BinaryIO) -> About:
 
 
 def _records(file: BinaryIO) -> Iterator[bytes]:
-    """All whole records from here on, up to the first that is not."""
+    """All whole records from here on. Damaged ones are left out, and what follows one of which the
+    length is damaged."""
     size = os.fstat(file.fileno()).st_size
     while len(head := file.read(_LENGTH_AND_CRC.size)) == _LENGTH_AND_CRC.size:
         length, crc = _LENGTH_AND_CRC.unpack(head)
         if length > size - file.tell():
             return
         record = file.read(length)
-        if len(record) < length or zlib.crc32(record) != crc:
-            return
-        yield record
+        if len(record) == length and zlib.crc32(record) == crc:
+            yield record
 
 
 def _framed(record: bytes) -> bytes:
