@@ -84,6 +84,14 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         (11, 13), "all_actions, pass_by", "evaluate simulated, in the README",
         Knowledge.NUMBERS_READ, "measured again after changes",
     ),
+    SeedUse(
+        (range(3000, 3015),), "boxing and other actions", "what --method utvr adds to the recipe",
+        Knowledge.FITTED, "chosen on them, with 3020 and 3021; some were looked at frame by frame",
+    ),
+    SeedUse(
+        (range(8501, 8531),), "the report's --seed 25", "Tables 6.1 and 6.2, --method utvr",
+        Knowledge.NUMBERS_READ, "measured once",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (503, 521, 731, 802), "walk, throwing, hug, wave", "tests", Knowledge.LOOKED_AT,
@@ -99,7 +107,11 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "two trackers were compared on each of them while they were built (docs/method.md)",
     ),
     SeedUse(
-        (range(6002, 6100),), "the report's others", "Tables 6.1, 6.2, users, rivals",
+        (6083,), "crossing", "rivals", Knowledge.LOOKED_AT,
+        "--method utvr was looked at frame by frame, and not changed after it",
+    ),
+    SeedUse(
+        (range(6002, 6083), range(6084, 6100)), "the report's others", "Tables 6.1, 6.2, users, rivals",
         Knowledge.NUMBERS_READ, "the report was made again after changes",
     ),
     SeedUse(

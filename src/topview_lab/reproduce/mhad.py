@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from topview.track.methods.utvr import AS_PRINTED
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.datasets.berkeley_mhad import find_berkeley_mhad
 from topview_lab.metrics import Comparison, summarise
@@ -28,11 +29,13 @@ POSITION_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
-SWARMS: Final[dict[str, Variant]] = {
+OTHERS: Final[dict[str, Variant]] = {
+    "utvr, as printed": Variant(AS_PRINTED),
     "bPSO, as topview has it": Variant(SwarmSettings()),
     "pPSO, as topview has it": Variant(perturbed_swarm()),
 }
-"""Swarms as `topview_lab.rivals.swarm` has them; left out of the quick form."""
+"""The recipe without what we add to it, and swarms as `topview_lab.rivals.swarm` has them; left out
+of the quick form."""
 OPEN_RIVALS: Final = ("HYBRID on our recordings: wants NiTE, a closed binary",)
 SUBJECT: Final = 9
 """Of Table 6.2, counted from 1."""
@@ -66,7 +69,7 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
 
 
 def methods(context: Context) -> dict[str, Variant]:
-    return POSITION_METHODS if context.quick else POSITION_METHODS | SWARMS
+    return POSITION_METHODS if context.quick else POSITION_METHODS | OTHERS
 
 
 def runs_6_1(context: Context) -> list[Run]:

@@ -1,7 +1,8 @@
 """The thesis's own tracker: part by part from the head down, a particle filter each (Sec. 5.3).
 
 `UtvrTracker.update` is the whole recipe; `topview.track.methods.topview` is what this project makes
-of it. Where the thesis leaves a point open:
+of it. `AS_PRINTED` is the recipe without what we add to it; docs/method.md says what that is, and
+what each addition brings. Where the thesis leaves a point open:
 
 - The depth image does not show the turn of a circular cylinder about its own axis. An upper arm or
   upper leg is scored by its direction alone. Its turn follows from the direction in which the
@@ -29,7 +30,7 @@ from topview.filter.over_time import Pace
 from topview.filter.particles import importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.records import InputError, check_range
+from topview.records import InputError, check_range, shown
 from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
@@ -48,10 +49,11 @@ WIDEST: Final = 2.0  # up to this, which is also how wide a person's first frame
 # Of the radii of placed parts, when collisions are counted: skin that touches does not collide.
 # Adjoining parts share a joint and are left out.
 COLLISION_SHARE: Final = 0.8
-WORST_SCORE: Final = 6.0  # f_uTVR from which on a hypothesis counts as without evidence
+LEAST_TURN_RAD: Final = 0.01
 KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
 
-_HEAD_AND_TORSO = (HEAD, UPPER_TORSO, LOWER_TORSO)
+_TORSO = (UPPER_TORSO, LOWER_TORSO)
+_HEAD_AND_TORSO = (HEAD, *_TORSO)
 _UPPER_LIMBS = frozenset(part.parent for part in PARTS if part.is_hinge)
 _TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(8) * np.pi / 4]))
 
@@ -67,6 +69,18 @@ class UtvrSettings:
         tolerance_m: the T of Sec. 5.2.1, 0 to 1 metre.
         clothing_m: added to the radii, so that points on the surface, with their noise, lie inside;
             0 to 0.2 metres.
+        torso_reach_m: points so near to the placed torso's surface are no limb's; 0 to 0.2 metres.
+        torso_ahead: how far the torso's cylinders lie before the line of its joints, as the spine
+            is in the back; share of the stature, 0 to 0.2.
+        neck: how far the neck's joint is below the head's centre, halfway between upright and the
+            torso's axis, and behind it as the torso faces; shares of the stature, 0 to 0.2. A head
+            is too round to show its axis: it stands upright, and does not limit the torso. None
+            has the neck on the axis of the head, as printed.
+        coverage: the power of N_3D by which the torso's score is divided, 0 to 2. f_uTVR does not
+            ask how much of the cloud a hypothesis explains: a torso that is turned sideways shows
+            less, and what it shows fits as well.
+        torso_turn_rad: a turn of the torso about its own axis, in `FRAME_S`, that doubles the
+            score; 0.01 to pi. None leaves it out, as printed.
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
             those of Sec. 6.1.3, which `topview.body.parts` holds.
@@ -79,6 +93,11 @@ class UtvrSettings:
     rounds: int = 2
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
+    torso_reach_m: float = 0.05
+    torso_ahead: float = 0.025
+    neck: tuple[float, float] | None = (0.07, 0.03)
+    coverage: float = 1.0
+    torso_turn_rad: float | None = 0.3
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
 
@@ -88,7 +107,14 @@ class UtvrSettings:
         check_range(self, 1, 100_000, "hypotheses")
         check_range(self, 1, 10, "rounds")
         check_range(self, 0.0, 1.0, "tolerance_m")
-        check_range(self, 0.0, 0.2, "clothing_m")
+        check_range(self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_ahead")
+        check_range(self, 0.0, 2.0, "coverage")
+        if self.torso_turn_rad is not None:
+            check_range(self, LEAST_TURN_RAD, np.pi, "torso_turn_rad")
+        if self.neck is not None and not _are_shares(self.neck):
+            raise InputError(
+                f"neck is {shown(self.neck)}; it must be two shares of 0 to 0.2, or None"
+            )
         if self.n_best is not None:
             check_range(self, 1, self.hypotheses, "n_best")
         if not self.factors or not set(self.factors) <= set(FACTORS):
@@ -103,6 +129,24 @@ class UtvrSettings:
 
     def tracker(self, subject: Subject) -> UtvrTracker:
         return UtvrTracker(subject, self)
+
+
+def _are_shares(neck: object) -> bool:
+    return (
+        isinstance(neck, tuple)
+        and len(neck) == 2
+        and all(isinstance(share, float) and 0.0 <= share <= 0.2 for share in neck)
+    )
+
+
+AS_PRINTED: Final = UtvrSettings(
+    torso_reach_m=0.015,
+    torso_ahead=0.0,
+    neck=None,
+    coverage=0.0,
+    torso_turn_rad=None,
+)
+"""The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,13 +181,13 @@ class UtvrTracker:
         if not self._particles:
             self._particles = self._roughly_standing(evidence)
         frames = self._pace.frames(evidence.timestamp_s)
-        body = _Body(self.model, evidence.head_camera)
+        body = _Body(self.model, evidence, self.settings)
         cloud = evidence.all_points_camera
         with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
                 self._particles[part] = self._filtered(part, body, cloud, evidence, frames)
                 body.place(part, self._particles[part].Rs[0])
-                cloud = cloud[~body.has_inside(part, cloud, self.settings.clothing_m)]
+                cloud = cloud[~body.has_inside(part, cloud)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
 
     def _roughly_standing(self, evidence: Evidence) -> list[_Particles]:
@@ -160,10 +204,12 @@ class UtvrTracker:
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
+        if part == HEAD and s.neck is not None:
+            return self._roughly_standing(evidence)[HEAD]
         width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
-            known, scores = self._evaluated(part, Rs, cloud, body, evidence)
+            known, scores = self._evaluated(part, Rs, cloud, body, evidence, frames)
             if not len(known):
                 allowed = Rs[: len(before.Rs)]
                 spread = min(SPREADING**frames * before.spread, WIDEST)
@@ -191,11 +237,17 @@ class UtvrTracker:
         return Rs[excess_rad <= excess_rad.min()][:hypotheses]
 
     def _evaluated(
-        self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
+        self,
+        part: int,
+        Rs: Array,
+        cloud: Array,
+        body: _Body,
+        evidence: Evidence,
+        frames: float,
     ) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
-        origins = body.joints_of(part, Rs)
+        origins = body.cylinders_of(part, Rs, body.joints_of(part, Rs))
         near = cloud[self._is_near(part, origins, cloud)]
         terms = score_hypotheses(
             Rs,
@@ -208,8 +260,23 @@ class UtvrTracker:
             s.tolerance_m,
             self.subject.threads,
         )
-        is_known = terms.has_evidence & (terms.score < WORST_SCORE)
-        return Rs[is_known], terms.product(s.factors)[is_known]
+        is_known = terms.has_evidence
+        Rs, scores = Rs[is_known], terms.product(s.factors)[is_known]
+        if part in _TORSO:
+            scores = scores / terms.n_points[is_known] ** s.coverage
+            scores *= self._turned(self._particles[part], Rs, frames)
+        return Rs, scores
+
+    def _turned(self, before: _Particles, Rs: Array, frames: float) -> Array | float:
+        """[M] 1 for hypotheses that are not turned about their own axis since the frame before, and
+        more the further they are."""
+        turn_rad = self.settings.torso_turn_rad
+        if turn_rad is None:
+            return 1.0
+        turns = before.Rs[0].T @ Rs
+        sines = turns[:, 0, 2] - turns[:, 2, 0]
+        angles_rad = 2.0 * np.arctan2(sines, 1.0 + np.trace(turns, axis1=1, axis2=2))
+        return 1.0 + (angles_rad / (turn_rad * before.spread)) ** 2 / max(frames, 1.0)
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
         """[N] points that may lie inside some hypothesis."""
@@ -221,20 +288,33 @@ class UtvrTracker:
 class _Body:
     """The parts that are placed in this frame, from the head down."""
 
-    def __init__(self, model: BodyModel, head_camera: Array) -> None:
+    def __init__(self, model: BodyModel, evidence: Evidence, settings: UtvrSettings) -> None:
         self.model = model
-        self.head_camera = head_camera
+        self.head_camera = evidence.head_camera
+        self._settings = settings
+        self._up_camera = evidence.up_camera
         self.Rs = np.empty((len(PARTS), 3, 3))
         self.origins = np.empty((len(PARTS), 3))
 
     def joints_of(self, part: int, Rs: Array) -> Array:
         """[M, 3] proximal joints in metres, camera frame, of a part turned like `Rs` [M, 3, 3]:
-        the crown above the measured head, any other joint on the part above."""
+        the crown above the measured head, the neck below it, any other joint on the part above."""
         if part == HEAD:
             return self.head_camera - HEAD_CENTRE * self.model.lengths_m[HEAD] * Rs[:, :, 1]
         parent = PARTS[part].parent
+        if part == UPPER_TORSO and self._settings.neck is not None:
+            below, behind = self._settings.neck
+            downwards = unit(Rs[:, :, 1] - self._up_camera)
+            away = below * downwards - behind * Rs[:, :, 2]
+            return self.head_camera + self.model.stature_m * away
         joint = place_part(self.model, part, self.Rs[parent], self.origins[parent])
         return np.broadcast_to(joint, (len(Rs), 3))
+
+    def cylinders_of(self, part: int, Rs: Array, joints: Array) -> Array:
+        """[M, 3] origins of the cylinders of a part with these proximal joints."""
+        if part not in _TORSO:
+            return joints
+        return joints + self._settings.torso_ahead * self.model.stature_m * Rs[:, :, 2]
 
     def place(self, part: int, R: Array) -> None:
         """Fix a part; a forearm or lower leg turns the part above about its own axis, so that it
@@ -247,7 +327,7 @@ class _Body:
 
     def excess_rad(self, part: int, Rs: Array) -> Array:
         """[M] by how much hypotheses [M, 3, 3] leave the limits of Table 3.2."""
-        if part == HEAD:
+        if part == HEAD or (part == UPPER_TORSO and self._settings.neck is not None):
             return np.zeros(len(Rs))
         parent = PARTS[part].parent
         if PARTS[part].is_hinge:
@@ -287,10 +367,14 @@ class _Body:
             COLLISION_SHARE * self.model.radii_m[others],
         )
 
-    def has_inside(self, part: int, points: Array, clothing_m: float) -> NDArray[np.bool_]:
-        """[N] True for the [N, 3] points inside a placed part."""
-        x, y, z = ((points - self.origins[part]) @ self.Rs[part]).T
-        rx, rz = self.model.radii_m[part] + clothing_m
+    def has_inside(self, part: int, points: Array) -> NDArray[np.bool_]:
+        """[N] True for the [N, 3] points that are a placed part's: those inside, and of the torso
+        those near it."""
+        R = self.Rs[part]
+        origin = self.cylinders_of(part, R[None], self.origins[part][None])[0]
+        x, y, z = ((points - origin) @ R).T
+        s = self._settings
+        rx, rz = self.model.radii_m[part] + (s.torso_reach_m if part in _TORSO else s.clothing_m)
         is_between = (y >= 0.0) & (y <= self.model.lengths_m[part])
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
 
