@@ -111,7 +111,8 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "--method utvr was looked at frame by frame, and not changed after it",
     ),
     SeedUse(
-        (range(6002, 6083), range(6084, 6100)), "the report's others", "Tables 6.1, 6.2, users, rivals",
+        (range(6002, 6083), range(6084, 6100)), "the report's others",
+        "Tables 6.1, 6.2, users, rivals",
         Knowledge.NUMBERS_READ, "the report was made again after changes",
     ),
     SeedUse(

@@ -29,7 +29,7 @@ POSITION_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
-OTHERS: Final[dict[str, Variant]] = {
+SLOW_METHODS: Final[dict[str, Variant]] = {
     "utvr, as printed": Variant(AS_PRINTED),
     "bPSO, as topview has it": Variant(SwarmSettings()),
     "pPSO, as topview has it": Variant(perturbed_swarm()),
@@ -69,7 +69,7 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
 
 
 def methods(context: Context) -> dict[str, Variant]:
-    return POSITION_METHODS if context.quick else POSITION_METHODS | OTHERS
+    return POSITION_METHODS if context.quick else POSITION_METHODS | SLOW_METHODS
 
 
 def runs_6_1(context: Context) -> list[Run]:
