@@ -34,7 +34,7 @@ def recover(
 
     Args:
         folder: the output folder of the run.
-        force: replace the result that DIR holds.
+        force: replace the result that the folder holds.
     """
     path = folder / FRAMES_NAME
     if not path.exists():

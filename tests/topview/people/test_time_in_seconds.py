@@ -40,8 +40,9 @@ def first_seen_s(frames: list[Frame]) -> dict[int, float]:
     return first
 
 
-def check_found_in_time(frames: list[Frame], fps: int) -> None:
-    usual, now = first_seen_s(frames), first_seen_s(at_rate(frames, fps))
+def check_found_in_time(frames: list[Frame], fps: int, others: list[Frame] | None = None) -> None:
+    """`others` are the same at another rate; else frames are left out, or shown several times."""
+    usual, now = first_seen_s(frames), first_seen_s(others or at_rate(frames, fps))
     assert usual.keys() == now.keys()
     for number, time_s in usual.items():
         assert now[number] == pytest.approx(time_s, abs=max(0.3, 1 / fps)), number
@@ -51,6 +52,14 @@ def check_found_in_time(frames: list[Frame], fps: int) -> None:
 @pytest.mark.parametrize("fps", [5, 15, 60, 120])
 def test_who_enters_is_found_as_soon_at_any_rate_of_frames(fps: int) -> None:
     check_found_in_time(list(filmed("enter_and_leave", 90)), fps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fps", [5, 15, 60])
+def test_who_enters_is_found_as_soon_in_a_scene_that_is_rendered_at_any_rate(fps: int) -> None:
+    frames = list(filmed("enter_and_leave", 90))
+    scene = scene_by_name("enter_and_leave", frames=3 * fps)
+    check_found_in_time(frames, fps, list(SimulatedRecording(replace(scene, fps=fps))))
 
 
 @pytest.mark.slow
