@@ -53,7 +53,7 @@ def match_people(
         who: [F, S] who is in each slot; each slot is a person throughout if not told.
     """
     F, R, S = distances_m.shape
-    who = np.tile(np.arange(S), (F, 1)) if who is None else who
+    who = people_in_slots(who, F, S)
     matches = np.full((F, R), NOBODY, np.int64)
     before: dict[int, int] = {}  # reference person: the predicted one of the frame before
     for f, distances in enumerate(distances_m):
@@ -148,7 +148,7 @@ def count_people(
         who: [F, S] as of `match_people`.
     """
     F, S = predicted_present.shape
-    who = np.tile(np.arange(S), (F, 1)) if who is None else who
+    who = people_in_slots(who, F, S)
     found = matches != NOBODY
     is_matched = np.zeros((F, S), bool)
     frames, people = np.nonzero(found)
@@ -165,6 +165,11 @@ def count_people(
         mismatches=mismatches,
         frames_lost=int((reference_present.any(1) & ~found.any(1)).sum()),
     )
+
+
+def people_in_slots(who: NDArray[np.int64] | None, F: int, S: int) -> NDArray[np.int64]:
+    """[F, S] who is in each slot; each slot is a person throughout if that is not told."""
+    return np.tile(np.arange(S), (F, 1)) if who is None else who
 
 
 def people_matched(matches: NDArray[np.int64], who: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from topview_lab.metrics.matching import NOBODY, PeopleCounts
+from topview_lab.metrics.matching import NOBODY, PeopleCounts, people_in_slots
 from topview_lab.metrics.statistics import CM_PER_M, share
 
 ALPHAS: Final = np.arange(1, 20) * 0.05  # Luiten et al., Sec. 5: 0.05, 0.10, ... 0.95
@@ -90,7 +90,7 @@ def count_tracking(
             where nobody is.
     """
     F, _, S = distances_m.shape
-    who = np.tile(np.arange(S), (F, 1)) if who is None else who
+    who = people_in_slots(who, F, S)
     alike = np.maximum(1.0 - distances_m / (2.0 * gate_m), 0.0)
     frames_r = reference_present.sum(0)[:, None]
     frames_p = np.bincount(who[predicted_present], minlength=who.max(initial=0) + 1)
