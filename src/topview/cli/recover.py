@@ -46,13 +46,13 @@ def recover(
         return 0
     check_no_result(folder, force=force)
     unwritten = write_result(stored, {}, folder)
+    if unwritten:
+        raise InputError("; ".join(unwritten))
     if stored.lost_bytes:
         warn(
             f"{path}: {stored.lost_bytes} bytes are no whole frame and are left out; "
             f"the file is kept as {path.name}.damaged"
         )
-    if unwritten:
-        raise InputError("; ".join(unwritten))
     print_people(str(stored.about.settings.get("recording", folder)), stored.totals)
     print(f"{stored.frame_count} frames, written to {folder / RESULT}")
     return 0
