@@ -104,7 +104,8 @@ def test_lines_of_others_come_through(capfd: pytest.CaptureFixture[str]) -> None
     assert capfd.readouterr().err == "after\n"
 
 
-def test_many_threads_decode(capfd: pytest.CaptureFixture[str]) -> None:
+def decode_in_threads(others_lines: int) -> list[str]:
+    """What four threads say of 200 cut images, while this one writes to stderr."""
     good, failures = png(chunk(b"IDAT", GOOD)), []
 
     def decode() -> None:
@@ -118,13 +119,26 @@ def test_many_threads_decode(capfd: pytest.CaptureFixture[str]) -> None:
     threads = [threading.Thread(target=decode) for _ in range(4)]
     for thread in threads:
         thread.start()
-    for _ in range(100):
+    for _ in range(others_lines):
         os.write(2, b"another thread's\n")
     for thread in threads:
         thread.join()
+    return failures
+
+
+def test_many_threads_decode(capfd: pytest.CaptureFixture[str]) -> None:
+    failures = decode_in_threads(0)
     assert len(failures) == 200
     assert len(set(failures)) == 1
-    assert capfd.readouterr().err == "another thread's\n" * 100
+    assert capfd.readouterr() == ("", "")
+
+
+def test_nothing_that_other_threads_write_is_lost(capfd: pytest.CaptureFixture[str]) -> None:
+    """It may come in the middle of a decoder's line, which is written in two pieces."""
+    failures = decode_in_threads(1000)
+    assert len(failures) == 200
+    written = capfd.readouterr().err + "".join(failures)
+    assert written.count("another thread's") == 1000
 
 
 def test_without_stderr_images_are_decoded() -> None:
