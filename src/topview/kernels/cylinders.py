@@ -72,3 +72,74 @@ def image_box(R, o, length, rx, rz, fx, fy, cx, cy, width, height):
     v0 = np.int32(min(max(np.floor(v_low), np.float32(0)), np.float32(height)))
     v1 = np.int32(min(max(np.ceil(v_high) + 1, np.float32(0)), np.float32(height)))
     return u0, u1, v0, v1
+
+
+CORNERS = np.array(
+    [(x, y, z) for y in (0, 1) for x, z in ((-1, -1), (-1, 1), (1, 1), (1, -1))], np.float32
+)
+"""Of the box round a cylinder, in its semi-axes and its length."""
+EDGES = np.array(
+    [(k, (k + 1) % 4) for k in range(4)]
+    + [(k + 4, (k + 1) % 4 + 4) for k in range(4)]
+    + [(k, k + 4) for k in range(4)]
+)
+
+
+@njit(error_model="numpy")
+def outline(R, o, length, rx, rz, fx, fy, cx, cy, v0, v1, u_low, u_high, span):
+    """Fill the rows v0..v1 of `span` [2, H] with the least and greatest column of the box round a
+    cylinder; with `u_low` and `u_high` for a box that reaches behind the camera.
+
+    A convex outline is cut by a row where its edges are.
+    """
+    us = np.empty(8, np.float32)
+    vs = np.empty(8, np.float32)
+    nearest = np.float32(np.inf)
+    for k in range(8):
+        x, y, z = CORNERS[k, 0] * rx, CORNERS[k, 1] * length, CORNERS[k, 2] * rz
+        px = o[0] + R[0, 0] * x + R[0, 1] * y + R[0, 2] * z
+        py = o[1] + R[1, 0] * x + R[1, 1] * y + R[1, 2] * z
+        pz = o[2] + R[2, 0] * x + R[2, 1] * y + R[2, 2] * z
+        nearest = min(nearest, pz)
+        us[k] = fx * px / pz + cx
+        vs[k] = fy * py / pz + cy
+    is_before = nearest > np.float32(0.05)
+    for v in range(v0, v1):
+        span[0, v] = np.float32(np.inf) if is_before else u_low
+        span[1, v] = np.float32(-np.inf) if is_before else u_high
+    if not is_before:
+        return
+    for e in range(12):
+        a, b = EDGES[e, 0], EDGES[e, 1]
+        if vs[a] > vs[b]:
+            a, b = b, a
+        slope = (us[b] - us[a]) / max(vs[b] - vs[a], np.float32(1e-6))
+        first = max(v0, np.int32(np.ceil(vs[a])))
+        last = min(v1, np.int32(np.floor(vs[b])) + 1)
+        for v in range(first, last):
+            u = us[a] + (np.float32(v) - vs[a]) * slope
+            span[0, v] = min(span[0, v], u)
+            span[1, v] = max(span[1, v], u)
+
+
+@njit(error_model="numpy")
+def may_touch(R, o, length, radius, part):
+    """Whether a cylinder and a placed part (`placed_parts`) may have a place in common: their axes
+    come as near as their radii."""
+    reach = radius + np.float32(1.0) / np.sqrt(min(part[13], part[14]))
+    ax, ay, az = R[0, 1] * length, R[1, 1] * length, R[2, 1] * length
+    bx, by, bz = part[1] * part[12], part[4] * part[12], part[7] * part[12]
+    gx, gy, gz = o[0] - part[9], o[1] - part[10], o[2] - part[11]
+    aa = ax * ax + ay * ay + az * az
+    bb = bx * bx + by * by + bz * bz
+    ab = ax * bx + ay * by + az * bz
+    ag = ax * gx + ay * gy + az * gz
+    bg = bx * gx + by * gy + bz * gz
+    zero, one = np.float32(0.0), np.float32(1.0)
+    s = min(max((ab * bg - ag * bb) / max(aa * bb - ab * ab, np.float32(1e-9)), zero), one)
+    t = (ab * s + bg) / bb
+    if t < zero or t > one:
+        t = min(max(t, zero), one)
+        s = min(max((ab * t - ag) / aa, zero), one)
+    dx, dy, dz = gx + s * ax - t * bx, gy + s * ay - t * by, gz + s * az - t * bz
+    return dx * dx + dy * dy + dz * dz <= reach * reach

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from topview.kernels.cylinders import NO_HIT, hit_depth, image_box, is_inside
+from topview.kernels.cylinders import NO_HIT, hit_depth, image_box, is_inside, may_touch, outline
 from topview.kernels.threads import over_threads
 
 GRID = 64  # cells of the top view along each side; one bit each in a row of 64
@@ -63,7 +63,8 @@ def count_hypotheses(
     H, W = depth.shape
     K = placed.shape[0]
     cells = np.empty((chunks, max(N, 1)), np.int32)
-    hits = np.empty((chunks, W), np.float32)
+    pixels = np.empty((chunks, 4, H * W), np.float32)
+    spans = np.empty((chunks, 2, H), np.float32)
     grids = np.empty((chunks, GRID), np.uint64)
     inv_rx2 = np.float32(1.0) / (rx * rx)
     inv_rz2 = np.float32(1.0) / (rz * rz)
@@ -71,7 +72,12 @@ def count_hypotheses(
     half = np.float32(GRID // 2)
     for chunk in range(first_row, chunks, row_step):
         cell_of = cells[chunk]
-        hit = hits[chunk]
+        ray_x, ray_y, seen, hit = (
+            pixels[chunk, 0],
+            pixels[chunk, 1],
+            pixels[chunk, 2],
+            pixels[chunk, 3],
+        )
         grid = grids[chunk]
         for m in range(chunk, M, chunks):
             r00, r01, r02 = Rs[m, 0, 0], Rs[m, 0, 1], Rs[m, 0, 2]
@@ -101,43 +107,51 @@ def count_hypotheses(
                     n_cells += np.int32((grid[row] & bit) == 0)
                     grid[row] |= bit
 
-            u0, u1, v0, v1 = image_box(Rs[m], origins[m], length, rx, rz, fx, fy, cx, cy, W, H)
-
-            # camera centre and ray directions in the part's frame
+            n_pixels = _pixels_near(
+                Rs[m],
+                origins[m],
+                length,
+                rx,
+                rz,
+                depth,
+                fx,
+                fy,
+                cx,
+                cy,
+                spans[chunk],
+                ray_x,
+                ray_y,
+                seen,
+            )
+            # camera centre in the part's frame
             qx = -(r00 * ox + r10 * oy + r20 * oz)
             qy = -(r01 * ox + r11 * oy + r21 * oz)
             qz = -(r02 * ox + r12 * oy + r22 * oz)
             n_cyl = 0
             n_in = 0
             n_occl = 0
+            for i in range(n_pixels):
+                t = hit_depth(
+                    qx,
+                    qy,
+                    qz,
+                    r10 * ray_y[i] + r20 + r00 * ray_x[i],
+                    r11 * ray_y[i] + r21 + r01 * ray_x[i],
+                    r12 * ray_y[i] + r22 + r02 * ray_x[i],
+                    length,
+                    inv_rx2,
+                    inv_rz2,
+                )
+                covered = t < NO_HIT
+                valid = covered & (seen[i] > 0)
+                n_cyl += np.int32(covered)
+                n_in += np.int32(valid & (abs(seen[i] - t) <= tolerance))
+                n_occl += np.int32(valid & (seen[i] < t - tolerance))
+                hit[i] = t
             n_coll = 0
-            width = u1 - u0
-            for v in range(v0, v1):
-                ry = (np.float32(v) - cy) / fy
-                ax, ay, az = r10 * ry + r20, r11 * ry + r21, r12 * ry + r22
-                seen_row = depth[v, u0:u1]
-                for i in range(width):
-                    ray_x = (np.float32(u0 + i) - cx) / fx
-                    t = hit_depth(
-                        qx,
-                        qy,
-                        qz,
-                        ax + r00 * ray_x,
-                        ay + r01 * ray_x,
-                        az + r02 * ray_x,
-                        length,
-                        inv_rx2,
-                        inv_rz2,
-                    )
-                    seen = seen_row[i]
-                    covered = t < NO_HIT
-                    valid = covered & (seen > 0)
-                    n_cyl += np.int32(covered)
-                    n_in += np.int32(valid & (abs(seen - t) <= tolerance))
-                    n_occl += np.int32(valid & (seen < t - tolerance))
-                    hit[i] = t
-                for k in range(K):
-                    n_coll += _collisions(hit, width, u0, ry, fx, cx, placed[k])
+            for k in range(K):
+                if may_touch(Rs[m], origins[m], length, max(rx, rz), placed[k]):
+                    n_coll += _collisions(hit, ray_x, ray_y, n_pixels, placed[k])
             out[m, N_3D] = n_inside
             out[m, N_PR] = n_cells
             out[m, N_CYL] = n_cyl
@@ -147,17 +161,36 @@ def count_hypotheses(
             out[m, N_COLL] = n_coll
 
 
-@njit(error_model="numpy", forceinline=True)
-def _collisions(hit, width, u0, ray_y, fx, cx, part):
-    """How many hits of one image row lie inside one placed part; they are taken out of `hit`, so
-    that a pixel inside several parts counts once."""
+@njit(error_model="numpy")
+def _pixels_near(R, o, length, rx, rz, depth, fx, fy, cx, cy, span, ray_x, ray_y, seen):
+    """The rays and readings of all pixels that a cylinder can cover, row by row; how many."""
+    H, W = depth.shape
+    u0, u1, v0, v1 = image_box(R, o, length, rx, rz, fx, fy, cx, cy, W, H)
+    outline(R, o, length, rx, rz, fx, fy, cx, cy, v0, v1, np.float32(u0), np.float32(u1 - 1), span)
     n = 0
-    for i in range(width):
+    for v in range(v0, v1):
+        row_y = (np.float32(v) - cy) / fy
+        first = max(u0, np.int32(np.floor(span[0, v])))
+        last = min(u1, np.int32(np.ceil(span[1, v])) + 1)
+        for u in range(first, last):
+            ray_x[n] = (np.float32(u) - cx) / fx
+            ray_y[n] = row_y
+            seen[n] = depth[v, u]
+            n += 1
+    return n
+
+
+@njit(error_model="numpy", forceinline=True)
+def _collisions(hit, ray_x, ray_y, n_pixels, part):
+    """How many hits lie inside one placed part; they are taken out of `hit`, so that a pixel inside
+    several parts counts once."""
+    n = 0
+    for i in range(n_pixels):
         t = hit[i]
         covered = t < NO_HIT
         depth = t if covered else np.float32(0.0)
-        dx = (np.float32(u0 + i) - cx) / fx * depth - part[9]
-        dy = ray_y * depth - part[10]
+        dx = ray_x[i] * depth - part[9]
+        dy = ray_y[i] * depth - part[10]
         dz = depth - part[11]
         x = part[0] * dx + part[3] * dy + part[6] * dz
         y = part[1] * dx + part[4] * dy + part[7] * dz
