@@ -14,8 +14,8 @@ what each addition brings. Where the thesis leaves a point open:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import sqrt
+from dataclasses import dataclass, replace
+from math import cos, sqrt
 from typing import ClassVar, Final
 
 import numpy as np
@@ -31,10 +31,12 @@ from topview.filter.particles import importance_weights, n_best, systematic_resa
 from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError, check_range, shown
-from topview.score.utvr import FACTORS, Factor, placed_parts, score_hypotheses
+from topview.score.utvr import FACTORS, MIN_POINTS_INSIDE, Factor, placed_parts, score_hypotheses
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
-from topview.track.pose import Pose
+from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
+from topview.track.methods.btvr.yaw_cues import YawCues
+from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, stand
 
 Array = NDArray[np.float64]
@@ -79,8 +81,9 @@ class UtvrSettings:
         coverage: the power of N_3D by which the torso's score is divided, 0 to 2. f_uTVR does not
             ask how much of the cloud a hypothesis explains: a torso that is turned sideways shows
             less, and what it shows fits as well.
-        torso_turn_rad: a turn of the torso about its own axis, in `FRAME_S`, that doubles the
-            score; 0.01 to pi. None leaves it out, as printed.
+        torso_turn_rad: a turn of the torso about its own axis, from what its ellipses tell (Sec.
+            5.1.4), that doubles the score; 0.01 to pi. f_uTVR is flat in that turn. The torso of
+            Sec. 5.1 is then a hypothesis of each frame. None leaves both out, as printed.
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
             those of Sec. 6.1.3, which `topview.body.parts` holds.
@@ -163,6 +166,15 @@ class _Particles:
     scores: Array
     spread: float
 
+    def turned(self, R: Array) -> _Particles:
+        """All turned in their own frames."""
+        return replace(self, Rs=self.Rs @ R)
+
+    def with_one(self, R: Array) -> _Particles:
+        """One more, which becomes a parent as often as the best."""
+        Rs, scores = np.concatenate([self.Rs, R[None]]), np.append(self.scores, self.scores.min())
+        return replace(self, Rs=Rs, scores=scores)
+
 
 class UtvrTracker:
     """One person's pose over time, by the algorithm of Sec. 5.3.2."""
@@ -172,6 +184,8 @@ class UtvrTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
         self._particles: list[_Particles] = []
+        self._torso = TorsoFilter(TorsoSettings(), subject.threads)
+        self._yaw_cues = YawCues()
         self._pace = Pace()
 
     def update(self, evidence: Evidence) -> Pose:
@@ -181,6 +195,8 @@ class UtvrTracker:
         if not self._particles:
             self._particles = self._roughly_standing(evidence)
         frames = self._pace.frames(evidence.timestamp_s)
+        if self.settings.torso_turn_rad is not None and len(evidence.all_points_camera):
+            self._propose_torso(evidence, frames)
         body = _Body(self.model, evidence, self.settings)
         cloud = evidence.all_points_camera
         with self.subject.clock.stage("parts"):
@@ -189,6 +205,24 @@ class UtvrTracker:
                 body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
+
+    def _propose_torso(self, evidence: Evidence, frames: float) -> None:
+        """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
+        its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
+        self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
+        R = self._torso.update(self.model, evidence, frames).R_camera_torso
+        turn_rad = -float(_turns_rad(R, self._particles[UPPER_TORSO].Rs[:1])[0])
+        if cos(turn_rad) < 0.0:
+            self._particles = [
+                self._particles[other]
+                if part in _HEAD_AND_TORSO
+                else self._particles[other].turned(HALF_ROUND)
+                for part, other in enumerate(OTHER_SIDE)
+            ]
+        R_turn = rotations_from_angles(np.array([0.0, turn_rad, 0.0]))
+        for part in _TORSO:
+            self._particles[part] = self._particles[part].turned(R_turn)
+        self._particles[UPPER_TORSO] = self._particles[UPPER_TORSO].with_one(R)
 
     def _roughly_standing(self, evidence: Evidence) -> list[_Particles]:
         """Upright below the head, facing the camera: where every filter starts."""
@@ -206,15 +240,16 @@ class UtvrTracker:
         before = particles = self._particles[part]
         if part == HEAD and s.neck is not None:
             return self._roughly_standing(evidence)[HEAD]
+        most = s.n_best or PARTS[part].n_best
         width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
-            known, scores = self._evaluated(part, Rs, cloud, body, evidence, frames)
+            known, scores = self._evaluated(part, Rs, cloud, body, evidence)
             if not len(known):
-                allowed = Rs[: len(before.Rs)]
+                allowed = Rs[: min(len(before.Rs), most)]
                 spread = min(SPREADING**frames * before.spread, WIDEST)
                 return _Particles(allowed, np.ones(len(allowed)), spread)
-            best = n_best(scores, s.n_best or PARTS[part].n_best)
+            best = n_best(scores, most)
             particles = _Particles(known[best], scores[best], 1.0)
         return particles
 
@@ -243,7 +278,6 @@ class UtvrTracker:
         cloud: Array,
         body: _Body,
         evidence: Evidence,
-        frames: float,
     ) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
@@ -260,23 +294,15 @@ class UtvrTracker:
             s.tolerance_m,
             self.subject.threads,
         )
-        is_known = terms.has_evidence
-        Rs, scores = Rs[is_known], terms.product(s.factors)[is_known]
+        products = terms.product(s.factors)
+        is_known = (terms.n_points >= MIN_POINTS_INSIDE) & np.isfinite(products)
+        Rs, scores = Rs[is_known], products[is_known]
         if part in _TORSO:
             scores = scores / terms.n_points[is_known] ** s.coverage
-            scores *= self._turned(self._particles[part], Rs, frames)
+            if s.torso_turn_rad is not None:
+                turns_rad = _turns_rad(self._particles[part].Rs[0], Rs)
+                scores *= 1.0 + (turns_rad / s.torso_turn_rad) ** 2
         return Rs, scores
-
-    def _turned(self, before: _Particles, Rs: Array, frames: float) -> Array | float:
-        """[M] 1 for hypotheses that are not turned about their own axis since the frame before, and
-        more the further they are."""
-        turn_rad = self.settings.torso_turn_rad
-        if turn_rad is None:
-            return 1.0
-        turns = before.Rs[0].T @ Rs
-        sines = turns[:, 0, 2] - turns[:, 2, 0]
-        angles_rad = 2.0 * np.arctan2(sines, 1.0 + np.trace(turns, axis1=1, axis2=2))
-        return 1.0 + (angles_rad / (turn_rad * before.spread)) ** 2 / max(frames, 1.0)
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
         """[N] points that may lie inside some hypothesis."""
@@ -377,6 +403,12 @@ class _Body:
         rx, rz = self.model.radii_m[part] + (s.torso_reach_m if part in _TORSO else s.clothing_m)
         is_between = (y >= 0.0) & (y <= self.model.lengths_m[part])
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
+
+
+def _turns_rad(R: Array, Rs: Array) -> Array:
+    """[M] how far rotations [M, 3, 3] are turned from `R` about its y."""
+    turns = R.T @ Rs
+    return np.arctan2(turns[:, 0, 2] - turns[:, 2, 0], turns[:, 0, 0] + turns[:, 2, 2])
 
 
 def _across(xs: Array, ys: Array) -> Array:
