@@ -29,6 +29,7 @@ from topview_lab.metrics.depth_benchmarks import (
     benchmark,
 )
 from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
+from topview_lab.metrics.losses import LEAST_SEEN, LOST_S, times_lost
 from topview_lab.metrics.matching import (
     PERSON_GATE_M,
     PeopleCounts,
@@ -56,6 +57,8 @@ __all__ = [
     "CAUSES",
     "DIRECTIONS",
     "DIRECTION_GROUPS",
+    "LEAST_SEEN",
+    "LOST_S",
     "PART_GROUPS",
     "PERSON_GATE_M",
     "RELATIVE_ANGLES",
@@ -100,5 +103,6 @@ __all__ = [
     "statistic",
     "summarise",
     "tables",
+    "times_lost",
     "true_states",
 ]
