@@ -42,6 +42,25 @@ class Counts(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Pixels:
+    """The pixels of a rendered cylinder.
+
+    Attributes:
+        surface_camera: [N, 3] where their rays meet it.
+        is_in, is_occluded: [N] as `Counts` has them; the others are outliers.
+    """
+
+    surface_camera: Array
+    is_in: NDArray[np.bool_]
+    is_occluded: NDArray[np.bool_]
+
+    @property
+    def is_out(self) -> NDArray[np.bool_]:
+        """[N]"""
+        return ~self.is_in & ~self.is_occluded
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Cylinder:
     """A closed elliptic cylinder along the +y of its frame, from 0 to `length_m`.
 
@@ -95,7 +114,24 @@ def count(
         tolerance_m: the T of Sec. 5.2.1.
     """
     inside = points_camera[hypothesis.contains(points_camera)]
+    pixels = characterise(hypothesis, view, tolerance_m)
+    collides = np.zeros(len(pixels.surface_camera), np.bool_)
+    for part in placed:
+        collides |= part.contains(pixels.surface_camera)
 
+    return Counts(
+        n_3d=len(inside),
+        n_pr=len(top_view_cells(hypothesis, inside, cell_m)),
+        n_dcyl=len(pixels.surface_camera),
+        p_in=int(pixels.is_in.sum()),
+        p_occl=int(pixels.is_occluded.sum()),
+        p_out=int(pixels.is_out.sum()),
+        n_coll=int(collides.sum()),
+    )
+
+
+def characterise(hypothesis: Cylinder, view: DepthView, tolerance_m: float) -> Pixels:
+    """What each pixel of the rendered cylinder is (Sec. 5.2.1); arguments as of `count`."""
     rays = _pixel_rays(view)
     rendered = closed_cylinder_depths(
         rays, hypothesis.T_camera_part, hypothesis.length_m, *hypothesis.radii_m
@@ -105,22 +141,7 @@ def count(
     is_valid = seen > 0
     is_in = is_valid & (np.abs(seen - depth) <= tolerance_m)
     is_occluded = is_valid & (seen < depth - tolerance_m)
-    is_out = ~is_in & ~is_occluded
-
-    surface_camera = rays[is_covered] * depth[:, None]
-    collides = np.zeros(len(depth), np.bool_)
-    for part in placed:
-        collides |= part.contains(surface_camera)
-
-    return Counts(
-        n_3d=len(inside),
-        n_pr=len(top_view_cells(hypothesis, inside, cell_m)),
-        n_dcyl=len(depth),
-        p_in=int(is_in.sum()),
-        p_occl=int(is_occluded.sum()),
-        p_out=int(is_out.sum()),
-        n_coll=int(collides.sum()),
-    )
+    return Pixels(rays[is_covered] * depth[:, None], is_in, is_occluded)
 
 
 def _pixel_rays(view: DepthView) -> Array:

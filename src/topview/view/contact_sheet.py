@@ -113,7 +113,7 @@ class ContactSheet:
             np.uint8,
         )
         self._paint_header(sheet, moments)
-        stage = _stage_of(moments)
+        stage = stage_of(moments)
         for number, moment in enumerate(moments):
             row, column = divmod(number, columns)
             top = HEADER_PX + row * (tile_height + MARGIN_PX)
@@ -160,7 +160,7 @@ def paint_tile(moment: Moment, stage: Stage, panel_px: tuple[int, int]) -> Image
     return tile
 
 
-def _stage_of(moments: Sequence[Moment]) -> Stage:
+def stage_of(moments: Sequence[Moment]) -> Stage:
     """A stage that holds everyone in all pictures, on the floor where it is seen, and else on the
     level of the lowest ankles; below the hips of upper bodies, which end there."""
     people = [person for moment in moments for person in moment.people]

@@ -19,7 +19,7 @@ from topview_lab.reproduce.catalogue import Experiment, chosen
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.page import Report, as_html, as_markdown
 from topview_lab.reproduce.plots import require_matplotlib
-from topview_lab.reproduce.provenance import provenance, seeds_of
+from topview_lab.reproduce.provenance import provenance
 from topview_lab.reproduce.runs import Measured, Run, track_runs, with_findings
 from topview_lab.reproduce.section import Section
 
@@ -58,7 +58,7 @@ def make_report(
     start = perf_counter()
     wanted = {name: list(experiment.runs(context)) for name, experiment in experiments.items()}
     sought = {name: list(experiment.searches(context)) for name, experiment in experiments.items()}
-    seeds = {name: seeds_of(wanted[name], sought[name]) for name in experiments}
+    seeds = {name: experiment.seeds(context) for name, experiment in experiments.items()}
     tracked = track_runs([run for runs in wanted.values() for run in runs], workers, console)
     if not tracked.interrupted:
         searches = [search for searches in sought.values() for search in searches]

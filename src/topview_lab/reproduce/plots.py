@@ -16,6 +16,14 @@ OVERALL_COLOR: Final = "#1f6fb2"
 OCCLUDED_COLOR: Final = "#c8402f"
 """Blue and red as in Fig. 6.3."""
 
+IN_COLOR: Final = "#009e73"
+OUT_COLOR: Final = "#d55e00"
+HIDDEN_COLOR: Final = "#0072b2"
+"""Green, red and blue as in Fig. 5.7, of the palette of Okabe and Ito."""
+POINTS_COLOR: Final = "#a9b1bd"
+SUBJECT_COLOR: Final = "#5a6577"
+OUTLINE_COLOR: Final = "#1d2330"
+
 PLOT_STYLE: Final[dict[Any, Any]] = {
     "axes.grid": True,
     "axes.spines.right": False,

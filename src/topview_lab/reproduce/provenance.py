@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from topview_lab.reproduce.finding import Search
-from topview_lab.reproduce.runs import Counterpart, Run
 from topview_lab.reproduce.section import Row, Section, Table
 from topview_lab.seeds import OTHER_DATA, SEED_USES, Knowledge, use_of
 
 SeedsByExperiment = Mapping[str, Sequence[int]]
-
-
-def seeds_of(runs: Iterable[Run], searches: Iterable[Search]) -> list[int]:
-    """Seeds of the simulated recordings, sorted; recordings of a data set have none."""
-    tracked = {run.recording.seed for run in runs if isinstance(run.recording, Counterpart)}
-    return sorted(tracked | {search.case.seed for search in searches})
 
 
 def provenance(seeds: SeedsByExperiment) -> Section:

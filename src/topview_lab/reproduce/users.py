@@ -33,6 +33,7 @@ from topview_lab.reproduce.section import (
     number,
     percent,
 )
+from topview_lab.reproduce.strips import strip
 
 OCCLUDED_SPLIT = hidden_split(0.3, "another person")
 THESIS_FPS = (3.0, 4.0)
@@ -86,7 +87,7 @@ def users(context: Context, measured: Measured) -> Section:
     }
     return Section(
         name="users",
-        title="Section 6.2: one, two and four users",
+        title="Section 6.2, Figures 6.5 to 6.7: one, two and four users",
         text=(
             "Sequences as long as the thesis's, which are shown in its Figs. 6.5 to 6.7 without "
             "numbers. Both methods track the same people: the people finder is the same, and "
@@ -108,6 +109,13 @@ def users(context: Context, measured: Measured) -> Section:
                 ),
             ),
         ),
+        pictures=tuple(
+            strip(
+                context, measured, Run(THESIS_RECIPE, recording), f"figure-6.{k}",
+                f"Fig. 6.{k}: {name}, by the thesis's recipe, evenly over the sequence.",
+            )
+            for k, (name, recording) in enumerate(sequences(context).items(), start=5)
+        ),
         verdicts=tuple(
             verdict
             for method, by_sequence in tracked.items()
@@ -117,7 +125,7 @@ def users(context: Context, measured: Measured) -> Section:
             method: {name: _as_json(each) for name, each in by_sequence.items()}
             for method, by_sequence in tracked.items()
         },
-    )
+    )  # fmt: skip
 
 
 def tracked_users(measured: Measured, variant: Variant, recording: Counterpart) -> TrackedUsers:
