@@ -34,6 +34,9 @@ ANGLE_METHODS: Final[dict[str, Variant]] = {
     "topview": DEFAULT_VARIANT,
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
+CLOSED_RIVAL: Final = (
+    "The Kinect SDK is a closed binary: it has the thesis's numbers alone, of its recordings."
+)
 _JOINTS: Final[dict[Group, str]] = {
     "torso": "torso joints", "arms": "arm joints", "legs": "leg joints",
 }  # fmt: skip
@@ -108,7 +111,7 @@ def _table(caption: str, ours: dict[str, Angles], with_printed: bool) -> Table:
             for name, angles in ours.items()
         ]
     header = ("", "μE, °", "σE, °", "A, 10°", "occluded: μE, °", "σE, °", "A, 10°")
-    return Table(header, tuple(rows), caption)
+    return Table(header, tuple(rows), caption, foot=CLOSED_RIVAL if with_printed else "")
 
 
 def _cells(by_part: Mapping[Part, Statistic | Printed]) -> list[str]:

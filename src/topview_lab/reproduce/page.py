@@ -74,7 +74,8 @@ def _markdown_table(table: Table) -> list[str]:
         "-" * (w + 2) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(widths)
     )
     caption = [f"{table.caption}:", ""] if table.caption else []
-    return [*caption, line(rows[0]), f"{rule}|", *(line(row) for row in rows[1:])]
+    foot = ["", f"*{table.foot}*"] if table.foot else []
+    return [*caption, line(rows[0]), f"{rule}|", *(line(row) for row in rows[1:]), *foot]
 
 
 PAGE_STYLE: Final = """
@@ -93,7 +94,7 @@ tr.printed td, tr.open td { color: #6b7280; }
 tr.ours td:first-child { font-weight: 600; }
 tr.open td:first-child { font-style: italic; }
 figure { margin: 1.2rem 0; } figure img { max-width: 100%; }
-figcaption { color: #6b7280; font-size: .9rem; }
+figcaption, p.foot { color: #6b7280; font-size: .9rem; }
 ul.verdicts { list-style: none; padding: 0; }
 ul.verdicts li { display: grid; grid-template-columns: 7.5rem 1fr; margin: .3rem 0; }
 .word { font-weight: 600; }
@@ -162,7 +163,8 @@ def _html_table(table: Table) -> str:
         for row in table.rows
     )
     caption = f"<caption>{html.escape(table.caption)}</caption>" if table.caption else ""
+    foot = f'<p class="foot">{html.escape(table.foot)}</p>' if table.foot else ""
     return (
         f'<div class="scroll"><table>{caption}<thead><tr>{head}</tr></thead>\n'
-        f"<tbody>{rows}</tbody></table></div>"
+        f"<tbody>{rows}</tbody></table>{foot}</div>"
     )

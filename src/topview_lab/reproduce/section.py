@@ -24,11 +24,12 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table; the first column holds names, the others numbers."""
+    """A table; the first column holds names, the others numbers. `foot` is told below it."""
 
     header: tuple[str, ...]
     rows: tuple[Row, ...]
     caption: str = ""
+    foot: str = ""
 
 
 @dataclass(frozen=True, slots=True)

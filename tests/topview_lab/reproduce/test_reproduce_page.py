@@ -33,6 +33,7 @@ SECTION = Section(
             ("method", "μE, cm"),
             (Row(("thesis: A", "1.00"), "printed"), Row(("ours", "12.50")), Row(("B", ""), "open")),
             "a caption",
+            "a foot",
         ),
     ),
     pictures=(Picture(FOLDER / "pictures" / "x.png", "a picture"),),
@@ -56,7 +57,7 @@ def test_markdown_tables_line_up():
 def test_a_page_tells_everything(render):
     page = render(REPORT, FOLDER)
     for told in (
-        *("A report", "Before.", "something failed", "12.50", "a caption", "a picture"),
+        *("A report", "Before.", "something failed", "12.50", "a caption", "a foot", "a picture"),
         *("pictures/x.png", "a claim", "because", "confirmed", "behind", "open"),
     ):
         assert told in page
