@@ -85,12 +85,21 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         Knowledge.NUMBERS_READ, "measured again after changes",
     ),
     SeedUse(
-        (range(3000, 3015),), "boxing and other actions", "what --method utvr adds to the recipe",
-        Knowledge.FITTED, "chosen on them, with 3020 and 3021; some were looked at frame by frame",
+        (range(3000, 3015), 3020, 3021), "boxing and other actions",
+        "what --method utvr adds to the recipe",
+        Knowledge.FITTED, "chosen on them; some were looked at frame by frame",
     ),
     SeedUse(
         (range(8501, 8531),), "the report's --seed 25", "Tables 6.1 and 6.2, --method utvr",
         Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
+        (8671, 8672), "the report's --seed 26: two_users, four_users", "users, --method utvr",
+        Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
+        (range(8700, 8800),), "the report's --seed 27, quick form", "the report's pictures",
+        Knowledge.LOOKED_AT, "how strips and figures are drawn was designed on them",
     ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(

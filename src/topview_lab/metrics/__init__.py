@@ -29,7 +29,7 @@ from topview_lab.metrics.depth_benchmarks import (
     benchmark,
 )
 from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
-from topview_lab.metrics.losses import LEAST_SEEN, LOST_S, times_lost
+from topview_lab.metrics.losses import LEAST_SEEN, LOST_AFTER_S, times_lost
 from topview_lab.metrics.matching import (
     PERSON_GATE_M,
     PeopleCounts,
@@ -58,7 +58,7 @@ __all__ = [
     "DIRECTIONS",
     "DIRECTION_GROUPS",
     "LEAST_SEEN",
-    "LOST_S",
+    "LOST_AFTER_S",
     "PART_GROUPS",
     "PERSON_GATE_M",
     "RELATIVE_ANGLES",

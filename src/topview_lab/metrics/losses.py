@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES, Samples
 
-LOST_S: Final = 0.5
+LOST_AFTER_S: Final = 0.5
 """Somebody who goes unmatched for so long is lost; seconds (ours)."""
 LEAST_SEEN: Final = 0.3
 """Share of the joints that neither others nor objects hide, and that are in the image, from which
@@ -21,7 +21,7 @@ _NOT_ONESELF: Final = [CAUSES.index(cause) for cause in CAUSES if cause != "ones
 def times_lost(samples: Samples, fps: float) -> int:
     """How often people of one recording are lost.
 
-    Somebody is lost who was matched before, and then goes unmatched for `LOST_S` or more of
+    Somebody is lost who was matched before, and then goes unmatched for `LOST_AFTER_S` or more of
     consecutive frames, in each of which `LEAST_SEEN` of the joints are to be seen.
 
     Args:
@@ -30,7 +30,7 @@ def times_lost(samples: Samples, fps: float) -> int:
     """
     hidden = np.nan_to_num(total_share(samples.hidden[..., _NOT_ONESELF]))
     is_missed = ~samples.found & (1.0 - hidden.mean(1) >= LEAST_SEEN)
-    least = round(LOST_S * fps)
+    least = round(LOST_AFTER_S * fps)
     lost = 0
     for person in np.unique(samples.person):
         of = samples.person == person

@@ -27,7 +27,7 @@ from topview_lab.reproduce.runs import Counterpart
 from topview_lab.reproduce.section import Picture, Row, Section, Table, percent
 from topview_lab.sim import SimulatedRecording, simulate_truth
 
-HIDDEN: Final = 0.4
+WANTED_HIDDEN: Final = 0.4
 """The frame is shown in which the share of the torso that is hidden is nearest to this (ours)."""
 TURN_DEG: Final = (-5.0, 0.0, 15.0)
 """Of the hypothesis from the true torso, so that it has pixels of each kind (ours)."""
@@ -83,7 +83,7 @@ def _observation(context: Context) -> Observation:
     (sequence,) = scenes_5_7(context)
     recording = SimulatedRecording(sequence.make())
     truth = simulate_truth(recording.scene)
-    frame = int(np.abs(true_torso_hidden(truth)[:, 0] - HIDDEN).argmin())
+    frame = int(np.abs(true_torso_hidden(truth)[:, 0] - WANTED_HIDDEN).argmin())
     return Observation.of(recording, truth, frame)
 
 

@@ -33,7 +33,8 @@ def provenance(seeds: SeedsByExperiment) -> Section:
             "on: something that ships was learnt from them. Looked at: single recordings were "
             "looked at, or named as the reason of a change, while something was built. Numbers "
             "read: they were measured between changes. Only where no use is recorded are the "
-            "people new.",
+            "people new. The report's pictures show these scenes: whoever changes something after "
+            "looking at them has used them up, and reports on another --seed.",
             *OTHER_DATA,
         ),
         tables=tuple(tables) if own else tuple(tables[1:]),

@@ -30,12 +30,12 @@ from topview_lab.reproduce.section import Picture
 
 # The look of the strips: all ours.
 TILES: Final = 8
-COLUMNS: Final = 4
+TILE_COLUMNS: Final = 4
 VIEW_PX: Final = (400, 300)
-CAPTION_PX: Final = 40
-MARGIN_PX: Final = 14
+TILE_CAPTION_PX: Final = 40
+TILE_MARGIN_PX: Final = 14
 TEXT_PX: Final = 15
-LEGEND: Final = (
+STRIP_LEGEND: Final = (
     "Skeletons over the picture, and the bodies in 3D, seen from the side and from above, on a "
     "floor of square metres with the distance from the camera. Open markers and thin bones: joints "
     "hidden by the own body (ring), another person (diamond) or an object (square). A colour is a "
@@ -136,23 +136,23 @@ def picture_of(context: Context, name: str, told: str, tiles: Sequence[Tile]) ->
     """The strip of these tiles, drawn into the report's folder; `told` is what it shows."""
     path = context.picture(f"{name}.png")
     draw_strip(path, tiles)
-    return Picture(path, f"{told} {LEGEND}")
+    return Picture(path, f"{told} {STRIP_LEGEND}")
 
 
 def draw_strip(path: Path, tiles: Sequence[Tile]) -> None:
     """Tiles from left to right, then from top to bottom: the picture with the skeletons, below it
     the same in 3D, below that the caption."""
     width, height = VIEW_PX
-    step_x, step_y = width + MARGIN_PX, 2 * height + CAPTION_PX + MARGIN_PX
-    rows, columns = -(-len(tiles) // COLUMNS), min(COLUMNS, len(tiles))
+    step_x, step_y = width + TILE_MARGIN_PX, 2 * height + TILE_CAPTION_PX + TILE_MARGIN_PX
+    rows, columns = -(-len(tiles) // TILE_COLUMNS), min(TILE_COLUMNS, len(tiles))
     picture = np.full(
-        (MARGIN_PX + rows * step_y, MARGIN_PX + columns * step_x, 3), GROUND, np.uint8
+        (TILE_MARGIN_PX + rows * step_y, TILE_MARGIN_PX + columns * step_x, 3), GROUND, np.uint8
     )
     stage = stage_of([tile.moment for tile in tiles])
     for number, tile in enumerate(tiles):
         row, column = divmod(number, columns)
-        top, left = MARGIN_PX + row * step_y, MARGIN_PX + column * step_x
-        picture[top : top + step_y - MARGIN_PX, left : left + width] = _painted(tile, stage)
+        top, left = TILE_MARGIN_PX + row * step_y, TILE_MARGIN_PX + column * step_x
+        picture[top : top + step_y - TILE_MARGIN_PX, left : left + width] = _painted(tile, stage)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, png_of(picture))
 
@@ -160,10 +160,10 @@ def draw_strip(path: Path, tiles: Sequence[Tile]) -> None:
 def _painted(tile: Tile, stage: Stage) -> Image:
     width, height = VIEW_PX
     frame, people = tile.moment.frame, tile.moment.people
-    image = np.full((2 * height + CAPTION_PX, width, 3), PANEL, np.uint8)
+    image = np.full((2 * height + TILE_CAPTION_PX, width, 3), PANEL, np.uint8)
     image[:height] = frame_with_skeletons(frame, people, VIEW_PX)
     image[height : 2 * height] = paint_scene(frame, people, stage, VIEW_PX)
-    baseline = image.shape[0] - (CAPTION_PX - TEXT_PX) // 2
+    baseline = image.shape[0] - (TILE_CAPTION_PX - TEXT_PX) // 2
     used = draw_text(image, tile.caption[0], (12, baseline), TEXT_PX, TEXT)
     draw_text(image, tile.caption[1], (12 + used + 16, baseline), TEXT_PX, MUTED)
     return image

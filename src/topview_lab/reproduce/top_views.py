@@ -23,7 +23,7 @@ from topview_lab.reproduce.runs import Counterpart
 from topview_lab.reproduce.section import Picture, Row, Section, Table, number
 from topview_lab.sim import SimulatedRecording, simulate_truth
 
-ANGLES_DEG: Final = np.arange(-75.0, 75.1, 5.0)
+TURNS_DEG: Final = np.arange(-75.0, 75.1, 5.0)
 """From the true torso, in pitch and in roll."""
 LEAST_POINTS: Final = 0.5
 """A hypothesis is shown with this share of the best one's points inside, or more (ours)."""
@@ -66,7 +66,7 @@ def figure_5_2(context: Context) -> Section:
         title="Figure 5.2: hypotheses of the upper torso and their top views",
         text=(
             "The middle frame of the first sequence of Table 6.4. Hypotheses of the upper torso "
-            f"are turned away from the true one, every {ANGLES_DEG[1] - ANGLES_DEG[0]:g} degrees "
+            f"are turned away from the true one, every {TURNS_DEG[1] - TURNS_DEG[0]:g} degrees "
             "in pitch and roll. Of these the figure shows that with the least f_reproj × f_align; "
             "that with the greatest f_reproj; and, of those with no greater f_reproj than the "
             "first, that with the greatest f_align.",
@@ -98,7 +98,7 @@ def figure_5_2(context: Context) -> Section:
 
 def exemplars(observation: Observation) -> list[Shown]:
     """The right one, the one with a high f_reproj, and the misaligned one with a low f_reproj."""
-    pitch, roll = (a.ravel() for a in np.meshgrid(ANGLES_DEG, ANGLES_DEG, indexing="ij"))
+    pitch, roll = (a.ravel() for a in np.meshgrid(TURNS_DEG, TURNS_DEG, indexing="ij"))
     turns = rotations_from_angles(np.radians(np.stack([pitch, 0.0 * pitch, roll], axis=1)))
     cylinders = [observation.torso(turn, THESIS.waist) for turn in turns]
     terms = _scored(observation, cylinders)

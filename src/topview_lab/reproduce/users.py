@@ -9,7 +9,7 @@ from typing import Any, Final
 from topview_lab.metrics import (
     ALL,
     LEAST_SEEN,
-    LOST_S,
+    LOST_AFTER_S,
     Summary,
     hidden_split,
     summarise,
@@ -42,7 +42,7 @@ USERS_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
     "utvr, the recipe of Sec. 5.3": THESIS_RECIPE,
 }
-HEADER: Final = (
+USERS_HEADER: Final = (
     "sequence, method", "frames", "μE, cm", "offsets out", "A, 10 cm", "occluded: μE, cm",
     "recall", "precision", "exchanges", "lost", "MOTA", "HOTA", "frames/s",
 )  # fmt: skip
@@ -94,14 +94,14 @@ def users(context: Context, measured: Measured) -> Section:
             "differs only by the bodies that it separates touching users by.",
             "Exchanges: somebody continues under another identity, or appears under one that was "
             "somebody else's. Lost: somebody who was tracked before is matched by no track for "
-            f"{LOST_S:g} s or more, though present and to be seen by {LEAST_SEEN:.0%} or more. "
-            "Recall: tracked share of all person-frames in view, hidden or not. Frames per second "
-            "are those of the tracker alone on one core, while other recordings are tracked on "
-            "the others.",
+            f"{LOST_AFTER_S:g} s or more, though in view and to be seen by {LEAST_SEEN:.0%} or "
+            "more. Recall: tracked share of all person-frames in view, hidden or not. Frames per "
+            "second are those of the tracker alone on one core, while other recordings are tracked "
+            "on the others.",
         ),
         tables=(
             Table(
-                HEADER,
+                USERS_HEADER,
                 tuple(
                     Row((f"{name}, {method}", *_cells(tracked[method][name])))
                     for name in sequences(context)
