@@ -12,9 +12,11 @@ from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD, PART_NAMES, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
+from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles
 from topview.people.floor import CAMERA_UP
 from topview.records import Camera
+from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording
 from topview.track.evidence import columns
@@ -23,7 +25,8 @@ from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 from topview_lab.datasets.simulated import SimulatedScene
 from topview_lab.metrics import ALL, evaluate_sequence, summarise
-from topview_lab.sim import SimulatedRecording, scene_by_name
+from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth
+from topview_lab.sim.bodies import SIM_PART_NAMES
 
 CAMERA = Camera(fx=200, fy=200, cx=119.5, cy=159.5, width=240, height=320)
 MODEL = BodyModel.of(1.7, THESIS)
@@ -118,6 +121,33 @@ def test_the_printed_score_does_not_tell_how_a_torso_is_turned_and_coverage_does
     covering = terms.score / terms.n_points
     assert np.abs(terms.score / terms.score[0] - 1.0).max() < 0.1
     assert (covering[turns_deg >= 45] > 1.15 * covering[0]).all()
+
+
+def visible_share_inside(settings: UtvrSettings, name: str, seed: int) -> float:
+    """Share of the points that a simulated sensor sees of a standing person's part, noise and all,
+    that lie inside of the part's cylinder at its true pose."""
+    recording = SimulatedRecording(scene_by_name("stand", seed=seed, frames=1))
+    simulated, camera = recording.simulate(0), recording.camera
+    view = DepthView(
+        simulated.depth_mm.astype(np.float32) / np.float32(1000.0),
+        camera.fx, camera.fy, camera.cx, camera.cy,
+    )  # fmt: skip
+    is_part = simulated.part == 1 + SIM_PART_NAMES.index(name)
+    points = view.points(*np.nonzero(is_part & (view.depth_m > 0)))
+    truth = simulate_truth(recording.scene)
+    T = truth.Ts_camera_part[0, 0, list(truth.part_names).index(name)].astype(np.float64)
+    T[:3, 3] += settings.torso_ahead * float(truth.stature[0]) * T[:3, 2]
+    model, part = BodyModel.of(float(truth.stature[0]), THESIS), PART_NAMES.index(name)
+    rx, rz = (float(radius) + settings.clothing_m for radius in model.radii_m[part])
+    return float(Cylinder(T, model.lengths_m[part], (rx, rz)).contains(points).mean())
+
+
+@pytest.mark.parametrize("name", ["upper_torso", "lower_torso"])
+def test_the_torso_that_a_camera_sees_lies_in_its_cylinders_only_ahead_of_the_joints(name):
+    """Why `UtvrSettings.torso_ahead` is there: a body of cylinders, whose axes run along its
+    joints, cannot show it. 72 to 98 % against 7 to 46 % on seeds 1 to 6."""
+    assert visible_share_inside(UtvrSettings(), name, seed=3) > 0.65
+    assert visible_share_inside(AS_PRINTED, name, seed=3) < 0.5
 
 
 @pytest.mark.slow
