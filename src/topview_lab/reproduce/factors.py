@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from topview.score.utvr import MIN_POINTS_INSIDE
 from topview.track.methods.utvr import UtvrSettings
 from topview_lab.metrics import DIRECTION_GROUPS, Statistic, direction_errors, pool
 from topview_lab.reproduce.context import Context
@@ -64,9 +65,10 @@ def table_6_3(context: Context, measured: Measured) -> Section:
             "Angles between the estimated and the true directions of neck to mid torso, mid torso "
             "to hips, and shoulder to shoulder. Frames are sorted by how much of the torso's "
             f"joints other people and objects hide ({bands}). Factors are left out of the choice "
-            "among hypotheses; which of them have evidence at all is asked in the same way in all "
-            "rows. The last row is the default tracker, which does not choose the torso by the "
-            "score.",
+            "among hypotheses. Which hypotheses have evidence at all does not depend on a score, "
+            f"and is the same in all rows: {MIN_POINTS_INSIDE} of the user's points or more inside "
+            "(N_3D), and a pixel within T of the surface. The last row is the default tracker, "
+            "which does not choose the torso by the score.",
         ),
         tables=(Table(("score", *header), tuple(rows)),),
         verdicts=(*_comparisons(ours), *_conclusions(ours)),
