@@ -21,7 +21,7 @@ OUT_COLOR: Final = "#d55e00"
 HIDDEN_COLOR: Final = "#0072b2"
 """Green, red and blue as in Fig. 5.7, of the palette of Okabe and Ito."""
 POINTS_COLOR: Final = "#a9b1bd"
-SUBJECT_COLOR: Final = "#5a6577"
+SUBJECT_COLOR: Final = "#7fa3c7"
 OUTLINE_COLOR: Final = "#1d2330"
 
 PLOT_STYLE: Final[dict[Any, Any]] = {

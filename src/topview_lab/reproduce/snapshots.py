@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -67,30 +67,31 @@ def figure_6_1(context: Context, measured: Measured) -> Section:
         pictures=(
             picture_of(
                 context, "figure-6.1-actions", f"Actions of Table 6.2, {told}",
-                _middles(measured, actions(context)),
+                _middles(measured, actions(context), lambda own: own.scene.replace("_", " ")),
             ),
             picture_of(
                 context, "figure-6.1-bodies", f"Bodies of Table 6.1, {told}",
-                _middles(measured, boxers(context)),
+                _middles(measured, boxers(context), lambda own: own.body),
             ),
         ),
     )  # fmt: skip
 
 
-def _middles(measured: Measured, recordings: Sequence[EvaluatedRecording]) -> list[Tile]:
+def _middles(
+    measured: Measured,
+    recordings: Sequence[EvaluatedRecording],
+    short: Callable[[Counterpart], str],
+) -> list[Tile]:
+    """The middle frame of each; `short` names a simulated one."""
     return [
-        replace(tile, caption=(_short(recording), tile.caption[0]))
+        replace(tile, caption=(_named(recording, short), tile.caption[0]))
         for recording in recordings
         for tile in tiles_of(Run(THESIS_RECIPE, recording), measured, Shown(tiles=1))
     ]
 
 
-def _short(recording: EvaluatedRecording) -> str:
-    """The action, or the body of those who all box."""
-    if not isinstance(recording, Counterpart):
-        return recording.name
-    is_boxer = recording.scene == "boxing" and recording.body
-    return recording.body if is_boxer else recording.scene.replace("_", " ")
+def _named(recording: EvaluatedRecording, short: Callable[[Counterpart], str]) -> str:
+    return short(recording) if isinstance(recording, Counterpart) else recording.name
 
 
 def runs_figure_6_4(context: Context) -> list[Run]:
