@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Final
@@ -29,7 +29,7 @@ from topview_lab.reproduce.runs import Measured, Run
 from topview_lab.reproduce.section import Picture
 
 # The look of the strips: all ours.
-TILES: Final = 8
+TILES, QUICK_TILES = 8, 4
 TILE_COLUMNS: Final = 4
 VIEW_PX: Final = (400, 300)
 TILE_CAPTION_PX: Final = 40
@@ -128,7 +128,9 @@ def frames_of(recording: EvaluatedRecording, indices: Sequence[int]) -> list[Fra
 def strip(
     context: Context, measured: Measured, run: Run, name: str, told: str, shown: Shown = EVEN
 ) -> Picture:
-    """The strip of a run, drawn into the report's folder; `told` is what it shows."""
+    """The strip of a run, drawn into the report's folder, shorter in its quick form; `told` is what
+    it shows."""
+    shown = replace(shown, tiles=context.size(TILES, QUICK_TILES))
     return picture_of(context, name, told, tiles_of(run, measured, shown))
 
 

@@ -63,9 +63,9 @@ class TrackedUsers:
 def sequences(context: Context) -> dict[str, Counterpart]:
     """One, two and four users; the last has 1500 frames, as the thesis's (Fig. 6.7)."""
     return {
-        "one user": context.counterpart("single_user", 70, context.size(600, 60)),
-        "two users": context.counterpart("two_users", 71, context.size(600, 60)),
-        "four users": context.counterpart("four_users", 72, context.size(1500, 60)),
+        "one user": context.counterpart("single_user", 70, context.size(600, 30)),
+        "two users": context.counterpart("two_users", 71, context.size(600, 30)),
+        "four users": context.counterpart("four_users", 72, context.size(1500, 30)),
     }
 
 
