@@ -4,7 +4,8 @@ all be made; and the output says which it was."""
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, get_args
 
@@ -28,6 +29,7 @@ from topview.track.evidence import Evidence
 from topview.track.methods import METHODS, method_by_name
 from topview.track.methods.btvr.arms import ArmSettings
 from topview.track.methods.btvr.torso import TorsoSettings
+from topview.track.methods.btvr.torso_shape import NARROW
 from topview.track.methods.topview import TopviewSettings
 from topview.track.methods.utvr import UtvrSettings
 from topview.track.pose import Pose
@@ -209,6 +211,7 @@ def test_the_output_tells_the_method_and_all_its_settings(tmp_path: Path):
         (TorsoSettings, {"views": 0}),
         (TorsoSettings, {"tolerance_m": 1.5}),
         (TorsoSettings, {"clothing_m": 0.5}),
+        (partial(replace, NARROW), {"half_width": 0.0}),
         (ArmSettings, {"samples": 0}),
         (ArmSettings, {"rounds": 0}),
         (TopviewSettings, {"statures_m": ()}),

@@ -26,11 +26,12 @@ from topview.records import Camera, JointState
 from topview.track import Tracker, TrackerSettings
 from topview.track.areas import UserAreas
 from topview.track.evidence import Evidence
-from topview.track.methods.btvr import BtvrSettings, BtvrTracker
+from topview.track.methods.btvr import BTVR_AS_PRINTED, BtvrSettings, BtvrTracker
 from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.methods.btvr.arms import ArmFilter, ArmSettings
 from topview.track.methods.btvr.ellipses import fit_ellipses
-from topview.track.methods.btvr.torso import NECK_BEHIND, NECK_BELOW, views_around
+from topview.track.methods.btvr.torso import TorsoFilter, views_around
+from topview.track.methods.btvr.torso_shape import NARROW
 from topview.track.methods.btvr.tracker import PROPORTIONS
 from topview.track.methods.btvr.yaw import (
     SHOULDER_SECTION,
@@ -270,7 +271,7 @@ def seen_upper_body(yaw_rad: float = 0.0) -> tuple[Evidence, Array]:
     """Somebody whose head is before the trunk, as people's are, and the [11, 4, 4] parts."""
     pose = standing_pose(yaw_rad)
     R = pose.Rs[UPPER_TORSO]
-    offset = NECK_BEHIND * R[:, 2] - NECK_BELOW * R[:, 1]
+    offset = NARROW.neck_behind * R[:, 2] - NARROW.neck_below * R[:, 1]
     head_camera = pose.neck_camera + UPPER.stature_m * offset
     evidence = replace(evidence_of(pose, UPPER), head_camera=head_camera)
     return evidence, pose.transforms(UPPER)
@@ -285,6 +286,18 @@ def test_it_finds_torso_and_arms_of_a_body_made_of_cylinders():
         palms = [T[upper + 1, :3, 3] + T[upper + 1, :3, 1] * UPPER.lengths_m[upper + 1]
                  for T in (Ts, expected)]  # fmt: skip
         assert np.linalg.norm(palms[0] - palms[1]) < 0.08
+
+
+def test_as_printed_the_torso_follows_from_what_is_seen_alone():
+    (first, _), (second, expected) = seen_upper_body(0.0), seen_upper_body(0.6)
+    Rs = []
+    for seen in ((second,) * 4, (first, second, second, second)):
+        torso = TorsoFilter(BTVR_AS_PRINTED.torso, threads=1)
+        frames = [torso.update(UPPER, at_frame(each, k)) for k, each in enumerate(seen)]
+        Rs.append(frames[-1].R_camera_torso)
+    np.testing.assert_allclose(Rs[0], Rs[1], atol=1e-12)
+    assert np.degrees(np.arccos(Rs[0][:, 1] @ expected[1, :3, 1])) < 8.0
+    assert np.degrees(np.arccos(Rs[0][:, 0] @ expected[1, :3, 0])) < 25.0  # arms hang beside it
 
 
 def test_parts_are_rigid_connected_and_without_legs():

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
+from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors, unit
 from topview.records import check_range
 from topview.score.utvr import UtvrTerms, score_hypotheses
-from topview.track.evidence import Evidence, columns
-from topview.track.methods.btvr.yaw import YawFilter
+from topview.track.evidence import Columns, Evidence, columns
+from topview.track.methods.btvr.torso_shape import NARROW, TorsoShape
+from topview.track.methods.btvr.yaw import EllipseYaw, YawFilter
 from topview.track.stances import facing
 
 Array = NDArray[np.float64]
@@ -27,11 +29,6 @@ NO_PARTS: Final = np.empty((0, 15), np.float32)
 GOLDEN_RAD: Final = np.pi * (3.0 - np.sqrt(5.0))
 
 # All ours. Lengths are shares of the stature.
-# The cylinder whose points are counted: without the shoulders, so that hanging arms stay outside,
-# and before the neck joint, so that the chest lies inside.
-CYLINDER_RADII: Final = (0.072, 0.060)
-CYLINDER_LENGTH: Final = 0.33
-CYLINDER_AHEAD: Final = 0.06
 VIEW_REACH_RAD: Final = 0.8  # from the last axis to the farthest view
 # Of a squared angle from upright in radians, in log f_bTVR: people stand more often than they bend.
 # The second is added per share of the user's area that is hidden.
@@ -40,20 +37,22 @@ OCCLUDED_UPRIGHT_WEIGHT: Final = 20.0
 VIEW_SHARPNESS: Final = 8.0  # views are weighted by their f_bTVR to this negative power
 LEAST_POINT_SHARE: Final = 0.08  # of the points that a torso shows, which a view must have
 AXIS_SMOOTHING: Final = 0.5  # share of the last axis in the next one; it grows with occlusion
-# The neck joint from the head's centre, along the axis and to the back: means of the bodies of
-# the simulator, standing or leaning.
-NECK_BELOW: Final = 0.09
-NECK_BEHIND: Final = 0.045
 
 
 @dataclass(frozen=True, slots=True)
 class TorsoSettings:
-    """How the torso's axis is searched.
+    """How the torso is searched.
 
     Attributes:
         views: that are scored in each frame, 1 to 10000; the time grows with them.
         tolerance_m: the T of Sec. 5.2.1, 0 to 1 metre.
         clothing_m: added to the radii, so that points on the clothes lie inside; 0 to 0.2 metres.
+        shape: of the cylinder.
+        best_view: whether the axis is the best view of the whole half sphere, by Eq. 5.1 alone, as
+            printed. Else it is a mean of the views near the last axis, weighted by Eq. 5.1 without
+            hidden pixels and by how upright they are, and smoothed over time.
+        ellipse_alone: whether the yaw is that of the best ellipse in this frame, as printed; else a
+            belief over all yaws tells it.
 
     Raises:
         InputError: a value out of range.
@@ -62,6 +61,9 @@ class TorsoSettings:
     views: int = 180
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
+    shape: TorsoShape = NARROW
+    best_view: bool = False
+    ellipse_alone: bool = False
 
     def __post_init__(self) -> None:
         check_range(self, 1, 10_000, "views")
@@ -89,79 +91,137 @@ class TorsoFilter:
         self.settings = settings
         self.threads = threads
         self.torso: Torso | None = None
-        self.yaw = YawFilter()
+        self.yaw = EllipseYaw(settings.shape) if settings.ellipse_alone else YawFilter()
 
     def update(self, model: BodyModel, evidence: Evidence, frames: float = 1.0) -> Torso:
         """The torso in the next frame, `frames` of `FRAME_S` later."""
-        stature_m = model.stature_m
+        stature_m, shape = model.stature_m, self.settings.shape
         R_yaw = _about_y(self.yaw.yaw_rad)
-        upright = facing(0.0, evidence.up_camera)
-        if self.torso is None:
-            down = -evidence.up_camera
-            middle = self._axis(down, np.pi / 2, R_yaw, stature_m, evidence)
-            axis = self._axis(middle, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
+        if self.settings.best_view:
+            axis = self._best_axis(R_yaw, stature_m, evidence)
         else:
-            last = self.torso.R_camera_torso[:, 1]
-            axis = self._axis(last, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
-            smoothing = AXIS_SMOOTHING**frames
-            smoothing += (1.0 - smoothing) * evidence.hidden_share
-            axis = unit(smoothing * last + (1.0 - smoothing) * axis)
-        R = _turned_to(axis, upright)
+            axis = self._smoothed_axis(R_yaw, stature_m, evidence, frames)
+        R = _turned_to(axis, facing(0.0, evidence.up_camera))
         neck = self._necks((R @ R_yaw)[None], stature_m, evidence)[0]
-        below_head = neck + NECK_BEHIND * stature_m * (R @ R_yaw)[:, 2]
+        below_head = neck + shape.neck_behind * stature_m * (R @ R_yaw)[:, 2]
         points = (evidence.all_points_camera - below_head) @ R
-        R = R @ _about_y(self.yaw.update(points, stature_m, NECK_BEHIND, frames))
+        R = R @ _about_y(self.yaw.update(points, stature_m, shape.neck_behind, frames))
         self.torso = Torso(self._necks(R[None], stature_m, evidence)[0], R)
         return self.torso
 
-    def _axis(
+    def _smoothed_axis(
+        self, R_yaw: Array, stature_m: float, evidence: Evidence, frames: float
+    ) -> Array:
+        """[3] the mean of the views near the last axis, and what is left of the last one."""
+        if self.torso is None:
+            down = -evidence.up_camera
+            middle = self._mean_axis(down, np.pi / 2, R_yaw, stature_m, evidence)
+            return self._mean_axis(middle, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
+        last = self.torso.R_camera_torso[:, 1]
+        axis = self._mean_axis(last, VIEW_REACH_RAD, R_yaw, stature_m, evidence)
+        smoothing = AXIS_SMOOTHING**frames
+        smoothing += (1.0 - smoothing) * evidence.hidden_share
+        return unit(smoothing * last + (1.0 - smoothing) * axis)
+
+    def _mean_axis(
         self, middle: Array, reach_rad: float, R_yaw: Array, stature_m: float, evidence: Evidence
     ) -> Array:
         """[3] the mean of the views around `middle`, weighted by their scores; `middle` itself
         without evidence."""
         axes = views_around(middle, self.settings.views, reach_rad)
-        Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
-        scores = self._scores(Rs, stature_m, evidence)
+        scores = self._scores(axes, R_yaw, stature_m, evidence)
         if not np.isfinite(scores).any():
             return middle
-        upright_weight = UPRIGHT_WEIGHT + OCCLUDED_UPRIGHT_WEIGHT * evidence.hidden_share
-        off = np.arccos(np.clip(axes @ -evidence.up_camera, -1.0, 1.0))
-        logs = np.log(scores) + upright_weight * off**2
+        logs = np.log(scores) + upright_costs(axes, evidence.up_camera, evidence.hidden_share)
         weights = np.exp(-VIEW_SHARPNESS * (logs - logs.min()))
         return unit(weights @ axes)
 
-    def _scores(self, Rs: Array, stature_m: float, evidence: Evidence) -> Array:
-        """[M] f_bTVR (Eq. 5.1), infinite without evidence.
+    def _best_axis(self, R_yaw: Array, stature_m: float, evidence: Evidence) -> Array:
+        """[3] the best view of the half sphere; the last axis without evidence."""
+        axes = views_around(-evidence.up_camera, self.settings.views, np.pi / 2)
+        scores = self._scores(axes, R_yaw, stature_m, evidence)
+        if np.isfinite(scores).any():
+            return axes[scores.argmin()]
+        return -evidence.up_camera if self.torso is None else self.torso.R_camera_torso[:, 1]
 
-        N_cyl of Eq. 5.2 counts what the camera could see of a hypothesis: all its pixels but the
-        occluded ones.
-        """
-        s = self.settings
-        terms = score_hypotheses(
+    def _scores(self, axes: Array, R_yaw: Array, stature_m: float, evidence: Evidence) -> Array:
+        """[M] as `view_scores`, of cylinders along the axes."""
+        Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
+        return view_scores(
             Rs,
-            self._necks(Rs, stature_m, evidence) + CYLINDER_AHEAD * stature_m * Rs[:, :, 2],
-            CYLINDER_LENGTH * stature_m,
-            stature_m * np.array(CYLINDER_RADII) + s.clothing_m,
+            self._necks(Rs, stature_m, evidence),
+            stature_m,
             columns(evidence.all_points_camera),
             evidence.view,
-            NO_PARTS,
-            s.tolerance_m,
+            evidence.hidden_share,
+            self.settings,
             self.threads,
         )
-        visible_share = 1.0 - terms.n_occluded / np.maximum(terms.n_pixels, 1)
-        with np.errstate(invalid="ignore"):
-            scores = terms.btvr(evidence.hidden_share) * visible_share
-        return np.where(_has_evidence(terms), scores, np.inf)
 
     def _necks(self, Rs: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M, 3] neck joints below the head of torsos turned like `Rs`."""
         if not evidence.head_is_seen and self.torso is not None:
             return np.broadcast_to(self.torso.neck_camera, (len(Rs), 3))
-        offsets = NECK_BELOW * Rs[:, :, 1] - NECK_BEHIND * Rs[:, :, 2]
-        return evidence.head_camera + stature_m * offsets
+        return necks_below(evidence.head_camera, Rs, stature_m, self.settings.shape)
 
 
-def _has_evidence(terms: UtvrTerms) -> NDArray[np.bool_]:
+def necks_below(head_camera: Array, Rs: Array, stature_m: float, shape: TorsoShape) -> Array:
+    """[M, 3] neck joints below a head's centre [3] of torsos turned like `Rs` [M, 3, 3], metres."""
+    offsets = shape.neck_below * Rs[:, :, 1] - shape.neck_behind * Rs[:, :, 2]
+    return head_camera + stature_m * offsets
+
+
+def view_scores(
+    Rs: Array,
+    necks_camera: Array,
+    stature_m: float,
+    points: Columns,
+    view: DepthView,
+    hidden_share: float,
+    settings: TorsoSettings,
+    threads: int,
+) -> Array:
+    """[M] f_bTVR (Eq. 5.1) of torsos, infinite without evidence.
+
+    N_cyl of Eq. 5.2 counts all pixels of a hypothesis; where the views are averaged, all but the
+    occluded ones, and views with few points have no evidence.
+
+    Args:
+        Rs, necks_camera: [M, 3, 3] `Rs_camera_torso` and [M, 3] metres.
+        stature_m: of the person.
+        points: x, y and z [N] of the person, metres.
+        view: the scene's depth.
+        hidden_share: P_occl of Eq. 5.3.
+        settings: of the search.
+        threads: of the kernel.
+    """
+    shape = settings.shape
+    terms = score_hypotheses(
+        Rs,
+        necks_camera + shape.ahead * stature_m * Rs[:, :, 2],
+        shape.length * stature_m,
+        stature_m * np.array(shape.semi_axes) + settings.clothing_m,
+        points,
+        view,
+        NO_PARTS,
+        settings.tolerance_m,
+        threads,
+    )
+    if settings.best_view:
+        return np.where(terms.has_evidence, terms.btvr(hidden_share), np.inf)
+    visible_share = 1.0 - terms.n_occluded / np.maximum(terms.n_pixels, 1)
+    with np.errstate(invalid="ignore"):
+        scores = terms.btvr(hidden_share) * visible_share
+    return np.where(_has_enough(terms), scores, np.inf)
+
+
+def upright_costs(axes: Array, up_camera: Array, hidden_share: float) -> Array:
+    """[M] what is added to log f_bTVR of axes that are not upright."""
+    weight = UPRIGHT_WEIGHT + OCCLUDED_UPRIGHT_WEIGHT * hidden_share
+    return weight * np.arccos(np.clip(axes @ -up_camera, -1.0, 1.0)) ** 2
+
+
+def _has_enough(terms: UtvrTerms) -> NDArray[np.bool_]:
     """[M] whether a view has enough of the points that a torso shows."""
     least = LEAST_POINT_SHARE * np.maximum(terms.n_pixels, 1)
     return terms.has_evidence & (terms.n_points > least)

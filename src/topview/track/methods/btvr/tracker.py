@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arms import Arm, ArmFilter, ArmSettings
 from topview.track.methods.btvr.pixels import UserPixels
 from topview.track.methods.btvr.torso import Torso, TorsoFilter, TorsoSettings
+from topview.track.methods.btvr.torso_shape import SHOULDER_WIDE
 from topview.track.methods.btvr.yaw_cues import YawCues
 from topview.track.pose import HINGE_BENDS
 
@@ -58,6 +59,12 @@ class BtvrSettings:
 
     def tracker(self, subject: Subject) -> BtvrTracker:
         return BtvrTracker(subject, self)
+
+
+BTVR_AS_PRINTED: Final = BtvrSettings(
+    torso=TorsoSettings(views=720, shape=SHOULDER_WIDE, best_view=True, ellipse_alone=True)
+)
+"""The torso of Sec. 5.1 as printed. The arms are ours; so are 720 views, 5 degrees apart."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.track.methods.btvr.ellipses import fit_ellipses
+from topview.track.methods.btvr.ellipses import CENTRE_SIGMA_M, fit_ellipses
+from topview.track.methods.btvr.torso_shape import TorsoShape
 
 Array = NDArray[np.float64]
 
@@ -31,6 +32,7 @@ FRONT_LIMIT: Final = 0.1
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
 MOST_SECTION_POINTS: Final = 200  # more did not make it better
+FREE_CENTRE_SIGMA_M: Final = 1.0  # of the centre of an ellipse that goes wherever it fits
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +102,40 @@ class YawFilter:
         return _normalised(np.maximum(np.real(moved), 1e-9))
 
 
-def _costs(points: Array, stature_m: float, behind: float, section: Section) -> Array:
-    """[N_YAWS] squared deviations of a section's points, in standard deviations."""
+class EllipseYaw:
+    """One person's yaw by the best ellipse of each frame alone (Fig. 5.3 a), 0 for facing the
+    camera.
+
+    The ellipse is as large as the cylinder. Of the two opposite yaws that it fits alike, the one
+    that faces the camera is taken: the thesis finds people by their faces.
+    """
+
+    def __init__(self, shape: TorsoShape) -> None:
+        self._shape = shape
+        self.yaw_rad = 0.0
+
+    def update(self, points: Array, stature_m: float, behind: float, frames: float = 1.0) -> float:
+        """The yaw in the next frame, as `YawFilter.update`."""
+        shape = self._shape
+        section = Section(0.0, shape.length, shape.semi_axes, shape.half_width)
+        costs = _costs(points, stature_m, behind - shape.ahead, section, FREE_CENTRE_SIGMA_M)
+        if costs.any():
+            self.yaw_rad = float(_wrapped(2.0 * YAWS_RAD[costs.argmin()]) / 2.0)
+        return self.yaw_rad
+
+    def fuse(self, log_likelihood: Array) -> None:
+        """Nothing but the ellipse counts."""
+
+
+def _costs(
+    points: Array,
+    stature_m: float,
+    behind: float,
+    section: Section,
+    centre_sigma_m: float = CENTRE_SIGMA_M,
+) -> Array:
+    """[N_YAWS] squared deviations of a section's points, in standard deviations; zeros where there
+    are too few."""
     x, y, z = points.T / stature_m
     inside = (y > section.top) & (y < section.bottom) & (np.hypot(x, z) < section.reach)
     chosen = points[inside][:, [0, 2]]
@@ -110,7 +144,9 @@ def _costs(points: Array, stature_m: float, behind: float, section: Section) -> 
     semi_axes_m = stature_m * np.array(section.semi_axes)
     centres = -behind * stature_m * np.stack([np.sin(YAWS_RAD), np.cos(YAWS_RAD)], axis=1)
     step = max(1, len(chosen) // MOST_SECTION_POINTS)
-    return fit_ellipses(chosen[::step], semi_axes_m, YAWS_RAD, centres)[0]
+    return fit_ellipses(
+        chosen[::step], semi_axes_m, YAWS_RAD, centres, centre_sigma_m=centre_sigma_m
+    )[0]
 
 
 def _limited(log_likelihood: Array) -> Array:
