@@ -27,7 +27,7 @@ from topview.people.pieces import Pieces
 from topview.people.present import Present, Refusal
 from topview.people.roll import Roll
 from topview.people.scene import Scene
-from topview.people.segmentation import full_pixels, split_users
+from topview.people.segmentation import full_pixels, split_by_overview, split_users
 from topview.people.settings import PeopleSettings
 from topview.people.users import HandCandidate, User, by_depth
 from topview.records import Frame, InputError, Person
@@ -36,6 +36,8 @@ from topview.timing import StageClock
 __all__ = ["PeopleFinder", "PeopleSettings"]
 
 Distance = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,6 +175,17 @@ class PeopleFinder:
         self._background.update(cloud.depth_m, is_somebodys, scene.time_s, cloud.camera.noise)
         return whole
 
+    def _split(self, scene: Scene, joints_camera: Sequence[Vector | None]) -> list[Mask]:
+        """[h, w] per known user: whose each pixel is."""
+        known, settings = self._roll.known, self.settings.segmentation
+        bodies = self._for_somebody_first(self._with_pieces(scene))
+        if not settings.by_overview:
+            return split_users(scene, bodies, joints_camera, settings)
+        radii_m = [
+            settings.core_radius * max(user.height.height_m, PRIOR_HEIGHT_M) for user in known
+        ]
+        return split_by_overview(scene, bodies, [user.head_camera for user in known], radii_m)
+
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""
         if self._skin is None or not self._skin.background_is_due:
@@ -212,12 +225,7 @@ class PeopleFinder:
         roll, frame = self._roll, scene.cloud.frame
         is_pause = roll.elapsed_s(scene) > PAUSE_S
         joints = {person.id: person.joints_camera for person in tracked if not is_pause}
-        masks = split_users(
-            scene,
-            self._for_somebody_first(self._with_pieces(scene)),
-            [joints.get(user.id) for user in roll.known],
-            self.settings.segmentation,
-        )
+        masks = self._split(scene, [joints.get(user.id) for user in roll.known])
         roll.remember(scene, masks)
         frontal = self._frontal(frame)
         users: list[User] = []

@@ -3,13 +3,14 @@
 Every user grows from the head: points within about half a shoulder breadth of the head's
 projection on the overview belong to the user, and from there everything that can be reached over
 the visible surface within the length of a body. Where two can reach a point it is the nearer one's;
-points that are about as near to both are given to both.
+points that are about as near to both are given to both. `BY_OVERVIEW` is the thesis's way instead.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +32,18 @@ class SegmentationSettings:
         reach: the longest way over the body from the head's centre, to the toes or, with the arm
             stretched down, the fingers.
         share_m: points that are this much further from one user than from another are both's.
+        by_overview: whether all points within `core_radius` are the user's, and of what hangs
+            together with them all that is in nobody else's cylinder, even if it is another's too.
     """
 
     core_radius: float = 0.15
     reach: float = 1.1
     share_m: float = 0.06
+    by_overview: bool = False
+
+
+BY_OVERVIEW: Final = SegmentationSettings(core_radius=0.26, by_overview=True)
+"""As Sec. 5.3.1 has it: about the shoulder breadth (Table 3.1) around the face."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,6 +158,23 @@ def split_users(
     for row, index in enumerate(tracked):
         masks[index][is_contested] = is_own[row]
     return masks
+
+
+def split_by_overview(
+    scene: Scene,
+    distances_m: Sequence[NDArray[np.float32]],
+    heads_camera: Sequence[NDArray[np.float64]],
+    radii_m: Sequence[float],
+) -> list[NDArray[np.bool_]]:
+    """[h, w] per user: what lies within a radius of the head, seen from above, and what hangs
+    together with it outside of all others' radii; `distances_m` as for `split_users`."""
+    reached = [np.isfinite(own) for own in distances_m]
+    cores = [
+        is_reached & (scene.aside_of(head_camera) < radius_m)
+        for is_reached, head_camera, radius_m in zip(reached, heads_camera, radii_m, strict=True)
+    ]
+    is_core = np.logical_or.reduce([np.zeros(scene.heights_m.shape, np.bool_), *cores])
+    return [core | (own & ~is_core) for own, core in zip(reached, cores, strict=True)]
 
 
 def bone_distance(

@@ -23,9 +23,11 @@ from topview.people.height import (
 from topview.people.identity import VELOCITY_DECAY_S, KnownUser, assign
 from topview.people.scene import Scene, SceneSettings
 from topview.people.segmentation import (
+    BY_OVERVIEW,
     SegmentationSettings,
     body_distance,
     bone_distance,
+    split_by_overview,
     split_users,
 )
 
@@ -162,3 +164,20 @@ def test_the_background_learns_the_room_but_nobody() -> None:
     # What is seen further away was never there.
     background.update(depth + 1.0, np.zeros_like(somebody), 2.0 * KNOWN_S)
     assert not background.is_seen_in(depth).any()
+
+
+def test_by_overview_who_is_near_a_head_is_one_user_and_what_touches_both_is_both() -> None:
+    ground_y = 1.1
+    xs = (-0.45, 0.45)
+    arms = [(np.array([x, -0.25, 2.95]), 0.06) for x in np.arange(-0.4, 0.41, 0.05)]
+    balls = [ball for x in xs for ball in standing_person(x, 3.0, ground_y)] + arms
+    scene = scene_with(render(balls, [plane(UP, ground_y)]), ground_y)
+    heads = [np.array([x, ground_y - 0.93 * 1.75, 3.0]) for x in xs]
+    bodies = [body_distance(scene, at, 1.75, BY_OVERVIEW) for at in heads]
+    masks = split_by_overview(scene, bodies, heads, [0.3, 0.3])
+    for mask, other, head in zip(masks, masks[::-1], heads, strict=True):
+        is_near = scene.aside_of(head) < 0.3
+        assert (mask & is_near).sum() > 100
+        assert not (other & is_near).any()
+    assert (masks[0] & masks[1]).any()
+    np.testing.assert_array_equal(masks[0] | masks[1], np.isfinite(np.minimum(*bodies)))
