@@ -95,7 +95,9 @@ class BackgroundMixtures:
     are found; their pixels are not learnt, however long they stand still.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, by_depth: bool = True) -> None:
+        """Without `by_depth` colour alone decides, as Sec. 4.1 has it."""
+        self._by_depth = by_depth
         self._reset()
 
     def _reset(self) -> None:
@@ -123,7 +125,7 @@ class BackgroundMixtures:
         color_is_new = _is_new(self._color, view.rgb)
         self.light_changed = _light_changed(color_is_new, has_reading & ~is_nearer)
         unread = np.bool_(True) if self.light_changed else color_is_new
-        return np.where(has_reading, is_nearer, unread)
+        return np.where(has_reading & self._by_depth, is_nearer, unread)
 
     def is_update_due(self, view: ColorView) -> bool:
         """Whether `update` would learn from the view."""

@@ -160,7 +160,7 @@ def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
 DETECTORS: Final[dict[str, Callable[[StageClock], HeadDetector]]] = {
     "auto": DepthAndSkinHeads,
     "depth": lambda clock: DepthHeadDetector(),
-    "skin": SkinHeads,
+    "skin": lambda clock: SkinHeads(clock, SkinSettings(background="mixtures")),
     "cascade": lambda clock: CascadeFaces(),
 }
 

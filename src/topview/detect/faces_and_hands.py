@@ -109,7 +109,7 @@ class FacesAndHands:
 
     Call `update` with each frame, then `update_background` with the pixels of the people found in
     it. Without the second nothing is ever background, and skin is searched in the whole image. If
-    candidates are given, the background is what keeps still among them.
+    candidates are given, the settings say what is background.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class FacesAndHands:
         tables: BeliefTables | None = None,
     ) -> None:
         self.settings = settings or SkinSettings()
-        self._mixtures = BackgroundMixtures()
+        self._mixtures = BackgroundMixtures(by_depth=self.settings.background != "colors")
         self._light = LightChangeDetector()
         self._still = StillBackground()
         self._background: BackgroundMixtures | LightChangeDetector = self._mixtures
@@ -144,16 +144,12 @@ class FacesAndHands:
             heads_camera: [3] each, centres of known heads (from depth, say); the place relative to
                 the nearest one is evidence for face or hand.
             is_candidate: [H, W] of the full image, or of the size of the masks, pixels that may be
-                a person's; all before the background if None.
+                a person's by their depth; all before the background if None.
         """
         self._view = view = ColorView.of(image)
         if view is None or view.light != Light.USABLE:
             return SkinDetections(Light.ABSENT if view is None else view.light)
-        if is_candidate is None:
-            self._background, where = self._mixtures, self._mixtures.foreground(view)
-        else:
-            self._background = self._light
-            where = view.small(is_candidate) & ~self._still.background(view)
+        where = self._searched(view, is_candidate)
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings)
         blobs = self._tracker.update(view, regions)
@@ -169,6 +165,17 @@ class FacesAndHands:
             is_skin,
             self._background.light_changed,
         )
+
+    def _searched(self, view: ColorView, is_candidate: Mask | None) -> Mask:
+        """[h, w] where skin is searched."""
+        kind = self.settings.background
+        if is_candidate is not None and kind == "still":
+            self._background = self._light
+            return view.small(is_candidate) & ~self._still.background(view)
+        self._background, where = self._mixtures, self._mixtures.foreground(view)
+        if is_candidate is not None and kind == "mixtures":
+            where &= view.small(is_candidate)
+        return where
 
     def update_background(self, is_person: Mask) -> None:
         """Learn the background from the last frame outside the people's pixels ([H, W], or of the

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, get_args
 
 import cv2
 import numpy as np
@@ -17,10 +17,11 @@ from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Box
 from topview.files import naming, read_archive
 from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
-from topview.records import InputError, check_range, read_only
+from topview.records import InputError, check_range, read_only, shown
 
 Mask = NDArray[np.bool_]
 Counts = NDArray[np.floating]
+BackgroundName = Literal["still", "mixtures", "colors"]
 
 SHIFT: Final = 2
 BINS: Final = 256 >> SHIFT
@@ -127,20 +128,30 @@ def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
 
 @dataclass(frozen=True, slots=True)
 class SkinSettings:
-    """From what probability on a pixel is skin (Sec. 4.1.2); the defaults are ours.
+    """Where skin is searched (Sec. 4.1), and from what probability on a pixel is skin (Sec. 4.1.2);
+    the defaults are ours.
 
     Attributes:
         seed_probability: T_max, from which a pixel starts a region, 0 to 1.
         growth_probability: T_min, from which it joins one that it touches, 0 to `seed_probability`.
+        background: what is no skin whatever its colour, where candidates for people are known by
+            their depth: "still" all but the candidates, and what keeps still among them;
+            "mixtures" all but the candidates, and what an adaptive Gaussian mixture of each pixel's
+            depth, or of its colour where there is no reading, explains; "colors" what the mixture
+            of its colour explains, and nothing else, as printed. The camera must stand still.
 
     Raises:
-        InputError: a value out of range.
+        InputError: a value out of range, or an unknown background.
     """
 
     seed_probability: float = 0.3
     growth_probability: float = 0.2
+    background: BackgroundName = "still"
 
     def __post_init__(self) -> None:
+        if self.background not in get_args(BackgroundName):
+            known = ", ".join(get_args(BackgroundName))
+            raise InputError(f"background is {shown(self.background)}; it must be one of {known}")
         check_range(self, 0.0, 1.0, "seed_probability")
         check_range(self, 0.0, self.seed_probability, "growth_probability")
 

@@ -9,6 +9,7 @@ from topview_lab.metrics.heads import HEAD_GATE_M, LEAST_VISIBLE_SHARE, LONGEST_
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.finding import (
     AUTO,
+    BACKGROUNDS,
     DETECTOR_NAMES,
     SPECIAL,
     TONE_GROUPS,
@@ -65,7 +66,7 @@ def cases(context: Context) -> list[Case]:
 def searches(context: Context) -> list[Search]:
     """All detectors on what is not special."""
     return [
-        Search(case, (AUTO,) if case.conditions.name else DETECTOR_NAMES) for case in cases(context)
+        Search(case, (AUTO,)) if case.conditions.name else Search(case) for case in cases(context)
     ]
 
 
@@ -77,6 +78,10 @@ def detection(context: Context, measured: Measured) -> Section:
         "by number of people": _by(plain, lambda search: str(len(done[search].tones))),
         "by skin": {tone: Tally.of(plain.values(), tone=tone) for tone in TONE_GROUPS},
         "by detector": {name: Tally.of(plain.values(), name) for name in DETECTOR_NAMES},
+        "by what skin is searched before: by default, auto takes what keeps still in depth, and "
+        "skin the mixtures of colour and depth (Sec. 4.1)": {
+            name: Tally.of(plain.values(), name) for name in (AUTO, "skin", *BACKGROUNDS)
+        },
         "special cases": _by(
             {search: done[search] for search in done if search.case.conditions.name},
             lambda search: search.case.conditions.name,

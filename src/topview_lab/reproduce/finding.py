@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import radians
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.detect.detectors import DetectorName
+from topview.detect.detectors import DepthAndSkinHeads, DetectorName, SkinHeads
+from topview.detect.skin import BackgroundName, SkinSettings
 from topview.people.finder import PeopleFinder
 from topview.people.settings import PeopleSettings
 from topview.people.users import User, by_depth
 from topview.records import Frame
+from topview.timing import StageClock
 from topview_lab.metrics.heads import PeopleFound, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
 from topview_lab.sim.appearance import SKINS
@@ -26,8 +28,14 @@ from topview_lab.sim.truth import FrameTruth
 
 Image = NDArray[np.uint8]
 Colour = Literal["as it is", "none", "grey", "dark", "bright"]
+AUTO: Final = "auto"
 DETECTOR_NAMES: Final[tuple[DetectorName, ...]] = ("auto", "depth", "skin", "cascade")
-AUTO: Final[DetectorName] = "auto"
+BACKGROUNDS: Final[dict[str, tuple[DetectorName, type[SkinHeads], BackgroundName]]] = {
+    "auto, mixtures of colour and depth": ("auto", DepthAndSkinHeads, "mixtures"),
+    "skin, mixtures of colour alone": ("skin", SkinHeads, "colors"),
+    "skin, what keeps still in depth": ("skin", SkinHeads, "still"),
+}
+"""Detectors that search skin before another background than by default."""
 TONE_GROUPS: Final = ("light", "middle", "dark")
 HEAD_JOINT: Final = SIM_JOINT_NAMES.index("head")
 
@@ -106,7 +114,7 @@ class Finding:
     """
 
     tones: tuple[str, ...]
-    found: dict[DetectorName, PeopleFound]
+    found: dict[str, PeopleFound]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,15 +122,13 @@ class Search:
     """Find the people of a case with each of some detectors, in any process."""
 
     case: Case
-    detectors: tuple[DetectorName, ...] = DETECTOR_NAMES
+    detectors: tuple[str, ...] = (*DETECTOR_NAMES, *BACKGROUNDS)
 
     def __call__(self) -> Finding:
         scene = self.case.make()
         recording = SimulatedRecording(scene)
-        finders: dict[DetectorName, PeopleFinder] = {
-            name: PeopleFinder(PeopleSettings(detector=name)) for name in self.detectors
-        }
-        users: dict[DetectorName, list[list[User]]] = {name: [] for name in self.detectors}
+        finders = {name: finder_by_name(name) for name in self.detectors}
+        users: dict[str, list[list[User]]] = {name: [] for name in self.detectors}
         truths: list[FrameTruth] = []
         for index in range(scene.frames):
             simulated = recording.simulate(index)
@@ -140,6 +146,15 @@ class Search:
             tuple(_tone(actor.body.appearance.skin) for actor in scene.actors),
             {name: compared_with_truth(own, truths, scene.fps) for name, own in users.items()},
         )
+
+
+def finder_by_name(name: str) -> PeopleFinder:
+    """A new finder with one of `DETECTOR_NAMES` or `BACKGROUNDS`."""
+    if name not in BACKGROUNDS:
+        return PeopleFinder(PeopleSettings(detector=cast(DetectorName, name)))
+    detector, heads, background = BACKGROUNDS[name]
+    skin = SkinSettings(background=background)
+    return PeopleFinder(PeopleSettings(detector=detector), heads(StageClock(), skin))
 
 
 def compared_with_truth(

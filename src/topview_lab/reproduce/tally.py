@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.detectors import DetectorName
 from topview_lab.metrics.heads import PersonFound
 from topview_lab.metrics.statistics import CM_PER_M, share
 from topview_lab.reproduce.finding import AUTO, Finding
@@ -48,7 +47,7 @@ class Tally:
     def of(
         cls,
         findings: Iterable[Finding],
-        detector: DetectorName = AUTO,
+        detector: str = AUTO,
         tone: str | None = None,
     ) -> Tally:
         """Of some recordings; of the people whose skin has that tone, if one is given."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from detect_scenes import SKIN_RGB, frame_of
 from topview.detect.cloud import Cloud
 from topview.detect.detectors import DepthAndSkinHeads, SkinHeads
 from topview.detect.heads import NO_HINTS, DepthHeadDetector
-from topview.detect.skin import SkinSettings
+from topview.detect.skin import BackgroundName, SkinSettings
 from topview.records import InputError
 from topview.timing import StageClock
 
@@ -24,6 +25,10 @@ UP = np.array([0.0, -1.0, 0.0])
         (lambda: SkinSettings(seed_probability=1.1), "seed_probability is 1.1; it must be 0 to 1"),
         (lambda: SkinSettings(0.5, 0.6), "growth_probability is 0.6; it must be 0 to 0.5"),
         (lambda: SkinSettings(0.5, -0.1), "growth_probability is -0.1; it must be 0 to 0.5"),
+        (
+            lambda: SkinSettings(background=cast(BackgroundName, "none")),
+            "background is 'none'; it must be one of still, mixtures, colors",
+        ),
         (lambda: DepthHeadDetector(2.0), "min_confidence is 2.0; it must be 0 to 1"),
         (lambda: DepthHeadDetector(max_depth_m=0.0), "max_depth_m is 0.0; it must be 0.5 to 100"),
     ],

@@ -16,6 +16,7 @@ from topview.detect.cloud import Cloud
 from topview.detect.color_view import ColorView, Light
 from topview.detect.faces import CascadeFaces
 from topview.detect.faces_and_hands import FacesAndHands, SkinDetections
+from topview.detect.skin import BackgroundName, SkinSettings
 from topview.io import open_recording
 from topview.records import Camera, Frame
 
@@ -80,6 +81,26 @@ def test_only_candidates_are_searched() -> None:
     is_candidate[:, :60] = True
     detections = FacesAndHands().update(Pyramid(frame_of(PERSON)), is_candidate=is_candidate)
     assert [round(blob.ellipse.x) for blob in detections.blobs] == [45]
+
+
+@pytest.mark.parametrize(("background", "found"), [("mixtures", [45]), ("colors", [45, 105])])
+def test_the_mixtures_learn_a_room_of_skins_colour(
+    background: BackgroundName, found: list[int]
+) -> None:
+    """A wall lamp of skin's colour hangs there; then somebody steps before it, and beside it, where
+    by the depth nobody can be."""
+    finder = FacesAndHands(SkinSettings(background=background), tables=simple_tables())
+    nobody, is_candidate = np.zeros((120, 160), np.bool_), np.zeros((120, 160), np.bool_)
+    is_candidate[:, :60] = True
+    lamp: Disc = (45.0, 90.0, 9.0, 2.95, SKIN_RGB)
+    for index in range(40):
+        finder.update(Pyramid(frame_of([lamp], index=index)), is_candidate=is_candidate)
+        finder.update_background(nobody)
+    discs = [lamp, (45.0, 45.0, 9.0, 2.0, SKIN_RGB), (105.0, 45.0, 9.0, 2.0, SKIN_RGB)]
+    detections = finder.update(Pyramid(frame_of(discs, index=40)), is_candidate=is_candidate)
+    seen = [blob for blob in detections.blobs if blob.is_seen]
+    assert sorted(round(blob.ellipse.x) for blob in seen) == found
+    assert all(blob.ellipse.y < 60 for blob in seen)
 
 
 def test_candidates_may_be_of_the_small_size_and_then_the_room_is_not_needed() -> None:
