@@ -78,8 +78,7 @@ def detection(context: Context, measured: Measured) -> Section:
         "by number of people": _by(plain, lambda search: str(len(done[search].tones))),
         "by skin": {tone: Tally.of(plain.values(), tone=tone) for tone in TONE_GROUPS},
         "by detector": {name: Tally.of(plain.values(), name) for name in DETECTOR_NAMES},
-        "by what skin is searched before: by default, auto takes what keeps still in depth, and "
-        "skin the mixtures of colour and depth (Sec. 4.1)": {
+        "by background": {
             name: Tally.of(plain.values(), name) for name in (AUTO, "skin", *BACKGROUNDS)
         },
         "special cases": _by(
@@ -100,6 +99,8 @@ def detection(context: Context, measured: Measured) -> Section:
             "of the false ones that were not seen, but expected where somebody is hidden. Within "
             "0.5 s: people who were users so soon after they came into view. Ids kept: by people "
             f"who were hidden for up to {LONGEST_HIDDEN_S:g} s and came back.",
+            "By background: what is left out where skin is searched. By default, auto leaves out "
+            "what keeps still in depth, and skin what the adaptive mixtures of Sec. 4.1 explain.",
         ),
         tables=tuple(
             Table(("", *HEADER), tuple(tally.row(name) for name, tally in tallies.items()), caption)
