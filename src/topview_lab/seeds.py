@@ -101,6 +101,18 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         (range(8700, 8800),), "the report's --seed 27, quick form", "the report's pictures",
         Knowledge.LOOKED_AT, "how strips and figures are drawn was designed on them",
     ),
+    SeedUse(
+        (range(3030, 3037),), "walking, sitting, crossing and others",
+        "what --detector skin searches before", Knowledge.FITTED, "chosen on them",
+    ),
+    SeedUse(
+        (9000, 9001), "single_user, dummy_occluder",
+        "Table 5.2 and Fig. 5.4, the report's --seed 30", Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
+        (range(10000, 10004),), "detection, --seed 30", "what skin is searched before",
+        Knowledge.NUMBERS_READ, "measured once",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (503, 521, 731, 802), "walk, throwing, hug, wave", "tests", Knowledge.LOOKED_AT,
