@@ -11,6 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.ellipses import move_ellipses
+
 Array = NDArray[np.float64]
 
 
@@ -44,31 +46,17 @@ def fit_ellipses(
     Returns:
         [K] costs, as squares of standard deviations, and [K, 2] centres.
     """
-    cos, sin = np.cos(yaws_rad), np.sin(yaws_rad)
-    Rs = np.stack([np.stack([cos, -sin], 1), np.stack([sin, cos], 1)], 1)  # to the ellipses' axes
-    weight = INDEPENDENT_READINGS / (max(len(points), 1) * READING_SIGMA_M**2)
-    prior_weight = centre_sigma_m**-2.0
-    found = centres.copy()
-    costs = np.zeros(len(yaws_rad))
-    for iteration in range(iterations + 1):
-        own = (points - found[:, None]) @ np.swapaxes(Rs, 1, 2)
-        gaps, normals = _gaps(own, semi_axes_m)
-        robust = 1.0 / (1.0 + (gaps / RESIDUAL_SCALE_M) ** 2)
-        off = found - centres
-        costs = weight * (robust * gaps**2).sum(1) + prior_weight * (off**2).sum(1)
-        if iteration < iterations:
-            slopes = -normals @ Rs
-            pulled = slopes * (weight * robust**2)[..., None]
-            A = np.swapaxes(pulled, 1, 2) @ slopes + prior_weight * np.eye(2)
-            b = (pulled * gaps[..., None]).sum(1) + prior_weight * off
-            found = found - np.linalg.solve(A, b[..., None])[..., 0]
+    costs, found = np.empty(len(yaws_rad)), np.empty((len(yaws_rad), 2))
+    move_ellipses(
+        np.ascontiguousarray(points),
+        semi_axes_m,
+        yaws_rad,
+        centres,
+        INDEPENDENT_READINGS / (max(len(points), 1) * READING_SIGMA_M**2),
+        RESIDUAL_SCALE_M,
+        centre_sigma_m**-2.0,
+        iterations,
+        costs,
+        found,
+    )
     return costs, found
-
-
-def _gaps(own: Array, semi_axes_m: Array) -> tuple[Array, Array]:
-    """[K, N] signed distances of [K, N, 2] points from an ellipse, to first order, and the [K, N,
-    2] directions in which they grow."""
-    size = np.maximum(np.sqrt(((own / semi_axes_m) ** 2).sum(-1)), 1e-6)
-    gradient = own / semi_axes_m**2 / size[..., None]
-    steepness = np.maximum(np.sqrt((gradient**2).sum(-1)), 1e-6)
-    return (size - 1.0) / steepness, gradient / steepness[..., None]
