@@ -12,10 +12,20 @@ Array = NDArray[np.float64]
 
 LIMITS_RAD = np.array([part.limits_rad for part in PARTS])  # [11, 3, 2]: low and high of x, y, z
 
+_DIRECTION = [0, 2]  # the turns about x and z alone say where a part points
+
 
 def excess_rad(part: int, Rs_parent_part: Array) -> Array:
     """[..., 3, 3] rotations to [...]: by how much they leave the part's limits, 0 within them."""
     return _excess(part, angles_rad(part, Rs_parent_part))
+
+
+def direction_excess_rad(part: int, Rs_parent_part: Array) -> Array:
+    """[..., 3, 3] rotations to [...]: by how much the part's direction leaves the limits, whatever
+    its turn about its own axis: with some turn, a part that does not leave them is within."""
+    one, other = (angles[..., _DIRECTION] for angles in _decompositions(part, Rs_parent_part))
+    limits = LIMITS_RAD[part, _DIRECTION]
+    return np.minimum(_beyond(limits, one), _beyond(limits, other))
 
 
 def angles_rad(part: int, Rs_parent_part: Array) -> Array:
@@ -25,12 +35,17 @@ def angles_rad(part: int, Rs_parent_part: Array) -> Array:
     part's limits counts. An angle is given in the full turn round the middle of its limits: an
     arm that is raised to its limit of 180 degrees and a little beyond stands at 181, not at -179.
     """
-    angles = angles_from_rotations(Rs_parent_part)
-    x, y, z = np.moveaxis(angles, -1, 0)
-    other = _around_limits(part, np.stack([x + np.pi, y + np.pi, np.pi - z], -1))
-    angles = _around_limits(part, angles)
+    angles, other = _decompositions(part, Rs_parent_part)
     is_better = _excess(part, other) < _excess(part, angles)
     return np.where(is_better[..., None], other, angles)
+
+
+def _decompositions(part: int, Rs_parent_part: Array) -> tuple[Array, Array]:
+    """[..., 3, 3] rotations to [..., 3] both turns about x, y and z that they are."""
+    angles = angles_from_rotations(Rs_parent_part)
+    x, y, z = np.moveaxis(angles, -1, 0)
+    other = np.stack([x + np.pi, y + np.pi, np.pi - z], -1)
+    return _around_limits(part, angles), _around_limits(part, other)
 
 
 def _around_limits(part: int, angles: Array) -> Array:
@@ -40,6 +55,10 @@ def _around_limits(part: int, angles: Array) -> Array:
 
 
 def _excess(part: int, angles: Array) -> Array:
-    low, high = LIMITS_RAD[part].T
-    beyond = np.maximum(low - angles, angles - high)
-    return np.maximum(beyond, 0.0).max(-1)
+    return _beyond(LIMITS_RAD[part], angles)
+
+
+def _beyond(limits_rad: Array, angles: Array) -> Array:
+    """[..., K] angles to [...] by how much one of them leaves its limits, [K, 2]."""
+    low, high = limits_rad.T
+    return np.maximum(np.maximum(low - angles, angles - high), 0.0).max(-1)

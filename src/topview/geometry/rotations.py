@@ -14,16 +14,22 @@ def rotations_from_angles(angles_rad: Array) -> Array:
     The turn about y, a part's own axis, comes first, so that x and z alone say where the part
     points: `R @ (0, 1, 0) = (-sin z, cos x cos z, sin x cos z)`.
     """
-    cx, cy, cz = np.moveaxis(np.cos(angles_rad), -1, 0)
-    sx, sy, sz = np.moveaxis(np.sin(angles_rad), -1, 0)
-    return np.stack(
-        [
-            np.stack([cz * cy, -sz, cz * sy], -1),
-            np.stack([cx * sz * cy + sx * sy, cx * cz, cx * sz * sy - sx * cy], -1),
-            np.stack([sx * sz * cy - cx * sy, sx * cz, sx * sz * sy + cx * cy], -1),
-        ],
-        -2,
+    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
+    cx, cy, cz = cosines[..., 0], cosines[..., 1], cosines[..., 2]
+    sx, sy, sz = sines[..., 0], sines[..., 1], sines[..., 2]
+    R = np.empty((*cosines.shape, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = cz * cy, -sz, cz * sy
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = (
+        cx * sz * cy + sx * sy,
+        cx * cz,
+        cx * sz * sy - sx * cy,
     )
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = (
+        sx * sz * cy - cx * sy,
+        sx * cz,
+        sx * sz * sy + cx * cy,
+    )
+    return R
 
 
 def angles_from_rotations(R: Array) -> Array:

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from topview.body.limits import LIMITS_RAD, angles_rad, excess_rad
+from topview.body.limits import LIMITS_RAD, angles_rad, direction_excess_rad, excess_rad
 from topview.body.parts import PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles
 
@@ -102,3 +102,13 @@ def test_hinges_turn_about_x_alone():
 @given(parts, rotations(4))
 def test_batches_are_many_single_ones(part, Rs):
     assert_allclose(excess_rad(part, Rs), [excess_rad(part, R) for R in Rs])
+
+
+@pytest.mark.parametrize("name", ["left_upper_arm", "right_upper_leg"])
+@given(rotations(1))
+def test_a_direction_is_within_the_limits_if_some_turn_about_the_own_axis_is(name, R):
+    turns = np.zeros((8, 3))
+    turns[:, 1] = np.arange(8) * np.pi / 4
+    turned = R @ rotations_from_angles(turns)
+    part = index_of(name)
+    assert_allclose(direction_excess_rad(part, R), excess_rad(part, turned).min(), atol=1e-9)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import place_part
-from topview.body.limits import excess_rad
+from topview.body.limits import direction_excess_rad, excess_rad
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
@@ -57,7 +57,6 @@ KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge bet
 _TORSO = (UPPER_TORSO, LOWER_TORSO)
 _HEAD_AND_TORSO = (HEAD, *_TORSO)
 _UPPER_LIMBS = frozenset(part.parent for part in PARTS if part.is_hinge)
-_TURNS = rotations_from_angles(np.array([(0.0, turn, 0.0) for turn in np.arange(8) * np.pi / 4]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,8 +362,8 @@ class _Body:
             beyond = flexion - np.abs(PARTS[part].limits_rad[0]).max()
             return excess_rad(parent, R_camera_torso.T @ pairs[:, 0]) + np.maximum(beyond, 0.0)
         Rs_parent_part = self.Rs[parent].T @ Rs
-        if part in _UPPER_LIMBS:  # valid if some turn about its own axis is
-            return excess_rad(part, Rs_parent_part[:, None] @ _TURNS).min(1)
+        if part in _UPPER_LIMBS:  # its turn about its own axis is not searched
+            return direction_excess_rad(part, Rs_parent_part)
         return excess_rad(part, Rs_parent_part)
 
     def _bent(self, lower: int, Rs: Array) -> Array:
