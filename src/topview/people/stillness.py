@@ -120,6 +120,8 @@ class Stillness:
     def is_broken_in(self, depth_m: NDArray[np.float32], elapsed_looks: float = 1.0) -> bool:
         """Whether the next frame, [h, w], so long after the last, shows that it is no thing that
         stands still."""
+        if not len(self._start_m):
+            return False
         looks = min(elapsed_looks, MOST_LOOKS)
         seen_m = depth_m[self._is_body]
         is_same = (seen_m > 0.0) & (np.abs(seen_m - self._start_m) < SAME_SURFACE_M)

@@ -65,9 +65,9 @@ def table_6_3(context: Context, measured: Measured) -> Section:
             "Angles between the estimated and the true directions of neck to mid torso, mid torso "
             "to hips, and shoulder to shoulder. Frames are sorted by how much of the torso's "
             f"joints other people and objects hide ({bands}). Factors are left out of the choice "
-            "among hypotheses. Which hypotheses have evidence at all does not depend on a score, "
-            f"and is the same in all rows: {MIN_POINTS_INSIDE} of the user's points or more inside "
-            "(N_3D), and a pixel within T of the surface. The last row is the default tracker, "
+            "among hypotheses. A hypothesis has evidence if "
+            f"{MIN_POINTS_INSIDE} of the user's points or more are inside (N_3D), and the factors "
+            "that are asked are finite. The last row is the default tracker, "
             "which does not choose the torso by the score.",
         ),
         tables=(Table(("score", *header), tuple(rows)),),

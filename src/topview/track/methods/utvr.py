@@ -9,7 +9,7 @@ what each addition brings. Where the thesis leaves a point open:
   forearm or lower leg bends; that part's hypotheses are valid where both parts keep within Table
   3.2.
 - A part without evidence keeps its direction of the frame before.
-- Collisions are counted with parts of the same person. Parts of other people only occlude.
+- Collisions are counted with placed parts: the same person's, and those of whoever stands nearer.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from topview.records import InputError, check_range, shown
 from topview.score.utvr import FACTORS, MIN_POINTS_INSIDE, Factor, placed_parts, score_hypotheses
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
-from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
+from topview.track.methods.btvr.torso import NO_PARTS, TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.yaw_cues import YawCues
-from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
+from topview.track.pose import HALF_ROUND, OTHER_SIDE, FittedBody, Pose
 from topview.track.stances import STANDING, stand
 
 Array = NDArray[np.float64]
@@ -318,6 +318,9 @@ class _Body:
         self.head_camera = evidence.head_camera
         self._settings = settings
         self._up_camera = evidence.up_camera
+        self._nearer_parts = np.concatenate(
+            [NO_PARTS, *(_parts_of(body) for body in evidence.nearer_bodies)]
+        )
         self.Rs = np.empty((len(PARTS), 3, 3))
         self.origins = np.empty((len(PARTS), 3))
 
@@ -380,17 +383,19 @@ class _Body:
         )
 
     def obstacles(self, part: int) -> NDArray[np.float32]:
-        """[K, 15] placed parts that do not adjoin this one, shrunk, for f_coll (Eq. 5.9)."""
+        """[K, 15] placed parts that do not adjoin this one, shrunk, and those of nearer users, for
+        f_coll (Eq. 5.9)."""
         parent = PARTS[part].parent
         others = [
             other for other in range(part) if other != parent and PARTS[other].parent != parent
         ]
-        return placed_parts(
+        own = placed_parts(
             self.Rs[others],
             self.origins[others],
             self.model.lengths_m[others],
             COLLISION_SHARE * self.model.radii_m[others],
         )
+        return np.concatenate([own, self._nearer_parts])
 
     def has_inside(self, part: int, points: Array) -> NDArray[np.bool_]:
         """[N] True for the [N, 3] points that are a placed part's: those inside, and of the torso
@@ -402,6 +407,18 @@ class _Body:
         rx, rz = self.model.radii_m[part] + (s.torso_reach_m if part in _TORSO else s.clothing_m)
         is_between = (y >= 0.0) & (y <= self.model.lengths_m[part])
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
+
+
+def _parts_of(body: FittedBody) -> NDArray[np.float32]:
+    """[K, 15] the tracked parts of another user, shrunk."""
+    Ts = body.Ts_camera_part
+    is_tracked = np.isfinite(Ts).all((1, 2))
+    return placed_parts(
+        Ts[is_tracked, :3, :3],
+        Ts[is_tracked, :3, 3],
+        body.model.lengths_m[is_tracked],
+        COLLISION_SHARE * body.model.radii_m[is_tracked],
+    )
 
 
 def _turns_rad(R: Array, Rs: Array) -> Array:
