@@ -113,6 +113,14 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         (range(10000, 10004),), "detection, --seed 30", "what skin is searched before",
         Knowledge.NUMBERS_READ, "measured once",
     ),
+    SeedUse(
+        (range(9100, 9131),), "the report's --seed 31", "Tables 6.1, 6.2 and 6.3, --method utvr",
+        Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
+        (9270, 9271, 9272), "the report's --seed 32: one, two and four users",
+        "users, --method utvr", Knowledge.NUMBERS_READ, "measured once",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (503, 521, 731, 802), "walk, throwing, hug, wave", "tests", Knowledge.LOOKED_AT,

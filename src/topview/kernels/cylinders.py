@@ -83,17 +83,18 @@ EDGES = np.array(
     + [(k + 4, (k + 1) % 4 + 4) for k in range(4)]
     + [(k, k + 4) for k in range(4)]
 )
+"""Of that box, as pairs of corners."""
 
 
 @njit(error_model="numpy")
-def outline(R, o, length, rx, rz, fx, fy, cx, cy, v0, v1, u_low, u_high, span):
+def outline(R, o, length, rx, rz, fx, fy, cx, cy, u0, u1, v0, v1, corners, span):
     """Fill the rows v0..v1 of `span` [2, H] with the least and greatest column of the box round a
-    cylinder; with `u_low` and `u_high` for a box that reaches behind the camera.
+    cylinder; with all columns u0..u1, ends left out, for a box that reaches behind the camera.
 
-    A convex outline is cut by a row where its edges are.
+    A convex outline is cut by a row where its edges are. `corners` [2, 8] is scratch.
     """
-    us = np.empty(8, np.float32)
-    vs = np.empty(8, np.float32)
+    us, vs = corners[0], corners[1]
+    first_column, last_column = np.float32(u0), np.float32(u1 - 1)
     nearest = np.float32(np.inf)
     for k in range(8):
         x, y, z = CORNERS[k, 0] * rx, CORNERS[k, 1] * length, CORNERS[k, 2] * rz
@@ -105,8 +106,8 @@ def outline(R, o, length, rx, rz, fx, fy, cx, cy, v0, v1, u_low, u_high, span):
         vs[k] = fy * py / pz + cy
     is_before = nearest > np.float32(0.05)
     for v in range(v0, v1):
-        span[0, v] = np.float32(np.inf) if is_before else u_low
-        span[1, v] = np.float32(-np.inf) if is_before else u_high
+        span[0, v] = last_column + np.float32(1) if is_before else first_column
+        span[1, v] = first_column - np.float32(1) if is_before else last_column
     if not is_before:
         return
     for e in range(12):

@@ -65,6 +65,7 @@ def count_hypotheses(
     cells = np.empty((chunks, max(N, 1)), np.int32)
     pixels = np.empty((chunks, 4, H * W), np.float32)
     spans = np.empty((chunks, 2, H), np.float32)
+    corners = np.empty((chunks, 2, 8), np.float32)
     grids = np.empty((chunks, GRID), np.uint64)
     inv_rx2 = np.float32(1.0) / (rx * rx)
     inv_rz2 = np.float32(1.0) / (rz * rz)
@@ -118,6 +119,7 @@ def count_hypotheses(
                 fy,
                 cx,
                 cy,
+                corners[chunk],
                 spans[chunk],
                 ray_x,
                 ray_y,
@@ -162,11 +164,12 @@ def count_hypotheses(
 
 
 @njit(error_model="numpy")
-def _pixels_near(R, o, length, rx, rz, depth, fx, fy, cx, cy, span, ray_x, ray_y, seen):
-    """The rays and readings of all pixels that a cylinder can cover, row by row; how many."""
+def _pixels_near(R, o, length, rx, rz, depth, fx, fy, cx, cy, corners, span, ray_x, ray_y, seen):
+    """Fill in the rays and readings of all pixels that a cylinder can cover, row by row; gives how
+    many there are. `corners` and `span` are scratch."""
     H, W = depth.shape
     u0, u1, v0, v1 = image_box(R, o, length, rx, rz, fx, fy, cx, cy, W, H)
-    outline(R, o, length, rx, rz, fx, fy, cx, cy, v0, v1, np.float32(u0), np.float32(u1 - 1), span)
+    outline(R, o, length, rx, rz, fx, fy, cx, cy, u0, u1, v0, v1, corners, span)
     n = 0
     for v in range(v0, v1):
         row_y = (np.float32(v) - cy) / fy
