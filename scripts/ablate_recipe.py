@@ -47,7 +47,6 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "without the wider torso": UtvrSettings(torso_reach_m=AS_PRINTED.torso_reach_m),
     "without the torso ahead": UtvrSettings(torso_ahead=0.0),
     "without the free neck": UtvrSettings(neck=None),
-    "without coverage": UtvrSettings(coverage=0.0),
     "without the torso of Sec. 5.1": UtvrSettings(torso_turn_rad=None),
     "clothing 3 cm": UtvrSettings(clothing_m=0.03),
     "torso_turn_rad 0.15": UtvrSettings(torso_turn_rad=0.15),
@@ -110,7 +109,7 @@ def foreshortened(evaluation: Evaluation) -> Table:
     off, angle = np.concatenate(off_deg), np.concatenate(from_ray_deg)
     table = Table("bone to viewing ray, °", "bones", "off by, °", "median, °", box=None)
     for low, high in pairwise((0, 15, 30, 45, 60, 75, 90)):
-        here = off[(angle >= low) & (angle < high)]
+        here = off[(angle >= low) & (angle < high) & np.isfinite(off)]
         if len(here):
             table.add_row(
                 f"{low} to {high}", str(len(here)), f"{here.mean():.0f}", f"{np.median(here):.0f}"

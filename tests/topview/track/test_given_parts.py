@@ -204,7 +204,6 @@ def test_the_output_tells_the_method_and_all_its_settings(tmp_path: Path):
         (UtvrSettings, {"n_best": 121}),
         (UtvrSettings, {"neck": (0.07, 0.3)}),
         (UtvrSettings, {"neck": 0.07}),
-        (UtvrSettings, {"coverage": 2.5}),
         (UtvrSettings, {"torso_turn_rad": 0.0}),
         (UtvrSettings, {"factors": ()}),
         (UtvrSettings, {"factors": ("reproj", "beauty")}),

@@ -77,9 +77,6 @@ class UtvrSettings:
             torso's axis, and behind it as the torso faces; shares of the stature, 0 to 0.2. A head
             is too round to show its axis: it stands upright, and does not limit the torso. None
             has the neck on the axis of the head, as printed.
-        coverage: the power of N_3D by which the torso's score is divided, 0 to 2. f_uTVR does not
-            ask how much of the cloud a hypothesis explains: a torso that is turned sideways shows
-            less, and what it shows fits as well.
         torso_turn_rad: a turn of the torso about its own axis, from what its ellipses tell (Sec.
             5.1.4), that doubles the score; 0.01 to pi. f_uTVR is flat in that turn. The torso of
             Sec. 5.1 is then a hypothesis of each frame. None leaves both out, as printed.
@@ -98,7 +95,6 @@ class UtvrSettings:
     torso_reach_m: float = 0.05
     torso_ahead: float = 0.025
     neck: tuple[float, float] | None = (0.07, 0.03)
-    coverage: float = 1.0
     torso_turn_rad: float | None = 0.3
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
@@ -110,7 +106,6 @@ class UtvrSettings:
         check_range(self, 1, 10, "rounds")
         check_range(self, 0.0, 1.0, "tolerance_m")
         check_range(self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_ahead")
-        check_range(self, 0.0, 2.0, "coverage")
         if self.torso_turn_rad is not None:
             check_range(self, LEAST_TURN_RAD, np.pi, "torso_turn_rad")
         if self.neck is not None and not _are_shares(self.neck):
@@ -145,7 +140,6 @@ AS_PRINTED: Final = UtvrSettings(
     torso_reach_m=0.015,
     torso_ahead=0.0,
     neck=None,
-    coverage=0.0,
     torso_turn_rad=None,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
@@ -296,11 +290,9 @@ class UtvrTracker:
         products = terms.product(s.factors)
         is_known = (terms.n_points >= MIN_POINTS_INSIDE) & np.isfinite(products)
         Rs, scores = Rs[is_known], products[is_known]
-        if part in _TORSO:
-            scores = scores / terms.n_points[is_known] ** s.coverage
-            if s.torso_turn_rad is not None:
-                turns_rad = _turns_rad(self._particles[part].Rs[0], Rs)
-                scores *= 1.0 + (turns_rad / s.torso_turn_rad) ** 2
+        if part in _TORSO and s.torso_turn_rad is not None:
+            turns_rad = _turns_rad(self._particles[part].Rs[0], Rs)
+            scores = scores * (1.0 + (turns_rad / s.torso_turn_rad) ** 2)
         return Rs, scores
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:

@@ -101,8 +101,8 @@ def test_it_finds_the_pose_of_a_body_made_of_cylinders(truth):
     assert errors_m.max() < 0.15
 
 
-def test_the_printed_score_does_not_tell_how_a_torso_is_turned_and_coverage_does():
-    """Why `UtvrSettings.coverage` is there: the torso of a body of cylinders, turned in place."""
+def test_the_score_does_not_tell_how_a_torso_is_turned():
+    """Why `UtvrSettings.torso_turn_rad` is there, on a body of cylinders."""
     truth = posed()
     evidence = evidence_of(truth, MODEL, CAMERA)
     turns_deg = np.arange(0, 91, 15)
@@ -118,9 +118,7 @@ def test_the_printed_score_does_not_tell_how_a_torso_is_turned_and_coverage_does
         UtvrSettings().tolerance_m,
         1,
     )
-    covering = terms.score / terms.n_points
     assert np.abs(terms.score / terms.score[0] - 1.0).max() < 0.1
-    assert (covering[turns_deg >= 45] > 1.15 * covering[0]).all()
 
 
 def visible_share_inside(settings: UtvrSettings, name: str, seed: int) -> float:
