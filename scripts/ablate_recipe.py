@@ -25,8 +25,14 @@ from topview.geometry.rotations import unit
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings
 from topview_lab.datasets import EvaluatedRecording, FolderRecording
 from topview_lab.datasets.simulated import SimulatedScene
-from topview_lab.metrics import ALL, Evaluation, direction_errors, pool, summarise
-from topview_lab.metrics.angles import DIRECTIONS
+from topview_lab.metrics import (
+    ALL,
+    DIRECTIONS,
+    Evaluation,
+    direction_errors,
+    pool,
+    summarise,
+)
 from topview_lab.reproduce.runs import Run, Variant, track_runs
 
 SCENES: Final = {

@@ -204,7 +204,7 @@ class UtvrTracker:
         its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
         self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
         R = self._torso.update(self.model, evidence, frames).R_camera_torso
-        turn_rad = -float(_turns_rad(R, self._particles[UPPER_TORSO].Rs[:1])[0])
+        turn_rad = float(_turns_rad(self._particles[UPPER_TORSO].Rs[0], R[None])[0])
         if cos(turn_rad) < 0.0:
             self._particles = [
                 self._particles[other]
@@ -265,12 +265,7 @@ class UtvrTracker:
         return Rs[excess_rad <= excess_rad.min()][:hypotheses]
 
     def _evaluated(
-        self,
-        part: int,
-        Rs: Array,
-        cloud: Array,
-        body: _Body,
-        evidence: Evidence,
+        self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
     ) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
