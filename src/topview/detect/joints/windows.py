@@ -1,0 +1,140 @@
+"""Windows: what a frame shows round each person, in a box of the same metric size for everybody.
+
+A window is axis-aligned in the image, so that cutting it out only picks pixels; its box has the
+same size in metres whatever the person's distance. Places in a window have no unit: the box reaches
+from -1 to 1 to the right, down, and in depth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera.pyramid import DepthView
+from topview.records import read_only
+
+Array = NDArray[np.float64]
+
+# All ours.
+WINDOW_PIXELS: Final = 128  # on each side
+HALF_BOX_M: Final = 1.2  # from the box's middle to its sides, front and back
+LEAST_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at
+NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
+DEPTH, OWN, OTHER = range(3)  # the channels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """What P people's windows show, and where these lie.
+
+    Attributes:
+        images: [P, 3, 128, 128] float32: depth less the middle's, -1 to 1, 1 where there is no
+            reading; the person's own pixels; those of other people.
+        middles: [P, 3] column, row and depth in metres of each box's middle.
+        is_used: [P] whether there was enough to look at; the images of others are zeros.
+        fx, fy, cx, cy: intrinsics of the image they were cut from, pixels.
+    """
+
+    images: NDArray[np.float32]
+    middles: Array
+    is_used: NDArray[np.bool_]
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        for values in (self.images, self.middles, self.is_used):
+            read_only(values)
+
+    def to_camera(self, places: Array) -> Array:
+        """[P, ..., 3] places in the boxes to metres in the camera's frame."""
+        focal = np.array([self.fx, self.fy])
+        middles = self.middles.reshape(-1, *(1,) * (places.ndim - 2), 3)
+        rays = (middles[..., :2] - [self.cx, self.cy]) / focal
+        rays = rays + places[..., :2] * HALF_BOX_M / middles[..., 2:]
+        depth_m = middles[..., 2] + places[..., 2] * HALF_BOX_M
+        return np.concatenate([rays * depth_m[..., None], depth_m[..., None]], axis=-1)
+
+    def from_camera(self, points_camera: Array) -> Array:
+        """Inverse of `to_camera`."""
+        focal = np.array([self.fx, self.fy])
+        middles = self.middles.reshape(-1, *(1,) * (points_camera.ndim - 2), 3)
+        rays = points_camera[..., :2] / points_camera[..., 2:]
+        rays = rays - (middles[..., :2] - [self.cx, self.cy]) / focal
+        across = rays * middles[..., 2:] / HALF_BOX_M
+        along = (points_camera[..., 2:] - middles[..., 2:]) / HALF_BOX_M
+        return np.concatenate([across, along], axis=-1)
+
+
+def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
+    """[3] column, row and depth of the middle of somebody's [H, W] pixels, medians all three; None
+    where there is too little to look at."""
+    rows, columns = np.nonzero(is_own & (view.depth_m > 0.0))
+    if len(rows) < LEAST_PIXELS:
+        return None
+    depth_m = float(np.median(view.depth_m[rows, columns]))
+    return np.array([np.median(columns), np.median(rows), max(depth_m, NEAREST_MIDDLE_M)])
+
+
+def cut_windows(
+    view: DepthView, labels: NDArray[np.int32], people: tuple[int, ...] | list[int]
+) -> Windows:
+    """Windows round people.
+
+    Args:
+        view: the depth of the whole image.
+        labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
+        people: [P] ids.
+    """
+    images = np.zeros((len(people), 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
+    middles = np.tile([view.cx, view.cy, 1.0], (len(people), 1))
+    is_used = np.zeros(len(people), np.bool_)
+    for index, person in enumerate(people):
+        middle = middle_of(view, labels == person)
+        if middle is not None:
+            rows, columns = window_pixels(view, middle)
+            fill_window(view.depth_m, labels, person, rows, columns, middle[2], images[index])
+            middles[index], is_used[index] = middle, True
+    return Windows(images, middles, is_used, view.fx, view.fy, view.cx, view.cy)
+
+
+def window_pixels(view: DepthView, middle: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """[128, 1] rows and [1, 128] columns of the image that a window shows; they may lie outside of
+    it."""
+    steps = (np.arange(WINDOW_PIXELS) + 0.5) * 2.0 / WINDOW_PIXELS - 1.0
+    columns = middle[0] + steps * HALF_BOX_M * view.fx / middle[2]
+    rows = middle[1] + steps * HALF_BOX_M * view.fy / middle[2]
+    return np.rint(rows).astype(np.intp)[:, None], np.rint(columns).astype(np.intp)[None]
+
+
+def fill_window(
+    depth_m: NDArray[np.float32],
+    labels: NDArray[np.int32],
+    person: int,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    middle_m: float,
+    image: NDArray[np.float32],
+) -> None:
+    """Fill one [3, 128, 128] image from the pixels at these places.
+
+    Args:
+        depth_m, labels, person: as in `cut_windows`.
+        rows, columns: of the picked pixels; together they have the image's shape. What lies outside
+            of the image shows nothing.
+        middle_m: depth of the box's middle.
+        image: is filled.
+    """
+    height, width = depth_m.shape
+    is_inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    picked = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
+    seen_m = np.where(is_inside, depth_m[picked], 0.0)
+    owner = np.where(is_inside & (seen_m > 0.0), labels[picked], 0)
+    offset = np.clip((seen_m - middle_m) / HALF_BOX_M, -1.0, 1.0)
+    image[DEPTH] = np.where(seen_m > 0.0, offset, 1.0)
+    image[OWN] = owner == person
+    image[OTHER] = (owner != person) & (owner > 0)
