@@ -88,6 +88,6 @@ class JointProposer(Protocol):
 
 
 def proposed_of_joints(joint_names: Sequence[str]) -> NDArray[np.int64]:
-    """[16] index into `joint_names` of each of the body's joints; -1 for one that is not proposed."""
+    """[16] index into `joint_names` of each body joint; -1 for one that is not proposed."""
     index_of = {name: index for index, name in enumerate(joint_names)}
     return np.array([index_of.get(name, -1) for name in JOINT_NAMES])
