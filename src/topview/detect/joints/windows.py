@@ -124,17 +124,39 @@ def fill_window(
 
     Args:
         depth_m, labels, person: as in `cut_windows`.
-        rows, columns: of the picked pixels; together they have the image's shape. What lies outside
-            of the image shows nothing.
+        rows, columns: of the picked pixels; together they have the image's shape.
         middle_m: depth of the box's middle.
         image: is filled.
     """
+    seen_m, owners = picked_pixels(depth_m, labels, rows, columns)
+    encode(seen_m, owners, person, middle_m, image)
+
+
+def picked_pixels(
+    depth_m: NDArray[np.float32],
+    labels: NDArray[np.integer],
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+) -> tuple[NDArray[np.float32], NDArray[np.integer]]:
+    """[128, 128] readings, 0 for none, and whose they are; outside of the image is nothing."""
     height, width = depth_m.shape
     is_inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     picked = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
-    seen_m = np.where(is_inside, depth_m[picked], 0.0)
-    owner = np.where(is_inside & (seen_m > 0.0), labels[picked], 0)
+    return np.where(is_inside, depth_m[picked], np.float32(0.0)), np.where(
+        is_inside, labels[picked], 0
+    )
+
+
+def encode(
+    seen_m: NDArray[np.float32],
+    owners: NDArray[np.integer],
+    person: int,
+    middle_m: float,
+    image: NDArray[np.float32],
+) -> None:
+    """Fill one [3, 128, 128] image with what it shows of a box round a person."""
+    is_read = seen_m > 0.0
     offset = np.clip((seen_m - middle_m) / HALF_BOX_M, -1.0, 1.0)
-    image[DEPTH] = np.where(seen_m > 0.0, offset, 1.0)
-    image[OWN] = owner == person
-    image[OTHER] = (owner != person) & (owner > 0)
+    image[DEPTH] = np.where(is_read, offset, 1.0)
+    image[OWN] = is_read & (owners == person)
+    image[OTHER] = is_read & (owners != person) & (owners > 0)

@@ -1,0 +1,397 @@
+"""Windows to learn from: as the tracker cuts them, and varied in what a user's scene may differ in.
+
+A variation changes what is seen and the truth together: another scale, a turned camera, a mirrored
+scene. Or it changes what is seen alone: other people and things in front, a missing background, a
+wrong segmentation, noise and holes. Or it shows no single person, and says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.camera.pyramid import DepthView
+from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.windows import (
+    DEPTH,
+    HALF_BOX_M,
+    LEAST_PIXELS,
+    OTHER,
+    OWN,
+    WINDOW_PIXELS,
+    Windows,
+    encode,
+    middle_of,
+    picked_pixels,
+    window_pixels,
+)
+from topview.geometry.rotations import rotations_from_vectors
+from topview_lab.training.joints.recordings import DEPTH_UNITS, Samples
+
+Array = NDArray[np.float64]
+Image = NDArray[np.float32]
+Generator = np.random.Generator
+
+VISIBLE_PIXELS: Final = 32
+"""On each side of the visible mask, and of the heat maps."""
+NO_READING: Final = 1.0
+"""What a window's depth is where nothing was read."""
+_SWAP: Final = {"left": "right", "right": "left"}
+MIRRORED: Final = np.array(
+    [
+        PROPOSED_JOINTS.index("_".join(_SWAP.get(word, word) for word in name.split("_")))
+        for name in PROPOSED_JOINTS
+    ]
+)
+"""[21] the same joint on the other side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """How windows are varied; shares are of all windows. All ours.
+
+    Attributes:
+        scales: a person and all around is this many times as large.
+        turn_rad: the camera turned about each of its axes: about right, down, forward.
+        shift_m: of the box's middle.
+        far_shift_share, far_shift_m: as if much more of the person were out of sight.
+        company_share: another person is put beside, before or behind.
+        thing_share: a thing is put in front.
+        edge_share: the image ends within the window.
+        no_background_share, far_background_share: nothing but people is seen; nothing farther away.
+        wrong_mask_share: the segmentation is wrong in one way or another.
+        noise_share, noise_m: more noise than the recording has, up to.
+        holes_share: readings are missing.
+        nobody_share, several_share: what is to be looked at is no person; is more than one.
+    """
+
+    scales: tuple[float, float] = (0.75, 1.25)
+    turn_rad: tuple[float, float, float] = (0.2, 0.2, 0.15)
+    shift_m: float = 0.06
+    far_shift_share: float = 0.15
+    far_shift_m: float = 0.25
+    company_share: float = 0.2
+    thing_share: float = 0.1
+    edge_share: float = 0.08
+    no_background_share: float = 0.25
+    far_background_share: float = 0.15
+    wrong_mask_share: float = 0.5
+    noise_share: float = 0.4
+    noise_m: float = 0.012
+    holes_share: float = 0.4
+    nobody_share: float = 0.06
+    several_share: float = 0.03
+
+
+AS_THEY_ARE: Final = Variation(
+    (1.0, 1.0), (0.0, 0.0, 0.0), 0.0, *(0.0,) * 8, noise_m=0.0, holes_share=0.0,
+    nobody_share=0.0, several_share=0.0,
+)  # fmt: skip
+"""No variation: to measure with."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledWindow:
+    """One window and what is to be learnt from it.
+
+    Attributes:
+        image: [3, 128, 128] as in `topview.detect.joints.Windows`.
+        places: [21, 3] in the box, 0 where unknown.
+        is_known: [21] whether a joint's place is known, and inside of the image.
+        visible: [32, 32] share of pixels that are truly the person's.
+        is_person: whether the window shows one person.
+    """
+
+    image: Image
+    places: NDArray[np.float32]
+    is_known: NDArray[np.bool_]
+    visible: Image
+    is_person: bool
+
+
+def labelled_window(
+    samples: Samples, number: int, rng: Generator, how: Variation
+) -> LabelledWindow:
+    """The window of one sample, varied."""
+    cut = _cut(samples, number, rng, how)
+    image, own = cut.image, cut.image[OWN] > 0.0
+    is_person = True
+    drawn = rng.random()
+    if drawn < how.nobody_share and _look_at_something_else(image, rng):
+        is_person, own = False, np.zeros_like(own)
+    elif drawn < how.nobody_share + how.several_share and _merge_with_others(image, own):
+        is_person = False
+    if rng.random() < how.company_share:
+        donor = _cut(samples, int(rng.integers(len(samples))), rng, how, 0.6)
+        own &= ~_put_in_front(image, donor.image, float(rng.uniform(-0.8, 0.5)) / HALF_BOX_M)
+    if rng.random() < how.thing_share:
+        own &= ~_put_thing_in_front(image, own, rng)
+    edges = _cut_by_the_edge(image, own, rng, how)
+    _change_background(image, rng, how)
+    if is_person and rng.random() < how.wrong_mask_share:
+        _spoil_mask(image, rng)
+    _spoil_depth(image, rng, how)
+    known = cut.is_known & is_person
+    known &= (cut.places[:, :2] > edges[:2]).all(axis=1) & (cut.places[:, :2] < edges[2:]).all(1)
+    step = WINDOW_PIXELS // VISIBLE_PIXELS
+    visible = own.reshape(VISIBLE_PIXELS, step, VISIBLE_PIXELS, step).mean(axis=(1, 3))
+    window = LabelledWindow(
+        image,
+        np.where(known[:, None], cut.places, 0.0).astype(np.float32),
+        known,
+        visible.astype(np.float32),
+        is_person,
+    )
+    return _mirrored(window) if how is not AS_THEY_ARE and rng.random() < 0.5 else window
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cut:
+    image: Image
+    places: Array
+    is_known: NDArray[np.bool_]
+
+
+def _cut(
+    samples: Samples, number: int, rng: Generator, how: Variation, shift_m: float | None = None
+) -> _Cut:
+    """A window round somebody, of a scaled scene and a turned camera, off its middle."""
+    which, frame, person = samples.index[number]
+    recording = samples.recordings[which]
+    scale = rng.uniform(*how.scales)
+    depth_m = recording.depth_mm[frame].astype(np.float32) / DEPTH_UNITS
+    labels = recording.masks[frame]
+    view = DepthView(depth_m, *recording.intrinsics)
+    own = int(recording.ids[person])
+    middle = middle_of(view, labels == own)
+    if middle is None:
+        raise ValueError(f"sample {number} shows fewer than {LEAST_PIXELS} pixels")
+    R_turned_camera = rotations_from_vectors(rng.uniform(-1.0, 1.0, 3) * how.turn_rad)
+    far = rng.random() < how.far_shift_share
+    sigma_m = shift_m or (how.far_shift_m if far else how.shift_m)
+    shift = rng.normal(0.0, sigma_m, 3) if sigma_m else np.zeros(3)
+    turned = _turned_middle(view, middle, R_turned_camera) * [1.0, 1.0, scale]
+    turned += shift * [view.fx / turned[2], view.fy / turned[2], 1.0]
+    turned[2] = max(turned[2], 0.4)
+    rows, columns = window_pixels(view, turned)
+    stretch: Array | float = scale
+    if any(how.turn_rad):
+        rows, columns, stretch = _sources(view, rows, columns, R_turned_camera, scale)
+    seen_m, owners = picked_pixels(depth_m, labels, rows, columns)
+    image = np.empty((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
+    encode((seen_m * stretch).astype(np.float32), owners, own, turned[2], image)
+    joints = recording.joints_camera[frame, person].astype(np.float64)
+    is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view)
+    joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ R_turned_camera.T * scale
+    box = Windows(image[None], turned[None], np.ones(1, bool), *recording.intrinsics)
+    return _Cut(image, box.from_camera(joints[None])[0], is_known)
+
+
+def _turned_middle(view: DepthView, middle: Array, R_turned_camera: Array) -> Array:
+    """The box's middle as a camera sees it that is turned in its place."""
+    ray = np.array([(middle[0] - view.cx) / view.fx, (middle[1] - view.cy) / view.fy, 1.0])
+    point = R_turned_camera @ (ray * middle[2])
+    column, row = point[:2] / point[2] * [view.fx, view.fy] + [view.cx, view.cy]
+    return np.array([column, row, point[2]])
+
+
+def _sources(
+    view: DepthView,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    R_turned_camera: Array,
+    scale: float,
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Which pixels of the camera the turned one sees at these places, and by what their depth is
+    multiplied; a camera turned in its place sees the same surfaces."""
+    x, y = (columns - view.cx) / view.fx, (rows - view.cy) / view.fy
+    R = R_turned_camera.T
+    across, down, forward = (R[axis, 0] * x + R[axis, 1] * y + R[axis, 2] for axis in range(3))
+    forward = np.maximum(forward, 0.1)
+    return (
+        np.rint(down / forward * view.fy + view.cy).astype(np.intp),
+        np.rint(across / forward * view.fx + view.cx).astype(np.intp),
+        scale / forward,
+    )
+
+
+def _in_image(points_camera: Array, view: DepthView) -> NDArray[np.bool_]:
+    """[N] whether [N, 3] points, NaN for unknown ones, lie inside of the image's edges."""
+    return view.nearest_pixels(np.nan_to_num(points_camera, nan=-1e6), 0.1)[2]
+
+
+def _look_at_something_else(image: Image, rng: Generator) -> bool:
+    """Take a piece of the background for the person, who is made somebody else; False where there
+    is no background."""
+    is_nobodys = (image[DEPTH] < 1.0) & (image[OWN] + image[OTHER] == 0.0)
+    places = np.argwhere(is_nobodys)
+    if len(places) < 10 * LEAST_PIXELS:
+        return False
+    row, column = places[rng.integers(len(places))]
+    depth = image[DEPTH] - image[DEPTH, row, column]
+    reach = rng.uniform(0.1, 0.6, 2) * WINDOW_PIXELS
+    rows, columns = np.ogrid[:WINDOW_PIXELS, :WINDOW_PIXELS]
+    near = ((rows - row) / reach[0]) ** 2 + ((columns - column) / reach[1]) ** 2 < 1.0
+    piece = is_nobodys & near & (np.abs(depth) < rng.uniform(0.1, 0.4))
+    if np.count_nonzero(piece) < LEAST_PIXELS:
+        return False
+    middle = np.median(image[DEPTH][piece])
+    rows, columns = np.nonzero(piece)
+    to_middle = np.float32(
+        [
+            [1, 0, WINDOW_PIXELS / 2 - np.median(columns)],
+            [0, 1, WINDOW_PIXELS / 2 - np.median(rows)],
+        ]
+    )
+    image[OTHER] += image[OWN]
+    image[OWN] = piece
+    image[DEPTH] = np.where(image[DEPTH] < 1.0, np.clip(image[DEPTH] - middle, -1.0, 1.0), 1.0)
+    for channel, outside in ((DEPTH, NO_READING), (OWN, 0.0), (OTHER, 0.0)):
+        image[channel] = cv2.warpAffine(
+            image[channel],
+            to_middle,
+            (WINDOW_PIXELS, WINDOW_PIXELS),
+            flags=cv2.INTER_NEAREST,
+            borderValue=outside,
+        )
+    return True
+
+
+def _merge_with_others(image: Image, own: NDArray[np.bool_]) -> bool:
+    """Take others for the person, too; False where there are not enough of them."""
+    if np.count_nonzero(image[OTHER]) < 0.5 * np.count_nonzero(own):
+        return False
+    image[OWN] += image[OTHER]
+    image[OTHER] = 0.0
+    return True
+
+
+def _put_in_front(image: Image, donor: Image, behind: float) -> NDArray[np.bool_]:
+    """Put the person of another window into this one, so much farther away; [128, 128] where that
+    hides what was seen."""
+    depth = donor[DEPTH] + behind
+    is_in_front = (donor[OWN] > 0.0) & (depth < image[DEPTH]) & (np.abs(depth) < 1.0)
+    image[DEPTH][is_in_front] = depth[is_in_front]
+    image[OWN][is_in_front] = 0.0
+    image[OTHER][is_in_front] = 1.0
+    return is_in_front
+
+
+def _put_thing_in_front(image: Image, own: NDArray[np.bool_], rng: Generator) -> NDArray[np.bool_]:
+    """Put a slanted board before the person; [128, 128] where that hides what was seen."""
+    box = (rng.uniform(0, WINDOW_PIXELS, 2), rng.uniform(0.1, 0.5, 2) * WINDOW_PIXELS)
+    corners = cv2.boxPoints((tuple(box[0]), tuple(box[1]), float(rng.uniform(0, 30))))
+    board = np.zeros((WINDOW_PIXELS, WINDOW_PIXELS), np.uint8)
+    cv2.fillConvexPoly(board, corners.astype(np.int32), 1)
+    nearest = np.percentile(image[DEPTH][own], 5) if own.any() else 0.0
+    rows, columns = np.ogrid[:WINDOW_PIXELS, :WINDOW_PIXELS]
+    slant = rng.normal(0.0, 0.15, 2) * 2.0 / WINDOW_PIXELS
+    depth = nearest - rng.uniform(0.03, 0.5)
+    depth = depth + slant[0] * (rows - box[0][1]) + slant[1] * (columns - box[0][0])
+    is_in_front = (board > 0) & (depth < image[DEPTH]) & (depth > -1.0)
+    image[DEPTH][is_in_front] = depth[is_in_front]
+    image[OWN][is_in_front] = 0.0
+    image[OTHER][is_in_front] = 0.0
+    return is_in_front
+
+
+def _cut_by_the_edge(image: Image, own: NDArray[np.bool_], rng: Generator, how: Variation) -> Array:
+    """Let the image end within the window; left, top, right and bottom of what is left."""
+    edges = np.array([-np.inf, -np.inf, np.inf, np.inf])
+    if rng.random() >= how.edge_share:
+        return edges
+    side = int(rng.integers(4))
+    at = int(rng.uniform(0.15, 0.45) * WINDOW_PIXELS)
+    if side >= 2:
+        at = WINDOW_PIXELS - at
+    gone = np.s_[:at] if side < 2 else np.s_[at:]
+    outside = (slice(None), gone) if side % 2 == 0 else (gone, slice(None))
+    image[DEPTH][outside], image[OWN][outside], image[OTHER][outside] = NO_READING, 0.0, 0.0
+    own[outside] = False
+    edges[side] = at * 2.0 / WINDOW_PIXELS - 1.0
+    return edges
+
+
+def _change_background(image: Image, rng: Generator, how: Variation) -> None:
+    """Take away the background, or what is farther away."""
+    drawn = rng.random()
+    nobodys = image[OWN] + image[OTHER] == 0.0
+    if drawn < how.no_background_share:
+        image[DEPTH][nobodys] = NO_READING
+    elif drawn < how.no_background_share + how.far_background_share:
+        image[DEPTH][nobodys & (image[DEPTH] > rng.uniform(0.1, 0.9))] = NO_READING
+
+
+def _spoil_mask(image: Image, rng: Generator) -> None:
+    """Make one of a segmentation's mistakes: the mask grows, shrinks, takes in others or what is
+    near, loses a piece or all."""
+    own, drawn = image[OWN], rng.random()
+    is_read = image[DEPTH] < 1.0
+    if drawn < 0.3:
+        size = 2 * int(rng.integers(1, 4)) + 1
+        kernel = np.ones((size, size), np.uint8)
+        changed = (cv2.dilate if rng.random() < 0.6 else cv2.erode)(own, kernel) * is_read
+    elif drawn < 0.55:
+        size = 2 * int(rng.integers(3, 12)) + 1
+        near = cv2.dilate(own, np.ones((size, size), np.uint8)) > 0.0
+        reach = rng.uniform(0.05, 0.25)
+        inside = np.sort(image[DEPTH][own > 0.0])
+        if not len(inside):
+            return
+        low, high = inside[[len(inside) // 20, -1 - len(inside) // 20]]
+        changed = near & is_read & (image[DEPTH] > low - reach) & (image[DEPTH] < high + reach)
+        changed &= image[OTHER] == 0.0
+    elif drawn < 0.65:
+        changed = own + image[OTHER]
+    elif drawn < 0.95:
+        changed = own.copy()
+        for _ in range(int(rng.integers(1, 4))):
+            corner = rng.integers(0, WINDOW_PIXELS, 2)
+            size = rng.integers(6, 40, 2)
+            changed[corner[0] : corner[0] + size[0], corner[1] : corner[1] + size[1]] = 0.0
+    else:
+        changed = np.zeros_like(own)
+    image[OWN] = changed
+    image[OTHER] *= 1.0 - image[OWN]
+
+
+def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
+    """Add noise and lose readings, as other sensors do."""
+    depth = image[DEPTH]
+    if rng.random() < how.noise_share:
+        sigma = rng.uniform(0.0, how.noise_m) / HALF_BOX_M
+        noise = rng.standard_normal(depth.shape, np.float32) * np.float32(sigma)
+        if rng.random() < 0.3:
+            noise = cv2.GaussianBlur(noise, (0, 0), 1.0) * 2.0
+        depth[depth < 1.0] += noise[depth < 1.0]
+        if rng.random() < 0.4:
+            step = rng.uniform(0.003, 0.02) / HALF_BOX_M
+            depth[:] = np.where(depth < 1.0, np.round(depth / step) * step, depth)
+        np.clip(depth, -1.0, 1.0, out=depth)
+    if rng.random() < how.holes_share:
+        lost = rng.random(depth.shape, np.float32) < rng.uniform(0.0, 0.06)
+        if rng.random() < 0.5:
+            edge = cv2.morphologyEx(depth, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 0.1
+            lost |= edge & (rng.random(depth.shape, np.float32) < rng.uniform(0.2, 1.0))
+        for _ in range(int(rng.integers(0, 4))):
+            corner, size = rng.integers(0, WINDOW_PIXELS, 2), rng.integers(3, 20, 2)
+            lost[corner[0] : corner[0] + size[0], corner[1] : corner[1] + size[1]] = True
+        depth[lost] = NO_READING
+        image[OWN][lost] = 0.0
+        image[OTHER][lost] = 0.0
+
+
+def _mirrored(window: LabelledWindow) -> LabelledWindow:
+    """The window in a mirror, where left is right."""
+    places = window.places[MIRRORED] * np.float32([-1.0, 1.0, 1.0])
+    return LabelledWindow(
+        np.ascontiguousarray(window.image[:, :, ::-1]),
+        places,
+        window.is_known[MIRRORED],
+        np.ascontiguousarray(window.visible[:, ::-1]),
+        window.is_person,
+    )
