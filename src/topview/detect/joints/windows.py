@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,7 @@ WINDOW_PIXELS: Final = 128  # on each side
 HALF_BOX_M: Final = 1.2  # from the box's middle to its sides, front and back
 LEAST_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
+FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
 
 
@@ -71,13 +73,26 @@ class Windows:
 
 
 def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
-    """[3] column, row and depth of the middle of somebody's [H, W] pixels, medians all three; None
-    where there is too little to look at."""
-    rows, columns = np.nonzero(is_own & (view.depth_m > 0.0))
-    if len(rows) < LEAST_PIXELS:
+    """[3] column, row and depth of the middle of somebody's [H, W] pixels, medians all three, the
+    depth's of whole millimetres; None where there is too little to look at."""
+    is_read = is_own & (view.depth_m > 0.0)
+    as_bytes = is_read.view(np.uint8)
+    in_columns = cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S)[0]
+    in_rows = cv2.reduce(as_bytes, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S)[:, 0]
+    if in_columns.sum() < LEAST_PIXELS:
         return None
-    depth_m = float(np.median(view.depth_m[rows, columns]))
-    return np.array([np.median(columns), np.median(rows), max(depth_m, NEAREST_MIDDLE_M)])
+    depth_mm = np.rint(np.minimum(view.depth_m[is_read], FARTHEST_MIDDLE_M) * 1000.0)
+    depth_m = median_of_counts(np.bincount(depth_mm.astype(np.int32))) / 1000.0
+    places = median_of_counts(in_columns), median_of_counts(in_rows)
+    return np.array([*places, max(depth_m, NEAREST_MIDDLE_M)])
+
+
+def median_of_counts(counts: NDArray[np.integer]) -> float:
+    """Median of a set of whole numbers, of which [N] says how often each of 0 to N - 1 is there."""
+    up_to = np.cumsum(counts)
+    total = int(up_to[-1])
+    lower, upper = np.searchsorted(up_to, [(total - 1) // 2, total // 2], side="right")
+    return (int(lower) + int(upper)) / 2.0
 
 
 def cut_windows(
@@ -105,10 +120,21 @@ def cut_windows(
 def window_pixels(view: DepthView, middle: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """[128, 1] rows and [1, 128] columns of the image that a window shows; they may lie outside of
     it."""
-    steps = (np.arange(WINDOW_PIXELS) + 0.5) * 2.0 / WINDOW_PIXELS - 1.0
-    columns = middle[0] + steps * HALF_BOX_M * view.fx / middle[2]
-    rows = middle[1] + steps * HALF_BOX_M * view.fy / middle[2]
-    return np.rint(rows).astype(np.intp)[:, None], np.rint(columns).astype(np.intp)[None]
+    pixels = HALF_BOX_M / middle[2]
+    rows, columns = _picked(middle[1], pixels * view.fy), _picked(middle[0], pixels * view.fx)
+    return rows[:, None], columns[None]
+
+
+def _picked(middle: float, half: float) -> NDArray[np.intp]:
+    """[128] whole pixels from `middle - half` to `middle + half`.
+
+    They are rounded as seen from the middle, which is whole or halfway between two, so that they
+    are the same in a mirrored image and in one that is shifted by whole pixels.
+    """
+    steps = (np.arange(WINDOW_PIXELS // 2) + 0.5) * 2.0 / WINDOW_PIXELS
+    first = np.ceil(middle)
+    away = np.rint(steps * half - (first - middle)).astype(np.intp)
+    return np.concatenate([(int(np.floor(middle)) - away)[::-1], int(first) + away])
 
 
 def fill_window(
