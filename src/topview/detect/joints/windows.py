@@ -8,7 +8,7 @@ from -1 to 1 to the right, down, and in depth.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -77,8 +77,8 @@ def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
     depth's of whole millimetres; None where there is too little to look at."""
     is_read = is_own & (view.depth_m > 0.0)
     as_bytes = is_read.view(np.uint8)
-    in_columns = cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S)[0]
-    in_rows = cv2.reduce(as_bytes, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S)[:, 0]
+    in_columns = np.asarray(cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[0]
+    in_rows = np.asarray(cv2.reduce(as_bytes, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[:, 0]
     if in_columns.sum() < LEAST_PIXELS:
         return None
     depth_mm = np.rint(np.minimum(view.depth_m[is_read], FARTHEST_MIDDLE_M) * 1000.0)
@@ -87,7 +87,7 @@ def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
     return np.array([*places, max(depth_m, NEAREST_MIDDLE_M)])
 
 
-def median_of_counts(counts: NDArray[np.integer]) -> float:
+def median_of_counts(counts: NDArray[Any]) -> float:
     """Median of a set of whole numbers, of which [N] says how often each of 0 to N - 1 is there."""
     up_to = np.cumsum(counts)
     total = int(up_to[-1])
