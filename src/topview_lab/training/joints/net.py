@@ -39,6 +39,11 @@ class NetSettings:
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
 
+    @staticmethod
+    def from_json(settings: dict[str, Any]) -> NetSettings:
+        """Inverse of `as_json`."""
+        return NetSettings(**{**settings, "widths": tuple(settings["widths"])})
+
 
 class Residual(nn.Module):
     """Two convolutions and a way round them."""
@@ -64,6 +69,8 @@ class Residual(nn.Module):
 
 class JointNet(nn.Module):
     """From [B, 3, 128, 128] windows to what `topview.detect.joints.network` reads."""
+
+    grid: Tensor
 
     def __init__(self, settings: NetSettings) -> None:
         super().__init__()

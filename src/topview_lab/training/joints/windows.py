@@ -7,7 +7,7 @@ wrong segmentation, noise and holes. Or it shows no single person, and says so.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import cv2
@@ -92,6 +92,8 @@ AS_THEY_ARE: Final = Variation(
     nobody_share=0.0, several_share=0.0,
 )  # fmt: skip
 """No variation: to measure with."""
+NOBODY: Final = replace(AS_THEY_ARE, nobody_share=1.0)
+"""A piece of the background, where there is one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,7 +148,7 @@ def labelled_window(
         visible.astype(np.float32),
         is_person,
     )
-    return _mirrored(window) if how is not AS_THEY_ARE and rng.random() < 0.5 else window
+    return _mirrored(window) if any(how.turn_rad) and rng.random() < 0.5 else window
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -241,12 +243,8 @@ def _look_at_something_else(image: Image, rng: Generator) -> bool:
         return False
     middle = np.median(image[DEPTH][piece])
     rows, columns = np.nonzero(piece)
-    to_middle = np.float32(
-        [
-            [1, 0, WINDOW_PIXELS / 2 - np.median(columns)],
-            [0, 1, WINDOW_PIXELS / 2 - np.median(rows)],
-        ]
-    )
+    to_middle = np.eye(2, 3)
+    to_middle[:, 2] = WINDOW_PIXELS / 2 - np.array([np.median(columns), np.median(rows)])
     image[OTHER] += image[OWN]
     image[OWN] = piece
     image[DEPTH] = np.where(image[DEPTH] < 1.0, np.clip(image[DEPTH] - middle, -1.0, 1.0), 1.0)
@@ -387,7 +385,7 @@ def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
 
 def _mirrored(window: LabelledWindow) -> LabelledWindow:
     """The window in a mirror, where left is right."""
-    places = window.places[MIRRORED] * np.float32([-1.0, 1.0, 1.0])
+    places = window.places[MIRRORED] * np.array([-1.0, 1.0, 1.0], np.float32)
     return LabelledWindow(
         np.ascontiguousarray(window.image[:, :, ::-1]),
         places,

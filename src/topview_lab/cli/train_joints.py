@@ -1,0 +1,184 @@
+"""`topview train-joints`: the network that proposes joints, learnt from recordings with truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from rich.progress import TextColumn
+from rich.table import Table
+
+from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
+from topview.cli.progress import progress_bar
+from topview.detect.joints import PROPOSED_JOINTS
+from topview.files import naming
+from topview.io import write_atomically
+from topview.records import InputError
+from topview_lab.training.joints.measuring import JointScores, Network, measure
+from topview_lab.training.joints.recordings import Samples, cached, folders_in, gathered
+
+if TYPE_CHECKING:
+    from topview_lab.training.joints.learning import LearningSettings, Step
+
+MOST_WINDOWS = 100_000_000
+MEASURED_WINDOWS = 1000
+
+
+def train_joints(
+    folders: list[Path],
+    /,
+    *,
+    out: Path,
+    measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
+    windows: int = 600_000,
+    seed: int = 0,
+    threads: int = 0,
+    force: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Learn to propose joints, for `--weights`.
+
+    Reads recordings with depth, masks and truth into OUT.cache, trains, and writes the weights and
+    a picture of the losses. A training that was stopped goes on where it was when the same command
+    is given again; what it has learnt so far is in OUT.checkpoint. docs/joints.md tells more.
+
+    Args:
+        folders: recordings with groundtruth.npz and mask/, or folders of such.
+        out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
+            written beside it.
+        measure_on: recordings of other people, to measure the network on.
+        windows: to learn from, each varied anew.
+        seed: of the network, the order and the variations.
+        threads: of torch, 0 for all cores.
+        force: replace the files that are there.
+    """
+    if not 1 <= windows <= MOST_WINDOWS:
+        raise InputError(f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}")
+    if threads < 0:
+        raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
+    if not 0 <= seed < 2**31:
+        raise InputError(f"--seed is {seed}; it must be 0 to 2^31 - 1")
+    _require_torch()
+    prepare_output_file("--out", out, force)
+    samples = _read(folders, out, "learn from")
+    measured = _read(measure_on, out, "measure on") if measure_on else None
+    from topview_lab.training.joints.learning import LearningSettings
+
+    how = replace(LearningSettings(), windows=windows, seed=seed)
+    network = _learn(samples, how, out, threads)
+    print(f"trained on {windows} windows of {len(samples.recordings)} recordings; {out} written")
+    if measured is not None:
+        _report(_scores(network, measured), len(measured.recordings))
+
+
+def _require_torch() -> None:
+    try:
+        import onnx  # noqa: F401
+        import torch  # noqa: F401
+    except ImportError as error:
+        raise InputError(
+            f"train-joints needs torch and onnx ({error}); "
+            "install them with: pip install 'topview[train]'"
+        ) from error
+
+
+def _beside(out: Path, ending: str) -> Path:
+    return out.with_name(f"{out.name}.{ending}")
+
+
+def _read(sources: Sequence[Path], out: Path, what_for: str) -> Samples:
+    """All samples of these recordings, through the cache."""
+    found = list(folders_in(sources))
+    recordings = []
+    with progress_bar() as progress:
+        bar = progress.add_task(f"reading what to {what_for}", total=len(found))
+        for folder in found:
+            recordings.append(cached(folder, _beside(out, "cache")))
+            progress.advance(bar)
+    samples = gathered(recordings)
+    if not len(samples):
+        raise InputError(
+            f"the {len(found)} recordings to {what_for} show nobody; masks, present and ids of "
+            "groundtruth.npz must tell who is where"
+        )
+    return samples
+
+
+def _learn(samples: Samples, how: LearningSettings, out: Path, threads: int) -> Network:
+    """Train, write the weights and the losses; what the network says of windows."""
+    import torch
+
+    from topview_lab.training.joints.export import exported
+    from topview_lab.training.joints.learning import learn, proposed
+    from topview_lab.training.joints.net import NetSettings
+    from topview_lab.training.joints.windows import Variation
+
+    if threads:
+        torch.set_num_threads(threads)
+    history = _beside(out, "losses.json")
+    checkpoint = _beside(out, "checkpoint")
+    rows = json.loads(history.read_text()) if checkpoint.exists() and history.exists() else []
+    rate = TextColumn("{task.fields[said]}")
+    with progress_bar(rate) as progress:
+        bar = progress.add_task("learning", total=how.steps, said="")
+
+        def told(step: Step) -> None:
+            rows.append({"windows": step.step * how.batch, **step.terms})
+            write_atomically(history, json.dumps(rows).encode())
+            said = f"{step.windows_a_second:.0f} windows/s"
+            progress.update(bar, completed=step.step, said=said)
+
+        net = learn(samples, NetSettings(), how, Variation(), checkpoint, told)
+    write_atomically(out, exported(net))
+    with naming(_beside(out, "losses.png")):
+        _draw(rows, _beside(out, "losses.png"))
+    return lambda images: proposed(net, images)
+
+
+def _draw(rows: list[dict[str, float]], path: Path) -> None:
+    """The terms of the loss over the windows, where matplotlib is there to draw them."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        return
+    figure = Figure(figsize=(8, 2.6), layout="constrained")
+    terms = [name for name in (rows[0] if rows else {}) if name != "windows"]
+    for place, name in enumerate(terms, 1):
+        axes = figure.add_subplot(1, len(terms), place)
+        axes.plot([row["windows"] / 1000 for row in rows], [row[name] for row in rows])
+        axes.set_title(name, fontsize=9)
+        axes.set_xlabel("thousand windows", fontsize=8)
+    FigureCanvasAgg(figure).print_figure(path, dpi=110)
+
+
+def _scores(network: Network, samples: Samples) -> JointScores:
+    every = max(1, len(samples) // MEASURED_WINDOWS)
+    with progress_bar() as progress:
+        bar = progress.add_task("measuring", total=len(range(0, len(samples), every)))
+        return measure(network, samples, every, lambda: progress.advance(bar))
+
+
+def _report(scores: JointScores, recordings: int) -> None:
+    table = Table("joint", title=f"{scores.windows} windows of {recordings} recordings, true masks")
+    for heading in ("mean, cm", "within 10 cm, %", "90 % intervals hold, %"):
+        table.add_column(heading, justify="right")
+    rows = zip(
+        (*PROPOSED_JOINTS, "mean"),
+        (*scores.mean_m, scores.mean_m.mean()),
+        (*scores.within, scores.within.mean()),
+        (*scores.held, scores.held.mean(axis=0)),
+        strict=True,
+    )
+    for name, mean_m, within, held in rows:
+        axes = " ".join(f"{100 * share:.0f}" for share in held)
+        table.add_row(name, f"{100 * mean_m:.1f}", f"{100 * within:.0f}", axes)
+    plain_console().print(table)
+    print(
+        f"told to be a person: {100 * scores.people_told:.1f} % of the people; "
+        f"told to be none: {100 * scores.things_told:.1f} % of pieces of the background"
+    )
