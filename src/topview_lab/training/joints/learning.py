@@ -185,6 +185,7 @@ def learn(
         worker_init_fn=_one_thread,
     )
     sums: dict[str, float] = {}
+    since = 0
     saved_s = reported_s = time.monotonic()
     net.train()
     for step, (image, *labels) in enumerate(loader, done + 1):
@@ -200,12 +201,13 @@ def learn(
         optimizer.step()
         _average(averaged, net, min(how.average, step / (step + 10)))
         for name, term in terms.items():
-            sums[name] = sums.get(name, 0.0) + float(term.detach()) / report_steps
+            sums[name] = sums.get(name, 0.0) + float(term.detach())
+        since += 1
         now_s = time.monotonic()
-        if step % report_steps == 0:
-            speed = report_steps * how.batch / (now_s - reported_s)
-            report(Step(step, how.steps, sums, speed))
-            sums, reported_s = {}, now_s
+        if step % report_steps == 0 or step == how.steps:
+            means = {name: total / since for name, total in sums.items()}
+            report(Step(step, how.steps, means, since * how.batch / (now_s - reported_s)))
+            sums, since, reported_s = {}, 0, now_s
         if now_s - saved_s > save_s or step == how.steps:
             _save(checkpoint, step, net, averaged, optimizer, net_settings, how)
             saved_s = now_s

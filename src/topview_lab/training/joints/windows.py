@@ -7,7 +7,7 @@ wrong segmentation, noise and holes. Or it shows no single person, and says so.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import cv2
@@ -88,9 +88,10 @@ class Variation:
 
 
 AS_THEY_ARE: Final = Variation(
-    (1.0, 1.0), (0.0, 0.0, 0.0), 0.0, *(0.0,) * 8, noise_m=0.0, holes_share=0.0,
-    nobody_share=0.0, several_share=0.0,
-)  # fmt: skip
+    scales=(1.0, 1.0),
+    turn_rad=(0.0, 0.0, 0.0),
+    **{field.name: 0.0 for field in fields(Variation) if field.name not in ("scales", "turn_rad")},
+)
 """No variation: to measure with."""
 NOBODY: Final = replace(AS_THEY_ARE, nobody_share=1.0)
 """A piece of the background, where there is one."""
