@@ -1,6 +1,6 @@
-"""The commands and methods of the laboratory: the only place of `topview` that names it.
+"""The commands, methods and proposals of the laboratory: the only place of `topview` that names it.
 
-Nothing is imported here. A command or a method is imported when it is asked for, so that what only
+Nothing is imported here. Each of them is imported when it is asked for, so that what only
 measures, simulates or compares costs a user of `topview track` nothing.
 """
 
@@ -67,5 +67,13 @@ RIVAL_METHODS: Final[dict[str, tuple[str, str]]] = {
     "ellipsoids": (
         "topview_lab.rivals.ellipsoids:EllipsoidSettings",
         "ellipsoids fitted to the silhouette's points (Sec. 2.2): the upper body alone",
+    ),
+}
+
+# Name of what proposes joints to compare with, the same.
+RIVAL_PROPOSERS: Final[dict[str, tuple[str, str]]] = {
+    "forest": (
+        "topview_lab.rivals.forest.proposer:ForestProposer",
+        "the joints for which a decision forest votes, one mode",
     ),
 }

@@ -63,10 +63,12 @@ class Needs:
     Attributes:
         hidden_share: `Evidence.hidden_share`.
         unowned_mask: `Evidence.unowned_mask`.
+        joints: `Evidence.proposals`.
     """
 
     hidden_share: bool = False
     unowned_mask: bool = False
+    joints: bool = False
 
 
 class BodyMethod(Protocol):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView, Pyramid
+from topview.detect.joints.proposals import JointProposals
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
@@ -51,6 +52,8 @@ class Evidence:
         hands: candidates from colour, of any person.
         face_share: share of the recent time in which the face was seen to look at the camera, 0 to
             1; None if unknown.
+        proposals: of the user's joints, P = 1; None for methods that do not need them, where there
+            is nothing that proposes joints, and where it sees too little of the user.
     """
 
     timestamp_s: float
@@ -72,6 +75,7 @@ class Evidence:
     hands: tuple[HandCandidate, ...] = ()
     nearer_bodies: tuple[FittedBody, ...] = ()
     face_share: float | None = None
+    proposals: JointProposals | None = None
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -133,6 +137,7 @@ def gather(
     hidden_share: float = 0.0,
     hands: tuple[HandCandidate, ...] = (),
     nearer_bodies: tuple[FittedBody, ...] = (),
+    proposals: JointProposals | None = None,
 ) -> Evidence:
     """The evidence for one user, from the image thinned to what the user's distance needs.
 
@@ -142,7 +147,7 @@ def gather(
         labels: [H, W] id of the user that each pixel belongs to, 0 for nobody.
         floor: None where none is known.
         with_unowned_mask: whether that mask is wanted.
-        hidden_share, hands, nearer_bodies: as in `Evidence`.
+        hidden_share, hands, nearer_bodies, proposals: as in `Evidence`.
     """
     frame = image.frame
     stride = working_stride(frame.camera, float(user.head_camera[2]))
@@ -173,6 +178,7 @@ def gather(
         nearer_bodies=nearer_bodies,
         hands=hands,
         face_share=user.face_share,
+        proposals=proposals,
     )
 
 

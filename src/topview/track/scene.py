@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
+from topview.detect.joints.proposals import JointProposals
 from topview.people.floor import FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.track.evidence import Evidence, gather
@@ -27,6 +28,7 @@ class FittedScene:
         hidden_shares: share of each person's image area that nearer people hide, by id; empty for
             methods that do not need it.
         bodies: fitted so far, nearest first.
+        proposals: of each person's joints, by id, for those of whom something is proposed.
     """
 
     image: Pyramid
@@ -35,6 +37,7 @@ class FittedScene:
     hands: tuple[HandCandidate, ...] = ()
     hidden_shares: Mapping[int, float] = field(default_factory=dict)
     bodies: tuple[FittedBody, ...] = ()
+    proposals: Mapping[int, JointProposals] = field(default_factory=dict)
 
     def evidence_for(self, user: User, *, with_unowned_mask: bool = False) -> Evidence:
         """What the frame shows of a user, and the nearer bodies."""
@@ -47,6 +50,7 @@ class FittedScene:
             hidden_share=self.hidden_shares.get(user.id, 0.0),
             hands=self.hands,
             nearer_bodies=self.bodies,
+            proposals=self.proposals.get(user.id),
         )
 
     def with_body(self, body: FittedBody) -> FittedScene:

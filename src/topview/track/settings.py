@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from topview.detect.detectors import DETECTORS, DetectorName
+from topview.detect.joints.proposers import ProposalsName, check_proposals, proposals_as_json
 from topview.records import InputError, shown, whole_number
-from topview.track.methods import DEFAULT, method_name
+from topview.track.body_tracker import BodyMethod
+from topview.track.methods import DEFAULT, method_by_name, method_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +29,22 @@ class TrackerSettings:
             colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
+        proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
+            people, "forest" is a rival's, "none" leaves the method alone.
+        weights: file of the network's weights, as `topview train-joints` writes it; not given,
+            those that come with the project.
 
     Raises:
-        InputError: a method or detector that does not exist, a seed or number of threads that is
-            no whole number or out of range.
+        InputError: a method, detector or proposals that do not exist, weights that nothing would
+            read, a seed or number of threads that is no whole number or out of range.
     """
 
     method: str = DEFAULT
     detector: DetectorName = "auto"
     seed: int = 0
     threads: int = 0
+    proposals: ProposalsName = "network"
+    weights: Path | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
@@ -49,6 +58,22 @@ class TrackerSettings:
         if not 0 <= self.seed < 2**63:
             raise InputError(f"seed is {shown(self.seed)}; it must be 0 to 2^63 - 1")
 
-    def as_json(self) -> dict[str, Any]:
-        """Plain JSON types, for the outputs: all that they depend on, so not the threads."""
-        return {name: value for name, value in asdict(self).items() if name != "threads"}
+        if self.weights is not None:
+            object.__setattr__(self, "weights", Path(self.weights))
+        check_proposals(self.proposals, self.weights)
+
+    def as_json(self, body: BodyMethod | None = None) -> dict[str, Any]:
+        """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
+        the weights their name and digest.
+
+        Args:
+            body: the method; the one that `method` names if None.
+
+        Raises:
+            InputError: the weights cannot be read.
+        """
+        body = body or method_by_name(self.method)
+        named = {"method": body.name, "detector": self.detector, "seed": self.seed}
+        if body.needs.joints:
+            named |= proposals_as_json(self.proposals, self.weights)
+        return named

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.color_view import Light
+from topview.detect.joints.proposals import JointProposals, JointProposer
+from topview.detect.joints.proposers import proposer_by_name
+from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.protocol import Finder
 from topview.people.users import HandCandidate, User, by_depth, label_image
-from topview.records import Frame, InputError, Person
+from topview.records import Frame, InputError, Person, shown
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Subject
@@ -49,6 +52,7 @@ class Tracker:
         finder: Finder | None = None,
         body: BodyMethod | None = None,
         detector: HeadDetector | None = None,
+        proposer: JointProposer | None = None,
     ) -> None:
         """Make a tracker; parts that are given replace those that `settings` name.
 
@@ -58,6 +62,10 @@ class Tracker:
             body: a method with settings of its own, for instance
                 `topview.track.methods.utvr.UtvrSettings(hypotheses=240)`.
             detector: finds heads for the project's own finder.
+            proposer: proposes joints, for methods that need them.
+
+        Raises:
+            InputError: weights that cannot be used, or that the method has no use for.
         """
         self.settings = settings or TrackerSettings()
         self.body = body or method_by_name(self.settings.method)
@@ -65,7 +73,8 @@ class Tracker:
         self.finder: Finder = finder or PeopleFinder(
             PeopleSettings(detector=self.settings.detector), detector
         )
-        given = {"finder": finder, "detector": detector}
+        self._proposer = self._chosen_proposer(proposer)
+        given = {"finder": finder, "detector": detector, "proposer": proposer}
         self._given = {part: type(own).__name__ for part, own in given.items() if own is not None}
         self.lights: Counter[Light] = Counter()
         self._areas = UserAreas()
@@ -104,9 +113,20 @@ class Tracker:
 
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
-        classes of a finder and a detector that were given."""
-        named = {"method": self.body.name, "body": asdict(self.body), **self._given}
-        return {**self.settings.as_json(), **named}
+        classes of a finder, a detector and a proposer that were given."""
+        return {**self.settings.as_json(self.body), "body": asdict(self.body), **self._given}
+
+    def _chosen_proposer(self, given: JointProposer | None) -> JointProposer | None:
+        """What proposes joints to this method; None for one that does not ask."""
+        settings = self.settings
+        if self.body.needs.joints:
+            return given or proposer_by_name(settings.proposals, settings.weights)
+        if settings.weights is not None:
+            raise InputError(
+                f"weights is {shown(str(settings.weights))}; method {self.body.name} asks no "
+                "network; leave them out, or take a method that does"
+            )
+        return None
 
     def _check_next(self, frame: Frame) -> None:
         """Refuse what does not go on with the frame before."""
@@ -141,7 +161,30 @@ class Tracker:
             shares = self._areas.hidden_shares(
                 users, labels, image.frame.camera, image.frame.timestamp_s
             )
-        return FittedScene(image, labels, self.finder.floor, (*hands, *self.finder.hands), shares)
+        return FittedScene(
+            image,
+            labels,
+            self.finder.floor,
+            (*hands, *self.finder.hands),
+            shares,
+            proposals=self._proposals(image, labels, users),
+        )
+
+    def _proposals(
+        self, image: Pyramid, labels: NDArray[np.int32], users: Sequence[User]
+    ) -> dict[int, JointProposals]:
+        """Of each user's joints, by id."""
+        if self._proposer is None or not users:
+            return {}
+        with self.clock.stage("windows"):
+            windows = cut_windows(image.full, labels, [user.id for user in users])
+        with self.clock.stage("joints"):
+            proposals = self._proposer.propose(windows)
+        return {
+            user.id: proposals.of_person(index)
+            for index, user in enumerate(users)
+            if proposals.weights[index].any()
+        }
 
     def _track_of(self, user: User, threads: int) -> PersonTrack:
         """The track of a user, made where there is none yet."""

@@ -5,6 +5,6 @@ After J. Shotton et al., "Real-time human pose recognition in parts from single 
 """
 
 from topview_lab.rivals.forest.model import Forest, default_forest
-from topview_lab.rivals.forest.proposals import JointCandidate, propose_joints
+from topview_lab.rivals.forest.proposals import JointCandidate, best_of_each, propose_joints
 
-__all__ = ["Forest", "JointCandidate", "default_forest", "propose_joints"]
+__all__ = ["Forest", "JointCandidate", "best_of_each", "default_forest", "propose_joints"]

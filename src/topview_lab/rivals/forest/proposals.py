@@ -7,6 +7,7 @@ of the votes in 3D, which are then pushed from the surface into the body.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -46,6 +47,15 @@ MODES: Final = 4
 """Modes that are looked for, from as many starts."""
 MEAN_SHIFT_ITERATIONS: Final = 12
 """Of the mean shift."""
+OTHER_SIDE_APART_M: Final = 0.1
+"""A joint and the one of the other side are further apart than this."""
+
+# For each joint the one of the other side; itself in the middle.
+_SIDES = {"left": "right", "right": "left"}
+_OTHER_SIDE = [
+    JOINT_NAMES.index("_".join(_SIDES.get(word, word) for word in name.split("_")))
+    for name in JOINT_NAMES
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +104,19 @@ def propose_joints(
                 )
             )
     return found
+
+
+def best_of_each(found: Sequence[JointCandidate], least_confidence: float) -> tuple[Array, Array]:
+    """[16, 3] position and [16] confidence of each joint, NaN and 0 for none above
+    `least_confidence`: greedily by confidence; a place that the other side's joint has is taken."""
+    places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
+    for candidate in sorted(found, key=lambda c: -c.confidence):
+        j = JOINT_NAMES.index(candidate.joint)
+        other = places[_OTHER_SIDE[j]]
+        is_taken = np.linalg.norm(other - candidate.place_camera) < OTHER_SIDE_APART_M
+        if candidate.confidence > least_confidence and not confidence[j] and not is_taken:
+            places[j], confidence[j] = candidate.place_camera, candidate.confidence
+    return places, confidence
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,7 @@ from topview.track.evidence import Evidence
 from topview.track.methods.btvr.tracker import limb_rotations
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
-from topview_lab.rivals.forest import default_forest, propose_joints
+from topview_lab.rivals.forest import best_of_each, default_forest, propose_joints
 
 Array = NDArray[np.float64]
 
@@ -48,12 +48,6 @@ _TRUNK = [
     )
 ]  # fmt: skip
 _HEAD = JOINT_NAMES.index("head")
-# For each joint the one of the other side; itself in the middle.
-_SIDES = {"left": "right", "right": "left"}
-_OTHER_SIDE = [
-    JOINT_NAMES.index("_".join(_SIDES.get(word, word) for word in name.split("_")))
-    for name in JOINT_NAMES
-]
 # The upper part of each limb, and the joints at the ends of both of its parts.
 _LIMBS = tuple(
     (upper, [j for j, joint in enumerate(JOINTS) if joint.part in (upper, upper + 1)][1:])
@@ -63,8 +57,6 @@ _LIMBS = tuple(
 
 LEAST_BODY_PIXELS: Final = 100
 """A person with fewer pixels stays as last seen (ours)."""
-OTHER_SIDE_APART_M: Final = 0.1
-"""A joint and the one of the other side are further apart than this (ours)."""
 MEMORY_WEIGHT: Final = 0.03
 """Weight of where a joint of the trunk was, against a proposal's confidence (ours)."""
 
@@ -114,28 +106,12 @@ class ForestTracker:
         if np.count_nonzero(evidence.user_mask) < LEAST_BODY_PIXELS:
             return last
         with self.subject.clock.stage("proposals"):
-            places, confidence = self._choose_proposals(evidence)
+            view = evidence.view
+            found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest)
+            places, confidence = best_of_each(found, self.settings.least_confidence)
         with self.subject.clock.stage("body"):
             self._pose = self._fit(last, places, confidence)
         return self._pose
-
-    def _choose_proposals(self, evidence: Evidence) -> tuple[Array, Array]:
-        """[16, 3] position and [16] confidence of each joint, NaN and 0 for none: greedily by
-        confidence; a place that the other side's joint has is taken."""
-        view = evidence.view
-        places, confidence = np.full((len(JOINT_NAMES), 3), np.nan), np.zeros(len(JOINT_NAMES))
-        found = propose_joints(view.depth_m, evidence.user_mask, view, self._forest)
-        for candidate in sorted(found, key=lambda c: -c.confidence):
-            j = JOINT_NAMES.index(candidate.joint)
-            other = places[_OTHER_SIDE[j]]
-            is_taken = np.linalg.norm(other - candidate.place_camera) < OTHER_SIDE_APART_M
-            if (
-                candidate.confidence > self.settings.least_confidence
-                and not confidence[j]
-                and not is_taken
-            ):
-                places[j], confidence[j] = candidate.place_camera, candidate.confidence
-        return places, confidence
 
     def _fit(self, last: Pose, places: Array, confidence: Array) -> Pose:
         model = self.model

@@ -1,0 +1,201 @@
+"""The network that proposes joints, run by onnxruntime, which no other file imports.
+
+One run looks at one window, on one thread; windows are dealt to the threads that the kernels use
+(`topview.kernels.threads`). What is proposed for somebody therefore depends neither on the number
+of threads nor on who else is there, to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, softmax
+
+from topview.detect.joints.proposals import PROPOSED_JOINTS, JointProposals
+from topview.detect.joints.windows import HALF_BOX_M, WINDOW_PIXELS, Windows
+from topview.files import naming, read_bytes
+from topview.kernels.threads import over_threads
+from topview.records import InputError, shown
+
+Floats = NDArray[np.float32]
+Run = Callable[[list[str], dict[str, Floats]], Sequence[Any]]
+
+WEIGHTS: Final = Path(__file__).parent / "data" / "joints.onnx"
+"""Those that come with the project."""
+WEIGHTS_FORMAT: Final = "topview joints 1"
+"""Of a weights file, in its metadata."""
+INPUT: Final = "windows"
+OUTPUTS: Final = ("places", "log_scales", "mode_logits", "person_logit")
+"""Places and natural logarithms of scales, both in units of the box, [P, M, J, 3]; [P, M]; [P]."""
+VISIBLE: Final = "visible"
+"""One more output: [P, 32, 32] logits of the person's own visible pixels."""
+VISIBLE_PIXELS: Final = 32  # on each side
+
+# All ours.
+MOST_WEIGHTS_BYTES: Final = 2**27
+MOST_LOG_SCALE: Final = 20.0  # scales are held to e^-20 to e^20 boxes
+NEAREST_JOINT_M: Final = 0.1  # a proposed joint is no nearer to the camera
+DIGEST_LETTERS: Final = 16  # of the SHA-256 that tells weights apart
+ONLY_FATAL: Final = 4  # what onnxruntime logs; errors are raised as well
+
+WEIGHTS_RIGHT: Final = (
+    "it must be weights that `topview train-joints` wrote; --proposals none tracks without any"
+)
+
+
+class JointNetwork:
+    """A `JointProposer`: the network with the weights of a file."""
+
+    def __init__(self, weights: Path | None = None) -> None:
+        """Read the weights; a file of the same content is taken apart once in a process.
+
+        Args:
+            weights: written by `topview train-joints`; those of the project if None.
+
+        Raises:
+            InputError: missing, cut short, of another format, of other joints or shapes.
+        """
+        self._path = weights or WEIGHTS
+        with naming(self._path, right=WEIGHTS_RIGHT):
+            self._network = _opened(_weights(self._path))
+
+    def propose(self, windows: Windows) -> JointProposals:
+        """Proposals for each window, in their order; weight 0 for those that are not used.
+
+        Raises:
+            InputError: the network cannot be run, or gives numbers that are not finite.
+        """
+        used = np.flatnonzero(windows.is_used)
+        with naming(self._path):
+            answers = self._network.answers(windows.images[used])
+        P, M, J = len(windows.is_used), self._network.modes, len(PROPOSED_JOINTS)
+        places, log_scales = np.zeros((P, M, J, 3)), np.zeros((P, M, J, 3))
+        weights, p_person = np.zeros((P, M)), np.zeros(P)
+        places[used], log_scales[used] = answers["places"], answers["log_scales"]
+        weights[used] = softmax(answers["mode_logits"].astype(np.float64), axis=1)
+        p_person[used] = expit(answers["person_logit"].astype(np.float64))
+        nearest = (NEAREST_JOINT_M - windows.middles[:, None, None, 2]) / HALF_BOX_M
+        places[..., 2] = np.maximum(places[..., 2], nearest)
+        return JointProposals(
+            windows.to_camera(places),
+            np.exp(np.clip(log_scales, -MOST_LOG_SCALE, MOST_LOG_SCALE)) * HALF_BOX_M,
+            weights,
+            p_person,
+            PROPOSED_JOINTS,
+        )
+
+
+def weights_as_json(weights: Path | None) -> dict[str, str]:
+    """Which weights these are, in JSON types: the file's name and the start of its SHA-256.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    path = weights or WEIGHTS
+    with naming(path, right=WEIGHTS_RIGHT):
+        digest = sha256(_weights(path)).hexdigest()
+    return {"name": path.name, "sha256": digest[:DIGEST_LETTERS]}
+
+
+def _weights(path: Path) -> bytes:
+    return read_bytes(path, MOST_WEIGHTS_BYTES, WEIGHTS_RIGHT)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Network:
+    """A network that was opened.
+
+    Attributes:
+        run: `InferenceSession.run`: names of outputs and the inputs to arrays; threads may call it
+            at the same time.
+        modes: M.
+    """
+
+    run: Run
+    modes: int
+
+    def answers(self, images: Floats) -> dict[str, Floats]:
+        """`OUTPUTS` for [P, 3, 128, 128] images."""
+        M, J = self.modes, len(PROPOSED_JOINTS)
+        count = len(images)
+        shapes = (count, M, J, 3), (count, M, J, 3), (count, M), (count,)
+        answers = {
+            name: np.empty(shape, np.float32) for name, shape in zip(OUTPUTS, shapes, strict=True)
+        }
+        _answer(self.run, images, answers)
+        if not all(np.isfinite(values).all() for values in answers.values()):
+            raise InputError(f"gives numbers that are not finite; {WEIGHTS_RIGHT}")
+        return answers
+
+
+@over_threads("images")
+def _answer(first: int, step: int, run: Run, images: Floats, answers: dict[str, Floats]) -> None:
+    for index in range(first, len(images), step):
+        one = slice(index, index + 1)
+        try:
+            outputs = run(list(OUTPUTS), {INPUT: images[one]})
+            for name, values in zip(OUTPUTS, outputs, strict=True):
+                answers[name][one] = values
+        except MemoryError:
+            raise
+        except Exception:  # onnxruntime's own have no class in common
+            raise InputError(f"cannot be run; {WEIGHTS_RIGHT}") from None
+
+
+@lru_cache(maxsize=2)  # kept: the project's own and one more
+def _opened(weights: bytes) -> _Network:
+    """The network of a file's content.
+
+    Raises:
+        InputError: it is none, or another one.
+    """
+    import onnxruntime  # takes a quarter of a second
+
+    onnxruntime.set_default_logger_severity(ONLY_FATAL)
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = ONLY_FATAL
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    try:
+        session = onnxruntime.InferenceSession(weights, options, providers=["CPUExecutionProvider"])
+    except MemoryError:
+        raise
+    except Exception:  # onnxruntime's own have no class in common
+        raise InputError(f"is no network, or not a whole one; {WEIGHTS_RIGHT}") from None
+    about = session.get_modelmeta().custom_metadata_map
+    if about.get("format") != WEIGHTS_FORMAT:
+        raise InputError(
+            f"its format is {shown(about.get('format'))}, not {WEIGHTS_FORMAT!r}; {WEIGHTS_RIGHT}"
+        )
+    if about.get("joint_names") != ",".join(PROPOSED_JOINTS):
+        names = shown(about.get("joint_names"))
+        raise InputError(
+            f"its joints are {names}, not the network's of this version; {WEIGHTS_RIGHT}"
+        )
+    return _Network(session.run, _modes(session.run))
+
+
+def _modes(run: Run) -> int:
+    """How many modes a network has; an empty window tells, and whether what comes out is right."""
+    empty = np.zeros((1, 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
+    try:
+        outputs = run([*OUTPUTS, VISIBLE], {INPUT: empty})
+    except MemoryError:
+        raise
+    except Exception:  # onnxruntime's own have no class in common
+        raise InputError(f"takes or gives something else; {WEIGHTS_RIGHT}") from None
+    M, J = int(np.size(outputs[OUTPUTS.index("mode_logits")])), len(PROPOSED_JOINTS)
+    right = [(1, M, J, 3), (1, M, J, 3), (1, M), (1,), (1, VISIBLE_PIXELS, VISIBLE_PIXELS)]
+    for name, values, shape in zip([*OUTPUTS, VISIBLE], outputs, right, strict=True):
+        if np.shape(values) != shape or M == 0:
+            raise InputError(f"gives {name} of {np.shape(values)}, not {shape}; {WEIGHTS_RIGHT}")
+        if not np.isfinite(values).all():
+            raise InputError(f"gives {name} that are not finite; {WEIGHTS_RIGHT}")
+    return M

@@ -1,0 +1,69 @@
+"""What can propose joints, by name; each is imported when it is first used."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Final, Literal
+
+from topview import laboratory
+from topview.detect.joints.proposals import JointProposer
+from topview.records import InputError, shown
+
+ProposalsName = Literal["network", "forest", "none"]
+NETWORK: Final = "network"
+
+# Name of each: what makes it, called without arguments, and a sentence about it.
+PROPOSERS: Final[dict[str, tuple[str, str]]] = {
+    NETWORK: (
+        "topview.detect.joints.network:JointNetwork",
+        "a network that has seen rendered people",
+    ),
+    **laboratory.RIVAL_PROPOSERS,
+}
+NAMES: Final = (*PROPOSERS, "none")
+
+
+def check_proposals(name: str, weights: Path | None) -> None:
+    """Refuse what names no proposals, and weights that nothing would read.
+
+    Raises:
+        InputError: it does.
+    """
+    if not isinstance(name, str) or name not in NAMES:
+        raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(NAMES)}")
+    if weights is not None and name != NETWORK:
+        raise InputError(
+            f"weights is {shown(str(weights))} with proposals {name}; weights are the network's"
+        )
+
+
+def proposer_by_name(name: str, weights: Path | None = None) -> JointProposer | None:
+    """What proposes joints; None for "none".
+
+    Args:
+        name: one of `NAMES`.
+        weights: of the network; those of the project if None.
+
+    Raises:
+        InputError: there is no such thing, or the weights cannot be used.
+    """
+    check_proposals(name, weights)
+    if name not in PROPOSERS:
+        return None
+    module, _, attribute = PROPOSERS[name][0].partition(":")
+    make = getattr(import_module(module), attribute)
+    return make(weights) if name == NETWORK else make()
+
+
+def proposals_as_json(name: str, weights: Path | None) -> dict[str, object]:
+    """What proposals depend on, in JSON types.
+
+    Raises:
+        InputError: the weights cannot be read.
+    """
+    if name != NETWORK:
+        return {"proposals": name}
+    from topview.detect.joints.network import weights_as_json
+
+    return {"proposals": name, "weights": weights_as_json(weights)}
