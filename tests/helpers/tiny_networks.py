@@ -22,6 +22,7 @@ def write_network(
     pixels: int = 128,
     constant: float = 0.0,
     nan_on_people: bool = False,
+    places_of: int | None = None,
 ) -> Path:
     """Write a network of random weights, whose answers depend on all that a window shows.
 
@@ -30,14 +31,16 @@ def write_network(
         modes, joints, format: as the file tells them, and as it answers.
         pixels: on each side of its windows.
         constant: is added to the places.
-        nan_on_people: whether its places are NaN where the window shows somebody.
+        nan_on_people: whether all that it says is NaN where the window shows somebody.
+        places_of: how many joints it gives places for, if not for all.
     """
     rng = np.random.default_rng(4)
     J = len(joints)
+    placed = J if places_of is None else places_of
     filters = rng.normal(0.0, 0.3, (CHANNELS, 3, 3, 3))
-    sizes = {"places": modes * J * 3, "log_scales": modes * J * 3, "mode_logits": modes}
+    sizes = {"places": modes * placed * 3, "log_scales": modes * J * 3, "mode_logits": modes}
     sizes["person_logit"] = 1
-    shapes = {"places": [-1, modes, J, 3], "log_scales": [-1, modes, J, 3]}
+    shapes = {"places": [-1, modes, placed, 3], "log_scales": [-1, modes, J, 3]}
     shapes |= {"mode_logits": [-1, modes], "person_logit": [-1]}
     values: dict[str, np.ndarray] = {
         "filters": filters.astype(np.float32),
@@ -59,7 +62,7 @@ def write_network(
         helper.make_node("Sqrt" if nan_on_people else "Identity", ["minus"], ["poison"]),
     ]
     for name, size in sizes.items():
-        values[f"{name}_w"] = rng.normal(0.0, 1.0, (CHANNELS, size)).astype(np.float32)
+        values[f"{name}_w"] = rng.normal(0.0, 0.2, (CHANNELS, size)).astype(np.float32)
         values[f"{name}_b"] = np.full(size, constant if name == "places" else 0.0, np.float32)
         values[f"{name}_s"] = np.array(shapes[name])
         gemm = ["f", f"{name}_w", f"{name}_b"]

@@ -9,7 +9,6 @@ from typing import Any
 from topview.detect.detectors import DETECTORS, DetectorName
 from topview.detect.joints.proposers import ProposalsName, check_proposals, proposals_as_json
 from topview.records import InputError, shown, whole_number
-from topview.track.body_tracker import BodyMethod
 from topview.track.methods import DEFAULT, method_by_name, method_name
 
 
@@ -62,18 +61,17 @@ class TrackerSettings:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
 
-    def as_json(self, body: BodyMethod | None = None) -> dict[str, Any]:
+    def as_json(self, asks: bool | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
         the weights their name and digest.
 
         Args:
-            body: the method; the one that `method` names if None.
+            asks: whether anything asks for `proposals`; None for what `method` needs.
 
         Raises:
             InputError: the weights cannot be read.
         """
-        body = body or method_by_name(self.method)
-        named = {"method": body.name, "detector": self.detector, "seed": self.seed}
-        if body.needs.joints:
+        named = {"method": self.method, "detector": self.detector, "seed": self.seed}
+        if method_by_name(self.method).needs.joints if asks is None else asks:
             named |= proposals_as_json(self.proposals, self.weights)
         return named

@@ -114,7 +114,9 @@ class Tracker:
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
         classes of a finder, a detector and a proposer that were given."""
-        return {**self.settings.as_json(self.body), "body": asdict(self.body), **self._given}
+        asks = self.body.needs.joints and "proposer" not in self._given
+        named = {"method": self.body.name, "body": asdict(self.body), **self._given}
+        return {**self.settings.as_json(asks), **named}
 
     def _chosen_proposer(self, given: JointProposer | None) -> JointProposer | None:
         """What proposes joints to this method; None for one that does not ask."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from topview.records import Frame, InputError, Recording
+from topview.track.settings import TrackerSettings
 from topview_lab.bench.tracking import (
     WARM_UP_FRAMES,
     FrameTime,
@@ -14,6 +15,8 @@ from topview_lab.bench.tracking import (
     summarise_times,
     time_frames,
 )
+
+DEFAULTS = TrackerSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,7 @@ def time_recording(
     thread_counts: Sequence[int],
     frames: int | None = None,
     on_frame: Callable[[], None] = lambda: None,
+    settings: TrackerSettings = DEFAULTS,
 ) -> TimedRecording:
     """Track the start of a recording once with each number of threads.
 
@@ -56,6 +60,7 @@ def time_recording(
         thread_counts: one or more.
         frames: to time, all of them if None.
         on_frame: called after each timed frame.
+        settings: of the tracker; its threads are those of `thread_counts`.
 
     Raises:
         InputError: there are too few frames that can be read.
@@ -68,7 +73,8 @@ def time_recording(
     for threads in thread_counts:
         times = []
         colored.clear()
-        for time in time_frames(_noting_color(islice(recording, end), colored), threads):
+        noted = _noting_color(islice(recording, end), colored)
+        for time in time_frames(noted, replace(settings, threads=threads)):
             times.append(time)
             on_frame()
         problems |= dict.fromkeys(recording.problems)

@@ -81,12 +81,12 @@ def simulated_frames(
     yield from SimulatedRecording(scene)
 
 
-def time_frames(frames: Iterable[Frame], threads: int) -> Iterator[FrameTime]:
-    """Track frames with a new default tracker, and time all but the first `WARM_UP_FRAMES`.
+def time_frames(frames: Iterable[Frame], settings: TrackerSettings) -> Iterator[FrameTime]:
+    """Track frames with a new tracker, and time all but the first `WARM_UP_FRAMES`.
 
     Making or reading the frames is not timed.
     """
-    tracker = Tracker(TrackerSettings(threads=threads))
+    tracker = Tracker(settings)
     rest = iter(frames)
     for frame in islice(rest, WARM_UP_FRAMES):
         tracker.update(frame)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -15,9 +15,11 @@ from rich.table import Table
 from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, progress_bar, warn
+from topview.detect.joints.proposers import ProposalsName
 from topview.io import MirroredRecording, open_recording
 from topview.io.writers import write_atomically
 from topview.records import Camera, Frame, InputError
+from topview.track.settings import TrackerSettings
 from topview_lab.bench.finding import CROWD, CROWD_SCENE, time_finding
 from topview_lab.bench.inner_loops import time_kernels
 from topview_lab.bench.machine import Machine
@@ -39,6 +41,8 @@ from topview_lab.bench.tracking import (
 )
 from topview_lab.sim.scenes import KINECT_V1_FULL, KINECT_V1_HALF
 
+DEFAULTS = TrackerSettings()
+
 SCENE_FRAMES: Final = 40
 MOST_SCENE_FRAMES: Final = 120
 """Frames of a simulated scene: if not given, and at most (ours)."""
@@ -49,6 +53,7 @@ def bench(
     /,
     *,
     frames: int | None = None,
+    proposals: ProposalsName = DEFAULTS.proposals,
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
     force: Annotated[bool, Parameter(negative="")] = False,
@@ -64,6 +69,7 @@ def bench(
     Args:
         source: a recording, as `topview track` reads it.
         frames: to time: of SOURCE all if not given; of each scene 40, at most 120.
+        proposals: what proposes joints, if the tracker asks for it.
         mirrored: the images of SOURCE are flipped left-right, as for `topview track`.
         json_file: file for all numbers.
         force: replace the file that is there.
@@ -73,10 +79,11 @@ def bench(
         raise InputError("--mirrored is given without SOURCE; it must go with a recording")
     if json_file is not None:
         prepare_output_file("--json", json_file, force)
+    settings = TrackerSettings(proposals=proposals)
     compile_kernels()
     if source is None:
         machine = Machine.here()
-        numbers = _bench_scenes(machine, SCENE_FRAMES if frames is None else frames)
+        numbers = _bench_scenes(machine, SCENE_FRAMES if frames is None else frames, settings)
     else:
         recording = open_recording(source)
         if mirrored:
@@ -88,7 +95,7 @@ def bench(
             total = passes * min(expected) if expected else None
             bar = progress.add_task(f"timing {recording.name}", total=total)
             timed = time_recording(
-                recording, machine.thread_counts, frames, lambda: progress.advance(bar)
+                recording, machine.thread_counts, frames, lambda: progress.advance(bar), settings
             )
         warn(*timed.problems)
         _print(machine, [people_table(timed), recording_stage_table(timed)], _used_frames(timed))
@@ -104,13 +111,18 @@ def _check_frames(frames: int | None, most: int | None) -> None:
         raise InputError(f"--frames is {frames}; it must be {right}")
 
 
-def _bench_scenes(machine: Machine, frames: int) -> dict[str, Any]:
+def _bench_scenes(machine: Machine, frames: int, settings: TrackerSettings) -> dict[str, Any]:
     """Measure and print the simulated scenes; gives the numbers for the file."""
     tracking: list[TrackingTime] = []
     for camera, people in product((KINECT_V1_HALF, KINECT_V1_FULL), (1, 2)):
         simulated = _simulate(camera, people, frames)
         tracking += [
-            summarise_times(list(time_frames(simulated, threads)), camera, threads, people)
+            summarise_times(
+                list(time_frames(simulated, replace(settings, threads=threads))),
+                camera,
+                threads,
+                people,
+            )
             for threads in machine.thread_counts
         ]
     crowd = _simulate(KINECT_V1_FULL, CROWD, frames, CROWD_SCENE)

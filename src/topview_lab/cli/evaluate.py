@@ -15,8 +15,9 @@ from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.detectors import DetectorName
+from topview.detect.joints.proposers import ProposalsName
 from topview.records import InputError
-from topview.track.settings import TrackerSettings
+from topview.track import Tracker, TrackerSettings
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.datasets import (
     EvaluatedRecording,
@@ -47,6 +48,8 @@ class EvaluateOptions:
         method: the tracker's method.
         detector: how people's heads are found.
         seed: of every random number.
+        proposals: what proposes joints to methods that ask for it.
+        weights: file of the network's weights.
         json: file for all numbers.
         force: replace the file that is there.
         workers: processes, 0 for one per core; the numbers do not depend on it.
@@ -63,6 +66,8 @@ class EvaluateOptions:
     method: str = DEFAULTS.method
     detector: DetectorName = DEFAULTS.detector
     seed: int = DEFAULTS.seed
+    proposals: ProposalsName = DEFAULTS.proposals
+    weights: Path | None = None
     json: Path | None = None
     force: Annotated[bool, Parameter(negative="")] = False
     workers: int = 0
@@ -74,7 +79,9 @@ class EvaluateOptions:
 
     @property
     def settings(self) -> TrackerSettings:
-        return TrackerSettings(self.method, self.detector, self.seed, threads=1)
+        return TrackerSettings(
+            self.method, self.detector, self.seed, 1, self.proposals, self.weights
+        )
 
     def made_by(self) -> dict[str, Any]:
         """What the measured skeletons come from, for the file of numbers."""
@@ -210,6 +217,7 @@ def _evaluate(
     if options.json is not None:  # not to find out after the last recording
         prepare_output_file("--json", options.json, options.force)
     if options.predictions is None:
+        Tracker(options.settings)  # what cannot be used is told once, not for each recording
         compile_kernels()
         run = run_evaluation(recordings, options.settings, options.workers)
     else:

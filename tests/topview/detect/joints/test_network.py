@@ -1,0 +1,142 @@
+"""The network: what it says does not depend on threads or company; a wrong file is one line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tiny_networks import write_network
+from topview.detect.joints import PROPOSED_JOINTS, JointProposals, Windows
+from topview.detect.joints.network import JointNetwork, weights_as_json
+from topview.detect.joints.windows import HALF_BOX_M, WINDOW_PIXELS
+from topview.kernels.threads import use_threads
+from topview.records import InputError
+
+PEOPLE = 4
+
+
+def windows_of(*people: int, unused: int | None = None) -> Windows:
+    """Noise, another for each person."""
+    images = [
+        np.random.default_rng(person).random((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
+        for person in people
+    ]
+    middles = np.array([[100.0 + 30.0 * person, 120.0, 5.0 + 0.3 * person] for person in people])
+    is_used = np.array([person != unused for person in people])
+    return Windows(np.stack(images), middles, is_used, 285.0, 285.0, 159.5, 119.5)
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory: pytest.TempPathFactory) -> JointNetwork:
+    return JointNetwork(write_network(tmp_path_factory.mktemp("weights") / "tiny.onnx"))
+
+
+@pytest.fixture
+def threads() -> Iterator[None]:
+    """Whatever number of threads a test sets, the next one has the usual."""
+    yield
+    use_threads(0)
+
+
+def bits(proposals: JointProposals) -> bytes:
+    arrays = proposals.positions_camera, proposals.scales_m, proposals.weights, proposals.p_person
+    return b"".join(array.tobytes() for array in arrays)
+
+
+@pytest.mark.usefixtures("threads")
+def test_threads_and_company_change_no_bit(network: JointNetwork) -> None:
+    use_threads(1)
+    together = network.propose(windows_of(*range(PEOPLE)))
+    use_threads(2)
+    assert bits(network.propose(windows_of(*range(PEOPLE)))) == bits(together)
+    alone = [bits(network.propose(windows_of(person))) for person in range(PEOPLE)]
+    assert alone == [bits(together.of_person(person)) for person in range(PEOPLE)]
+    assert len(set(alone)) == PEOPLE
+
+
+def test_proposals_are_of_the_shapes_and_units_that_they_say(network: JointNetwork) -> None:
+    proposals = network.propose(windows_of(0, 1, unused=1))
+    assert proposals.joint_names == PROPOSED_JOINTS
+    assert proposals.positions_camera.shape == (2, 2, len(PROPOSED_JOINTS), 3)
+    assert proposals.weights.sum(1) == pytest.approx([1.0, 0.0])
+    assert 0.0 < proposals.p_person[0] < 1.0
+    assert proposals.p_person[1] == 0.0
+    nothing = network.propose(windows_of(1, unused=1))
+    assert bits(proposals.of_person(1)) == bits(nothing)
+    assert (proposals.scales_m[1] == HALF_BOX_M).all()
+    assert len(network.propose(windows_of(0, unused=0)).weights) == 1
+
+
+def test_places_are_in_units_of_the_box(tmp_path: Path) -> None:
+    windows = windows_of(0, 1)
+    there, further = (
+        windows.from_camera(
+            JointNetwork(write_network(tmp_path / "w.onnx", constant=constant))
+            .propose(windows)
+            .positions_camera
+        )
+        for constant in (0.0, 0.25)
+    )
+    assert further - there == pytest.approx(np.full(there.shape, 0.25), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"format": "topview joints 0"}, "its format is 'topview joints 0'"),
+        ({"joints": PROPOSED_JOINTS[:-1]}, "its joints are"),
+        ({"joints": PROPOSED_JOINTS[::-1]}, "its joints are"),
+        ({"pixels": 64}, "takes or gives something else"),
+        ({"places_of": 20}, r"gives places of \(1, 2, 20, 3\), not \(1, 2, 21, 3\)"),
+        ({"constant": float("nan")}, "gives places that are not finite"),
+        ({"nan_on_people": True}, "gives numbers that are not finite"),
+    ],
+)
+def test_wrong_weights_are_one_line(tmp_path: Path, changes: dict[str, Any], what: str) -> None:
+    path = write_network(tmp_path / "wrong.onnx", **changes)
+    with pytest.raises(InputError, match=rf"^.*wrong\.onnx: {what}.*; it must be .*$") as told:
+        JointNetwork(path).propose(windows_of(0))
+    assert "--proposals none" in str(told.value)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.99])
+def test_weights_that_are_cut_short_are_one_line(tmp_path: Path, share: float) -> None:
+    whole = write_network(tmp_path / "whole.onnx").read_bytes()
+    path = tmp_path / "cut.onnx"
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError, match=r"^.*cut\.onnx: .*--proposals none.*$"):
+        JointNetwork(path)
+
+
+def test_weights_that_are_no_file_are_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"nowhere\.onnx: cannot be read.*--proposals none"):
+        JointNetwork(tmp_path / "nowhere.onnx")
+    with pytest.raises(InputError, match=r"no regular file.*--proposals none"):
+        JointNetwork(tmp_path)
+
+
+def test_weights_are_told_by_what_is_in_them(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    one, same = (write_network(folder / "w.onnx") for folder in (tmp_path, tmp_path / "a"))
+    assert weights_as_json(one) == weights_as_json(same)
+    assert weights_as_json(one)["name"] == "w.onnx"
+    other = write_network(tmp_path / "a" / "w.onnx", constant=0.1)
+    assert weights_as_json(one) != weights_as_json(other)
+
+
+def test_nothing_is_said_on_the_way(tmp_path: Path) -> None:
+    path = write_network(tmp_path / "w.onnx", nan_on_people=True)
+    script = (
+        "import sys; from pathlib import Path\n"
+        "from topview.detect.joints.network import JointNetwork\n"
+        "assert 'onnxruntime' not in sys.modules\n"
+        f"JointNetwork(Path({str(path)!r}))"
+    )
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert ended.stdout + ended.stderr == b""
