@@ -11,7 +11,7 @@ from pkgutil import resolve_name
 import pytest
 
 import topview
-from topview.laboratory import COMMANDS, RIVAL_METHODS
+from topview.laboratory import COMMANDS, RIVAL_METHODS, RIVAL_PROPOSERS
 
 PRODUCT = Path(topview.__file__).parent
 
@@ -25,9 +25,11 @@ def test_one_file_of_the_product_names_the_laboratory():
     assert naming == {"laboratory.py"}
 
 
-@pytest.mark.parametrize("name", [*COMMANDS, *RIVAL_METHODS])
-def test_whatever_the_laboratory_adds_is_there(name):
-    place, sentence = (COMMANDS | RIVAL_METHODS)[name]
+ADDED = [*COMMANDS.values(), *RIVAL_METHODS.values(), *RIVAL_PROPOSERS.values()]
+
+
+@pytest.mark.parametrize(("place", "sentence"), ADDED, ids=[place for place, _ in ADDED])
+def test_whatever_the_laboratory_adds_is_there(place, sentence):
     assert callable(resolve_name(place))
     assert sentence
 
@@ -44,7 +46,7 @@ def loaded_by(statement: str) -> set[str]:
 def test_importing_topview_is_cheap():
     loaded = loaded_by("import topview")
     assert "topview" in loaded
-    assert not loaded & {"numba", "cv2", "scipy", "topview_lab"}
+    assert not loaded & {"numba", "cv2", "scipy", "onnxruntime", "topview_lab"}
 
 
 def test_help_is_cheap():
@@ -52,7 +54,7 @@ def test_help_is_cheap():
         "from topview.cli.main import main\ntry: main(['--help'])\nexcept SystemExit: pass"
     )
     assert "cyclopts" in loaded
-    assert not loaded & {"numba", "cv2", "scipy", "topview_lab"}
+    assert not loaded & {"numba", "cv2", "scipy", "onnxruntime", "topview_lab"}
 
 
 def test_tracking_needs_nothing_of_the_laboratory():

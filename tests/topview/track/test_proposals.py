@@ -14,8 +14,8 @@ from tiny_networks import write_network
 from topview.body.parts import JOINT_NAMES
 from topview.camera.pyramid import Pyramid
 from topview.detect.joints import JointProposals, Windows
-from topview.detect.joints.proposers import NAMES, proposer_by_name
-from topview.detect.joints.windows import LEAST_PIXELS
+from topview.detect.joints.proposers import PROPOSALS, proposer_by_name
+from topview.detect.joints.windows import LEAST_WINDOW_PIXELS
 from topview.people.users import User
 from topview.records import Camera, Frame, InputError
 from topview.timing import StageClock
@@ -116,7 +116,7 @@ def people(order: list[int], few: tuple[int, ...] = ()) -> People:
         for person in PLACES
     }
     for person in few:
-        pixels[person] = pixels[person][: LEAST_PIXELS - 1]
+        pixels[person] = pixels[person][: LEAST_WINDOW_PIXELS - 1]
     return People(pixels, order)
 
 
@@ -207,7 +207,7 @@ def test_weights_that_nothing_reads_are_refused() -> None:
 
 def test_all_that_proposes_can_be_made(tmp_path: Path) -> None:
     write_network(tmp_path / "w.onnx")
-    made = {name: proposer_by_name(name) for name in NAMES if name != "network"}
+    made = {name: proposer_by_name(name) for name in PROPOSALS if name != "network"}
     assert made.pop("none") is None
     assert list(map(type, made.values())).count(type(None)) == 0
     assert proposer_by_name("network", tmp_path / "w.onnx") is not None

@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 
 from topview.body.parts import JOINT_NAMES
 from topview.camera import project
+from topview.camera.pyramid import DepthView
+from topview.detect.joints import cut_windows
 from topview.geometry.rotations import rotations_from_vectors
 from topview.records import Frame, InputError
 from topview.track import Tracker, TrackerSettings
 from topview_lab.rivals.forest import default_forest, propose_joints
+from topview_lab.rivals.forest.proposer import SURE_SCALE_M, ForestProposer
 from topview_lab.rivals.forest.tracker import ForestSettings, rigid_fit
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
@@ -62,6 +65,19 @@ def test_head_and_hands_of_somebody_new_are_proposed(
     best = next(candidate for candidate in candidates if candidate.joint == ours)
     truth = seen.truth.joints[0, SIM_JOINT_NAMES.index(theirs)]
     assert np.linalg.norm(best.place_camera - truth) < tolerance_m
+
+
+def test_the_forest_proposes_in_the_network_s_place(seen: SimulatedFrame) -> None:
+    lens = SCENE.camera
+    view = DepthView(depth_of(seen), lens.fx, lens.fy, lens.cx, lens.cy)
+    proposals = ForestProposer().propose(cut_windows(view, seen.mask.astype(np.int32), [7, 1]))
+    assert proposals.weights.tolist() == [[0.0], [1.0]]  # nobody is 7
+    assert proposals.p_person.tolist() == [0.0, 1.0]
+    assert (proposals.scales_m[1] > SURE_SCALE_M).all()
+    for ours, theirs in (("head", "head"), ("left_hand", "hand_l"), ("right_hand", "hand_r")):
+        place = proposals.positions_camera[1, 0, JOINT_NAMES.index(ours)]
+        truth = seen.truth.joints[0, SIM_JOINT_NAMES.index(theirs)]
+        assert np.linalg.norm(place - truth) < 0.1, ours
 
 
 def test_the_most_trusted_candidate_of_a_joint_comes_first(seen: SimulatedFrame) -> None:

@@ -21,7 +21,7 @@ PROPOSERS: Final[dict[str, tuple[str, str]]] = {
     ),
     **laboratory.RIVAL_PROPOSERS,
 }
-NAMES: Final = (*PROPOSERS, "none")
+PROPOSALS: Final = (*PROPOSERS, "none")
 
 
 def check_proposals(name: str, weights: Path | None) -> None:
@@ -30,8 +30,8 @@ def check_proposals(name: str, weights: Path | None) -> None:
     Raises:
         InputError: it does.
     """
-    if not isinstance(name, str) or name not in NAMES:
-        raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(NAMES)}")
+    if not isinstance(name, str) or name not in PROPOSALS:
+        raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(PROPOSALS)}")
     if weights is not None and name != NETWORK:
         raise InputError(
             f"weights is {shown(str(weights))} with proposals {name}; weights are the network's"
@@ -42,7 +42,7 @@ def proposer_by_name(name: str, weights: Path | None = None) -> JointProposer | 
     """What proposes joints; None for "none".
 
     Args:
-        name: one of `NAMES`.
+        name: one of `PROPOSALS`.
         weights: of the network; those of the project if None.
 
     Raises:

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 # All ours.
 WINDOW_PIXELS: Final = 128  # on each side
 HALF_BOX_M: Final = 1.2  # from the box's middle to its sides, front and back
-LEAST_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at
+LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
 FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
@@ -79,7 +79,7 @@ def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
     as_bytes = is_read.view(np.uint8)
     in_columns = np.asarray(cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[0]
     in_rows = np.asarray(cv2.reduce(as_bytes, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[:, 0]
-    if in_columns.sum() < LEAST_PIXELS:
+    if in_columns.sum() < LEAST_WINDOW_PIXELS:
         return None
     depth_mm = np.rint(np.minimum(view.depth_m[is_read], FARTHEST_MIDDLE_M) * 1000.0)
     depth_m = median_of_counts(np.bincount(depth_mm.astype(np.int32))) / 1000.0

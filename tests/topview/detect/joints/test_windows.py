@@ -13,7 +13,7 @@ from topview.camera.pyramid import DepthView
 from topview.detect.joints.windows import (
     DEPTH,
     HALF_BOX_M,
-    LEAST_PIXELS,
+    LEAST_WINDOW_PIXELS,
     OTHER,
     OWN,
     WINDOW_PIXELS,
@@ -129,7 +129,7 @@ def test_beyond_the_image_s_edge_nothing_is_seen() -> None:
 def test_without_enough_pixels_there_is_no_window() -> None:
     view = DepthView(np.full((60, 60), 2.0, np.float32), 60.0, 60.0, 29.5, 29.5)
     labels = np.zeros((60, 60), np.int32)
-    labels[0, : LEAST_PIXELS - 1], labels[5, :LEAST_PIXELS] = 1, 2
+    labels[0, : LEAST_WINDOW_PIXELS - 1], labels[5, :LEAST_WINDOW_PIXELS] = 1, 2
     windows = cut_windows(view, labels, [1, 2, 3])
     assert windows.is_used.tolist() == [False, True, False]
     assert not windows.images[[0, 2]].any()
