@@ -13,11 +13,10 @@ import torch
 from onnx import helper, numpy_helper
 
 from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.network import INPUT, OUTPUTS, VISIBLE, WEIGHTS_FORMAT
 from topview.detect.joints.windows import WINDOW_PIXELS
 from topview_lab.training.joints.net import JointNet
 
-FORMAT: Final = "topview joints 1"
-OUTPUTS: Final = ("places", "log_scales", "mode_logits", "person_logit", "visible")
 HALF_PRECISION_FROM: Final = 64  # values; smaller arrays stay in single precision (ours)
 
 
@@ -32,15 +31,17 @@ def exported(net: JointNet) -> bytes:
                 net.eval(),
                 (example,),
                 path,
-                input_names=["windows"],
-                output_names=list(OUTPUTS),
-                dynamic_axes={name: {0: "people"} for name in ("windows", *OUTPUTS)},
+                input_names=[INPUT],
+                output_names=[*OUTPUTS, VISIBLE],
+                dynamic_axes={name: {0: "people"} for name in (INPUT, *OUTPUTS, VISIBLE)},
                 opset_version=17,
                 dynamo=False,
             )
         model = onnx.load(path)
     _halve(model)
-    helper.set_model_props(model, {"format": FORMAT, "joint_names": ",".join(PROPOSED_JOINTS)})
+    helper.set_model_props(
+        model, {"format": WEIGHTS_FORMAT, "joint_names": ",".join(PROPOSED_JOINTS)}
+    )
     onnx.checker.check_model(model)
     return model.SerializeToString()
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import topview
 from topview.camera.undistortion import undistorted
 from topview.detect.joints import PROPOSED_JOINTS
-from topview.detect.joints.windows import LEAST_PIXELS
+from topview.detect.joints.windows import LEAST_WINDOW_PIXELS
 from topview.files import naming, read_archive
 from topview.io import write_atomically
 from topview.records import InputError
@@ -57,7 +57,7 @@ class LabelledRecording:
         found = []
         for frame, person in np.argwhere(self.is_present & known):
             is_own = (self.masks[frame] == self.ids[person]) & (self.depth_mm[frame] > 0)
-            if np.count_nonzero(is_own) >= LEAST_PIXELS:
+            if np.count_nonzero(is_own) >= LEAST_WINDOW_PIXELS:
                 found.append((frame, person))
         return np.array(found, np.int64).reshape(-1, 2)
 

@@ -19,7 +19,7 @@ from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.windows import (
     DEPTH,
     HALF_BOX_M,
-    LEAST_PIXELS,
+    LEAST_WINDOW_PIXELS,
     OTHER,
     OWN,
     WINDOW_PIXELS,
@@ -172,7 +172,7 @@ def _cut(
     own = int(recording.ids[person])
     middle = middle_of(view, labels == own)
     if middle is None:
-        raise ValueError(f"sample {number} shows fewer than {LEAST_PIXELS} pixels")
+        raise ValueError(f"sample {number} shows fewer than {LEAST_WINDOW_PIXELS} pixels")
     R_turned_camera = rotations_from_vectors(rng.uniform(-1.0, 1.0, 3) * how.turn_rad)
     far = rng.random() < how.far_shift_share
     sigma_m = shift_m or (how.far_shift_m if far else how.shift_m)
@@ -232,7 +232,7 @@ def _look_at_something_else(image: Image, rng: Generator) -> bool:
     is no background."""
     is_nobodys = (image[DEPTH] < 1.0) & (image[OWN] + image[OTHER] == 0.0)
     places = np.argwhere(is_nobodys)
-    if len(places) < 10 * LEAST_PIXELS:
+    if len(places) < 10 * LEAST_WINDOW_PIXELS:
         return False
     row, column = places[rng.integers(len(places))]
     depth = image[DEPTH] - image[DEPTH, row, column]
@@ -240,7 +240,7 @@ def _look_at_something_else(image: Image, rng: Generator) -> bool:
     rows, columns = np.ogrid[:WINDOW_PIXELS, :WINDOW_PIXELS]
     near = ((rows - row) / reach[0]) ** 2 + ((columns - column) / reach[1]) ** 2 < 1.0
     piece = is_nobodys & near & (np.abs(depth) < rng.uniform(0.1, 0.4))
-    if np.count_nonzero(piece) < LEAST_PIXELS:
+    if np.count_nonzero(piece) < LEAST_WINDOW_PIXELS:
         return False
     middle = np.median(image[DEPTH][piece])
     rows, columns = np.nonzero(piece)
