@@ -6,7 +6,7 @@ pushed out of the torso, joints back within their limits. Each candidate is refi
 all sums are taken in one fixed order, so the result does not depend on the number of threads.
 
 The tree hangs from the upper torso, whose origin is the neck joint; the table of degrees of
-freedom comes from `topview.track.methods.topview.refinement`.
+freedom comes from `topview.track.degrees_of_freedom`.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
 
 
 @njit(error_model="numpy")
-def _pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
+def pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
     """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz)."""
     n = n_chain[part]
     for a in range(n):
@@ -162,7 +162,7 @@ def solve_lower(A, g):
 
 
 @njit(error_model="numpy")
-def _multiply(A, B, transpose_a, out):
+def multiply(A, B, transpose_a, out):
     for i in range(3):
         for j in range(3):
             s = 0.0
@@ -172,7 +172,7 @@ def _multiply(A, B, transpose_a, out):
 
 
 @njit(error_model="numpy")
-def _copy(R, out):
+def copy(R, out):
     """By element: `out[:] = R` compiles seconds of text for an error that cannot come up."""
     for i in range(3):
         for j in range(3):
@@ -180,7 +180,7 @@ def _copy(R, out):
 
 
 @njit(error_model="numpy")
-def _rotation(wx, wy, wz, out):
+def rotation(wx, wy, wz, out):
     """Rodrigues' formula."""
     angle = np.sqrt(wx * wx + wy * wy + wz * wz)
     if angle < 1e-8:
@@ -196,8 +196,8 @@ def _rotation(wx, wy, wz, out):
 
 
 @njit(error_model="numpy")
-def _vector(R, out):
-    """Inverse of `_rotation`, for angles below 180 degrees."""
+def vector(R, out):
+    """Inverse of `rotation`, for angles below 180 degrees."""
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     sine = 0.5 * np.sqrt(x * x + y * y + z * z)
     angle = np.arctan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))
@@ -206,7 +206,7 @@ def _vector(R, out):
 
 
 @njit(error_model="numpy")
-def _orthonormalise(R):
+def orthonormalise(R):
     """Undo rounding, in place: y keeps its direction, x its plane with y (Gram and Schmidt)."""
     n = 1.0 / np.sqrt(R[0, 1] ** 2 + R[1, 1] ** 2 + R[2, 1] ** 2)
     for i in range(3):
@@ -227,9 +227,37 @@ def relative_rotations(Rs, tree, out):
     """[B, 3, 3] camera-frame rotations to those in the tree that hangs from the upper torso."""
     for k in range(Rs.shape[0]):
         if tree[k] < 0:
-            _copy(Rs[k], out[k])
+            copy(Rs[k], out[k])
         else:
-            _multiply(Rs[tree[k]], Rs[k], True, out[k])
+            multiply(Rs[tree[k]], Rs[k], True, out[k])
+
+
+@njit(error_model="numpy")
+def turn_parts(relative, Rs, step, tree, dof_of, n_dof_of, dof_axis):
+    """Turn every part by its degrees of freedom, and what hangs from it along.
+
+    Args:
+        relative: [B, 3, 3] of `relative_rotations`; is changed. Rs: [B, 3, 3] is filled.
+        step: [D] radians, each at most `LARGEST_TURN_RAD`.
+        tree, dof_of, n_dof_of, dof_axis: as in `refine_bodies`.
+    """
+    away = np.empty(3)
+    R = np.empty((3, 3))
+    R2 = np.empty((3, 3))
+    for k in range(Rs.shape[0]):
+        away[:] = 0.0
+        for a in range(n_dof_of[k]):
+            d = dof_of[k, a]
+            away[dof_axis[d]] = min(max(step[d], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
+        rotation(away[0], away[1], away[2], R)
+        multiply(relative[k], R, False, R2)
+        copy(R2, relative[k])
+    copy(relative[UPPER_TORSO], Rs[UPPER_TORSO])
+    multiply(Rs[UPPER_TORSO], relative[HEAD], False, Rs[HEAD])
+    for k in range(2, Rs.shape[0]):
+        multiply(Rs[tree[k]], relative[k], False, Rs[k])
+    for k in range(Rs.shape[0]):
+        orthonormalise(Rs[k])
 
 
 @njit(error_model="numpy")
@@ -279,7 +307,7 @@ def beyond_limits(low, high, angle):
 
 
 @njit(error_model="numpy")
-def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
+def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
     """Push joints back within Table 3.2: turns about the parent's x, then about z, then y.
 
     A limb's turn about its own axis is not free but follows from its hinge, so a hip that has to
@@ -290,7 +318,7 @@ def _add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
     overturned = np.zeros(Rs.shape[0])
     for k in range(1, Rs.shape[0]):
         p = parents[k]
-        _multiply(Rs[p], Rs[k], True, R)
+        multiply(Rs[p], Rs[k], True, R)
         z = np.arcsin(min(max(-R[0, 1], -1.0), 1.0))
         x = np.arctan2(R[2, 1], R[1, 1])
         y = np.arctan2(R[0, 2], R[0, 0])
@@ -389,7 +417,6 @@ def refine_bodies(
         origins = np.empty((B, 3))
         relative = np.empty((B, 3, 3))
         R = np.empty((3, 3))
-        R2 = np.empty((3, 3))
         away = np.empty(3)
         axes = np.empty((D, 3))
         centers = np.zeros((D, 3))
@@ -429,7 +456,7 @@ def refine_bodies(
                 d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
-                _pull(
+                pull(
                     A, g, J, k, chain, n_chain, axes, centers,
                     points[i, 0], points[i, 1], points[i, 2],
                     Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz,
@@ -448,7 +475,7 @@ def refine_bodies(
                 below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
                 if below > 0.0:
                     free += min(below / FREE_M, 1.0)
-                    _pull(
+                    pull(
                         A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                         floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
                     )  # fmt: skip
@@ -474,7 +501,7 @@ def refine_bodies(
                             )  # fmt: skip
                             gap = min(0.5 * radius - d, LARGEST_OVERLAP_M)
                             if gap > 0.0:
-                                _pull(
+                                pull(
                                     A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                     q[0, 0] * nx + q[0, 2] * nz,
                                     q[1, 0] * nx + q[1, 2] * nz,
@@ -502,7 +529,7 @@ def refine_bodies(
                         gap = distance - INNER_SHARE * radius
                         if gap > 0.0:
                             free += min(gap / FREE_M, 1.0)
-                            _pull(
+                            pull(
                                 A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                 du / distance, dv / distance, 0.0,
                                 min(gap, LARGEST_GAP_M), free_weight,
@@ -511,7 +538,7 @@ def refine_bodies(
                         gap = seen - front
                         free += min((gap - margin) / FREE_M, 1.0)
                         norm = np.sqrt(x * x + y * y + z * z)
-                        _pull(
+                        pull(
                             A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                             x / norm, y / norm, z / norm, min(gap, LARGEST_GAP_M), free_weight,
                         )  # fmt: skip
@@ -524,13 +551,13 @@ def refine_bodies(
                 for i in range(3):
                     gap = head[i] - (x if i == 0 else (y if i == 1 else z))
                     w = head_weight / (1.0 + (gap / HEAD_SCALE_M) ** 2)
-                    _pull(
+                    pull(
                         A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
                         1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,
                         gap, w,
                     )  # fmt: skip
 
-            _add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
+            add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)
             departure = 0.0
             for i in range(3):
@@ -538,8 +565,8 @@ def refine_bodies(
                 A[i, i] += prior_weights[i]
                 g[i] -= prior_weights[i] * offset
             for k in range(B):
-                _multiply(Rs_prior[m, k], relative[k], True, R)
-                _vector(R, away)
+                multiply(Rs_prior[m, k], relative[k], True, R)
+                vector(R, away)
                 for a in range(n_dof_of[k]):
                     d = dof_of[k, a]
                     A[d, d] += prior_weights[d]
@@ -551,20 +578,7 @@ def refine_bodies(
             step = solve_lower(A, g)
             for i in range(3):
                 neck[i] += step[i]
-            for k in range(B):
-                away[:] = 0.0
-                for a in range(n_dof_of[k]):
-                    d = dof_of[k, a]
-                    away[dof_axis[d]] = min(max(step[d], -LARGEST_TURN_RAD), LARGEST_TURN_RAD)
-                _rotation(away[0], away[1], away[2], R)
-                _multiply(relative[k], R, False, R2)
-                _copy(R2, relative[k])
-            _copy(relative[UPPER_TORSO], Rs[UPPER_TORSO])
-            _multiply(Rs[UPPER_TORSO], relative[HEAD], False, Rs[HEAD])
-            for k in range(2, B):
-                _multiply(Rs[tree[k]], relative[k], False, Rs[k])
-            for k in range(B):
-                _orthonormalise(Rs[k])
+            turn_parts(relative, Rs, step, tree, dof_of, n_dof_of, dof_axis)
             align_hinges(Rs, hinges, bends)
         costs[m, 0] = unexplained / max(N, 1)
         costs[m, 1] = free / (B * samples)

@@ -1,9 +1,7 @@
 """Refinement: all parts at once, by Gauss-Newton on the user's points and silhouette (ours).
 
 The thesis optimises part by part and names global optimisation as future work (Sec. 7.1). This
-moves all 28 degrees of freedom of candidate poses together: 6 of the root, 3 each of neck and
-waist, and 2 for the direction of each limb's part (the turn of an upper limb about its own axis
-follows from where its elbow or knee bends to).
+moves all degrees of freedom of candidate poses together (`topview.track.degrees_of_freedom`).
 """
 
 from __future__ import annotations
@@ -16,10 +14,23 @@ from numpy.typing import NDArray
 
 from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD
 from topview.kernels import body as kernel
+from topview.track.degrees_of_freedom import (
+    BENDS,
+    CHAIN,
+    DOF_AXIS,
+    DOF_OF,
+    DOF_PART,
+    HINGES,
+    N_CHAIN,
+    N_DOF_OF,
+    N_DOFS,
+    PARENT_OF,
+    TREE,
+)
 from topview.track.evidence import Evidence
-from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
+from topview.track.pose import Pose
 
 Array = NDArray[np.float64]
 
@@ -57,36 +68,6 @@ class RefinementSettings:
     twist_prior_weight: float = 40.0
     head_weight: float = 30.0
     samples_per_part: int = 5
-
-
-def _padded(lists: list[list[int]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    width = max(map(len, lists))
-    return (
-        np.array([items + [0] * (width - len(items)) for items in lists]),
-        np.array([len(items) for items in lists]),
-    )
-
-
-def _chain(part: int) -> list[int]:
-    return [] if part < 0 else [part, *_chain(TREE_PARENT[part])]
-
-
-_LIMB_PARTS = [part for part in range(len(PARTS)) if part not in (HEAD, UPPER_TORSO, LOWER_TORSO)]
-DOF_PART = np.array(
-    [UPPER_TORSO] * 6 + [HEAD] * 3 + [LOWER_TORSO] * 3 + [p for p in _LIMB_PARTS for _ in range(2)]
-)
-DOF_AXIS = np.array([0, 1, 2] * 4 + [0, 2] * len(_LIMB_PARTS))
-N_DOFS = len(DOF_PART)
-_DOF_OF, _N_DOF_OF = _padded(
-    [[d for d in range(3, N_DOFS) if DOF_PART[d] == part] for part in range(len(PARTS))]
-)
-_CHAIN, _N_CHAIN = _padded(
-    [[d for d in range(N_DOFS) if DOF_PART[d] in _chain(part)] for part in range(len(PARTS))]
-)
-_PARENTS = np.array([part.parent for part in PARTS])
-_TREE = np.array(TREE_PARENT)
-_HINGES = np.array(HINGE_PAIRS)
-_BENDS = np.array([HINGE_BENDS[upper] for upper, _ in HINGE_PAIRS])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,17 +120,17 @@ def refine(
         model.lengths_m,
         model.radii_m,
         model.joints_parent,
-        _PARENTS,
-        _TREE,
+        PARENT_OF,
+        TREE,
         LIMITS_RAD,
-        _HINGES,
-        _BENDS,
+        HINGES,
+        BENDS,
         DOF_PART,
         DOF_AXIS,
-        _CHAIN,
-        _N_CHAIN,
-        _DOF_OF,
-        _N_DOF_OF,
+        CHAIN,
+        N_CHAIN,
+        DOF_OF,
+        N_DOF_OF,
         weights * hold,
         evidence.points_camera,
         view.depth_m,
