@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from topview.body.kinematics import Tree, place_part, rotations_in_camera, rotations_in_parent
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, PART_NAMES, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO
 from topview.geometry.rotations import transform
 
 Array = NDArray[np.float64]
@@ -39,6 +39,8 @@ HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 # Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
+_HEAD_CENTRE = JOINT_NAMES.index("head")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
@@ -60,6 +62,12 @@ class Pose:
     def from_relative(neck_camera: Array, Rs_relative: Array) -> Pose:
         """Inverse of `relative`."""
         return Pose(neck_camera, rotations_in_camera(Rs_relative, FROM_UPPER_TORSO))
+
+    @staticmethod
+    def below_head(head_camera: Array, Rs: Array, model: BodyModel) -> Pose:
+        """The pose of these rotations whose head has its centre at a [3] place."""
+        down_m = model.lengths_m[HEAD] - model.joints_part[_HEAD_CENTRE, 1]
+        return Pose(head_camera + down_m * Rs[HEAD][:, 1], Rs)
 
     def origins(self, model: BodyModel) -> Array:
         """[11, 3], or [11, M, 3], proximal joints in metres, camera frame."""

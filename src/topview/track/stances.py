@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.model import BodyModel
 from topview.body.parts import (
     HEAD,
     LEFT_FOREARM,
@@ -95,7 +95,7 @@ def stand(
     Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)
     Rs[[LEFT_UPPER_ARM, RIGHT_UPPER_ARM]] = pitched(stance.shoulder - stance.lean)
     Rs[[LEFT_FOREARM, RIGHT_FOREARM]] = pitched(stance.shoulder - stance.lean + stance.elbow)
-    return Pose(head_camera + HEAD_CENTRE * model.lengths_m[HEAD] * Rs[HEAD][:, 1], Rs)
+    return Pose.below_head(head_camera, Rs, model)
 
 
 def stand_all(

@@ -168,8 +168,7 @@ class TopviewTracker:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
         if self.pose is None:
             return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
-        half_head = HEAD_CENTRE * self.model.lengths_m[HEAD] * self.pose.Rs[HEAD][:, 1]
-        return Pose(evidence.head_camera + half_head, self.pose.Rs)
+        return Pose.below_head(evidence.head_camera, self.pose.Rs, self.model)
 
     def _follow(self, last: Pose, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
