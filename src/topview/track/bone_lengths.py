@@ -1,0 +1,201 @@
+"""How long somebody's bones are, learnt from where the joints are proposed over time (ours).
+
+A stature does not say it all: children, heavy people, and joints that a proposer puts elsewhere
+than `topview.body.proportions` does. Left and right count together. The robust mean of each length
+weighs a frame by how sure its joints are along the bone; before any frame it is that of the
+stature.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.parts import (
+    HEAD,
+    JOINT_NAMES,
+    JOINTS,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    PARTS,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+)
+from topview.body.proportions import ANATOMICAL
+from topview.detect.joints import JointProposals
+from topview.geometry.rotations import unit
+from topview.records import read_only
+from topview.track.joint_fit import body_joints
+
+Array = NDArray[np.float64]
+
+# Lengths in shares of the stature: medians over rendered people. The two last are where the middle
+# of the shoulders lies below and before the neck joint, in the frame of the upper torso.
+PROPOSED_LENGTHS: Final[dict[str, float]] = {
+    "head": 0.088,  # from its centre to the neck joint
+    "upper_torso": 0.232,  # from the neck joint to the mid spine
+    "lower_torso": 0.097,  # from there to the middle of the hips
+    "upper_arm": 0.155,
+    "forearm": 0.169,
+    "upper_leg": 0.230,
+    "lower_leg": 0.254,  # to the ankle
+    "shoulder_breadth": 0.204,
+    "hip_breadth": 0.134,
+    "shoulder_drop": 0.058,
+    "shoulder_front": 0.008,
+}
+# How far people and statures depart from these, in shares of the stature; ours. Joints whose scales
+# are 1.5 cm weigh as much after some 3 frames.
+PRIOR_SIGMA: Final = 0.01
+
+_NAMES: Final = tuple(PROPOSED_LENGTHS)
+_SHARES = np.array(list(PROPOSED_LENGTHS.values()))
+
+
+def _joint(name: str) -> int:
+    return JOINT_NAMES.index(name)
+
+
+# What is measured between two joints: the length, and the joints.
+_BONES = [
+    ("head", "head", "neck"),
+    ("upper_torso", "neck", "torso"),
+    ("lower_torso", "torso", "pelvis"),
+    ("shoulder_breadth", "left_shoulder", "right_shoulder"),
+    ("hip_breadth", "left_hip", "right_hip"),
+    *(
+        (length, f"{side}_{first}", f"{side}_{second}")
+        for length, first, second in (
+            ("upper_arm", "shoulder", "elbow"),
+            ("forearm", "elbow", "hand"),
+            ("upper_leg", "hip", "knee"),
+            ("lower_leg", "knee", "ankle"),
+        )
+        for side in ("left", "right")
+    ),
+]
+_FIRST = np.array([_joint(first) for _, first, _ in _BONES])
+_SECOND = np.array([_joint(second) for _, _, second in _BONES])
+_NECK, _TORSO = _joint("neck"), _joint("torso")
+_SHOULDERS = [_joint("left_shoulder"), _joint("right_shoulder")]
+# Of all that is measured: the length, and the joints whose errors count, with where to split them.
+_LENGTH = np.array(
+    [_NAMES.index(name) for name in (*(b for b, _, _ in _BONES), "shoulder_drop", "shoulder_front")]
+)
+_ENDS = np.concatenate([_FIRST, _SECOND, np.repeat([_NECK, *_SHOULDERS], 2)])
+_WHOSE = 2 * len(_BONES) + np.array([0, 2, 4])
+
+
+class BoneLengths:
+    """Running estimate of one person's bones."""
+
+    def __init__(self) -> None:
+        self._weight = np.zeros(len(_NAMES))
+        self._weighted_m = np.zeros(len(_NAMES))
+
+    def update(self, proposals: JointProposals, mode: int, stature_m: float) -> None:
+        """Learn from one mode of the first person's proposals."""
+        places, scales_m = body_joints(proposals)
+        with np.errstate(invalid="ignore"):  # infinite scales give what is not finite
+            length, measured_m, variances_m2 = _measured(places[mode], scales_m[mode])
+        expected_m = self.lengths_m(stature_m)[length]
+        spread_m2 = variances_m2 + (PRIOR_SIGMA * stature_m) ** 2
+        surprise = (measured_m - expected_m) ** 2 / spread_m2
+        weight = 1.0 / (variances_m2 * np.sqrt(1.0 + surprise))
+        np.add.at(self._weight, length, weight)
+        np.add.at(self._weighted_m, length, weight * measured_m)
+
+    def lengths_m(self, stature_m: float) -> Array:
+        """[11] in the order of `PROPOSED_LENGTHS`, metres."""
+        prior = 1.0 / (PRIOR_SIGMA * stature_m) ** 2
+        prior_m = _SHARES * stature_m
+        return (prior * prior_m + self._weighted_m) / (prior + self._weight)
+
+    def model(self, stature_m: float) -> BodyModel:
+        """The body of these bones; what they do not say, such as the radii, is that of the
+        stature."""
+        return model_of_bones(dict(zip(_NAMES, self.lengths_m(stature_m), strict=True)), stature_m)
+
+
+def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
+    """A body whose bones have these lengths; it bends at the mid spine.
+
+    Args:
+        lengths_m: those of `PROPOSED_LENGTHS`, metres.
+        stature_m: says the rest.
+    """
+    m = lengths_m
+    body = BodyModel.of(stature_m, ANATOMICAL)
+    above_centre_m = HEAD_CENTRE * body.lengths_m[HEAD]
+    ankle_height_m = ANATOMICAL.ankle_height * stature_m
+    lengths = np.array(
+        [above_centre_m + m["head"], m["upper_torso"], m["lower_torso"]]
+        + [m["upper_arm"], m["forearm"]] * 2
+        + [m["upper_leg"], m["lower_leg"] + ankle_height_m] * 2
+    )
+
+    joints_parent = body.joints_parent.copy()
+    for index, part in enumerate(PARTS):
+        if part.parent >= 0:
+            joints_parent[index, 1] = lengths[part.parent]
+    for index, side in ((LEFT_UPPER_ARM, -0.5), (RIGHT_UPPER_ARM, 0.5)):
+        across = side * m["shoulder_breadth"]
+        joints_parent[index] = across, m["shoulder_drop"], m["shoulder_front"]
+    for index, side in ((LEFT_UPPER_LEG, -0.5), (RIGHT_UPPER_LEG, 0.5)):
+        joints_parent[index, 0] = side * m["hip_breadth"]
+
+    joints_part = body.joints_part.copy()
+    for index, joint in enumerate(JOINTS):
+        kind = joint.name.split("_")[-1]
+        if kind in ("elbow", "hand", "knee", "pelvis"):
+            joints_part[index, 1] = lengths[joint.part]
+        elif kind == "ankle":
+            joints_part[index, 1] = m["lower_leg"]
+        elif kind == "torso":
+            joints_part[index, 1] = 0.0
+    return BodyModel(
+        stature_m,
+        read_only(lengths),
+        body.radii_m,
+        read_only(joints_parent),
+        read_only(joints_part),
+    )
+
+
+def _measured(places: Array, scales_m: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """[N] index of each length that is measured, [N] metres, and [N] their variances.
+
+    The distance of two joints is too long by what their errors across the bone add to its square;
+    that is taken off.
+    """
+    ways = places[_SECOND] - places[_FIRST]
+    down = places[_TORSO] - places[_NECK]
+    right = places[_SHOULDERS[1]] - places[_SHOULDERS[0]]
+    axes = unit(np.stack([down, np.cross(right, down)]))
+    middle = 0.5 * places[_SHOULDERS].sum(0) - places[_NECK]
+
+    bones = unit(ways)
+    directions = np.concatenate([bones, bones, axes, axes, axes])
+    along_m2, all_m2 = _variances(places[_ENDS], scales_m[_ENDS], directions)
+    ends_m2, of_neck, *of_shoulders = np.split(along_m2, _WHOSE)
+    along_bones_m2 = ends_m2.reshape(2, -1).sum(0)
+    across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
+    variances_m2 = np.append(along_bones_m2, of_neck + 0.25 * sum(of_shoulders))
+    is_known = np.isfinite(variances_m2)
+    squares = np.maximum((ways**2).sum(-1) - across_m2, 0.0)
+    measured_m = np.append(np.sqrt(squares), axes @ middle)
+    return _LENGTH[is_known], measured_m[is_known], variances_m2[is_known]
+
+
+def _variances(places: Array, scales_m: Array, directions: Array) -> tuple[Array, Array]:
+    """[N] variances of joints along unit vectors [N, 3], and [N] those along all three axes
+    together; that of a Laplace law is twice its scale's square."""
+    rays = places / places[:, 2:]
+    squares = 2.0 * scales_m**2
+    along_ray = (directions * rays).sum(-1)
+    along = squares[:, 0] * directions[:, 0] ** 2 + squares[:, 1] * directions[:, 1] ** 2
+    along = along + squares[:, 2] * along_ray**2
+    return along, squares[:, 0] + squares[:, 1] + squares[:, 2] * (rays**2).sum(-1)
