@@ -20,7 +20,8 @@ class TrackerSettings:
         method: how bodies are tracked: "topview" is the full tracker; "utvr" is the thesis's own
             recipe (Sec. 5.3), greedy from the head down, without what this project adds to it
             ("thesis" is another word for it); "btvr" tracks the upper body alone (Sec. 5.1), and
-            leaves the legs absent. To compare with: "bpso" and "ppso" are particle swarms over the
+            leaves the legs absent; "joints" fits a body to the joints that the network proposes,
+            each frame on its own. To compare with: "bpso" and "ppso" are particle swarms over the
             whole body, baseline and perturbed; "forest" has learnt what body parts look like, and
             remembers nothing from frame to frame; "ellipsoids" fits them to the silhouette's points
             (Sec. 2.2), of the upper body alone.

@@ -25,6 +25,10 @@ METHODS: Final[dict[str, tuple[str, str]]] = {
         "topview.track.methods.btvr:BtvrSettings",
         "the thesis's tracker of the upper body (Sec. 5.1); it leaves the legs absent",
     ),
+    "joints": (
+        "topview.track.methods.joints:JointsSettings",
+        "the body fitted to the joints that the network proposes, each frame on its own",
+    ),
     **laboratory.RIVAL_METHODS,
 }
 OTHER_NAMES: Final = {"thesis": "utvr"}

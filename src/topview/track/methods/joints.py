@@ -1,0 +1,77 @@
+"""The joints that the network proposes and a body fitted to them, and nothing else (ours).
+
+It shows what a body tracker's objective and memory add to the network. Each frame's pose is found
+on its own; what is remembered is how long the bones are, and, for frames in which nothing is
+proposed, the last pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from topview.detect.joints import JointProposals
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.track.body_tracker import Needs, Subject
+from topview.track.bone_lengths import BoneLengths
+from topview.track.evidence import Evidence
+from topview.track.joint_fit import JointFitSettings, fit_joints
+from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
+
+
+@dataclass(frozen=True, slots=True)
+class JointsSettings:
+    """The network and the fitted body alone.
+
+    Attributes:
+        fit: of the body to the joints.
+    """
+
+    fit: JointFitSettings = field(default_factory=JointFitSettings)
+
+    needs: ClassVar[Needs] = Needs(joints=True)
+
+    @property
+    def name(self) -> str:
+        return "joints"
+
+    def tracker(self, subject: Subject) -> JointsTracker:
+        return JointsTracker(subject, self)
+
+
+class JointsTracker:
+    """One person's pose, a frame at a time."""
+
+    def __init__(self, subject: Subject, settings: JointsSettings) -> None:
+        self.subject = subject
+        self.settings = settings
+        self._bones = BoneLengths()
+        self._last: Pose | None = None
+        self.model = self._bones.model(PRIOR_HEIGHT_M)
+
+    def update(self, evidence: Evidence) -> Pose:
+        """The pose in the next frame: that of the likeliest mode. With nothing proposed, the last
+        one goes on below where the head is thought to be."""
+        stature_m = evidence.stature_m or self.model.stature_m
+        proposals = evidence.proposals
+        with self.subject.clock.stage("fit"):
+            if proposals is None or not proposals.weights[0].any():
+                self.model = self._bones.model(stature_m)
+                self._last = self._unseen(evidence)
+            else:
+                mode = int(np.argmax(proposals.weights[0]))
+                self._bones.update(proposals, mode, stature_m)
+                self.model = self._bones.model(stature_m)
+                self._last = self._fitted(proposals, mode)
+        return self._last
+
+    def _fitted(self, proposals: JointProposals, mode: int) -> Pose:
+        return fit_joints(self.model, proposals, self.settings.fit).poses[mode]
+
+    def _unseen(self, evidence: Evidence) -> Pose:
+        if self._last is None:
+            return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
+        return Pose.below_head(evidence.head_camera, self._last.Rs, self.model)
