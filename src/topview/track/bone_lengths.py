@@ -99,12 +99,12 @@ class BoneLengths:
     def update(self, proposals: JointProposals, mode: int, stature_m: float) -> None:
         """Learn from one mode of the first person's proposals."""
         places, scales_m = body_joints(proposals)
+        expected_m = self.lengths_m(stature_m)
         with np.errstate(invalid="ignore"):  # infinite scales give what is not finite
-            length, measured_m, variances_m2 = _measured(places[mode], scales_m[mode])
-        expected_m = self.lengths_m(stature_m)[length]
-        spread_m2 = variances_m2 + (PRIOR_SIGMA * stature_m) ** 2
-        surprise = (measured_m - expected_m) ** 2 / spread_m2
-        weight = 1.0 / (variances_m2 * np.sqrt(1.0 + surprise))
+            length, measured_m, errors_m2 = _measured(places[mode], scales_m[mode], expected_m)
+        spread_m2 = errors_m2 + (PRIOR_SIGMA * stature_m) ** 2
+        surprise = (measured_m - expected_m[length]) ** 2 / spread_m2
+        weight = 1.0 / (errors_m2 * np.sqrt(1.0 + surprise))
         np.add.at(self._weight, length, weight)
         np.add.at(self._weighted_m, length, weight * measured_m)
 
@@ -165,11 +165,18 @@ def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
     )
 
 
-def _measured(places: Array, scales_m: Array) -> tuple[NDArray[np.intp], Array, Array]:
-    """[N] index of each length that is measured, [N] metres, and [N] their variances.
+def _measured(
+    places: Array, scales_m: Array, expected_m: Array
+) -> tuple[NDArray[np.intp], Array, Array]:
+    """[N] index of each length that is measured, [N] metres, and [N] their mean squared errors.
 
-    The distance of two joints is too long by what their errors across the bone add to its square;
-    that is taken off.
+    Errors across a bone change its length by half their square over the length. Whether it is too
+    long or too short then depends on whether joints are measured with noise or are a mean of where
+    they may be; so that is a reason to doubt a length, and not to correct it.
+
+    Args:
+        places, scales_m: [16, 3] of one mode, metres.
+        expected_m: [11] all lengths.
     """
     ways = places[_SECOND] - places[_FIRST]
     down = places[_TORSO] - places[_NECK]
@@ -183,11 +190,11 @@ def _measured(places: Array, scales_m: Array) -> tuple[NDArray[np.intp], Array, 
     ends_m2, of_neck, *of_shoulders = np.split(along_m2, _WHOSE)
     along_bones_m2 = ends_m2.reshape(2, -1).sum(0)
     across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
-    variances_m2 = np.append(along_bones_m2, of_neck + 0.25 * sum(of_shoulders))
-    is_known = np.isfinite(variances_m2)
-    squares = np.maximum((ways**2).sum(-1) - across_m2, 0.0)
-    measured_m = np.append(np.sqrt(squares), axes @ middle)
-    return _LENGTH[is_known], measured_m[is_known], variances_m2[is_known]
+    bent_m = across_m2 / (2.0 * expected_m[_LENGTH[: len(bones)]])
+    errors_m2 = np.append(along_bones_m2 + bent_m**2, of_neck + 0.25 * sum(of_shoulders))
+    is_known = np.isfinite(errors_m2)
+    measured_m = np.append(np.linalg.norm(ways, axis=-1), axes @ middle)
+    return _LENGTH[is_known], measured_m[is_known], errors_m2[is_known]
 
 
 def _variances(places: Array, scales_m: Array, directions: Array) -> tuple[Array, Array]:

@@ -48,8 +48,11 @@ def test_before_any_frame_they_are_those_of_the_stature():
 
 
 def test_noisy_joints_tell_them_in_the_end():
-    """Without the bias of distances, which is 1 to 5 cm here."""
-    assert_allclose(learnt([0.02] * 600), list(TRUE_M.values()), atol=0.006)
+    assert_allclose(learnt([0.01] * 300), list(TRUE_M.values()), atol=0.006)
+
+
+def test_doubted_joints_tell_them_too_where_they_are_right():
+    assert_allclose(learnt([0.03] * 2000, is_noisy=False), list(TRUE_M.values()), atol=0.002)
 
 
 def test_unsure_frames_hardly_count():
