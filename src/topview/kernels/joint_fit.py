@@ -16,6 +16,7 @@ from topview.kernels.body import (
     UPPER_TORSO,
     add_limits,
     align_hinges,
+    copy,
     multiply,
     orthonormalise,
     place_parts,
@@ -58,7 +59,7 @@ def pull_to_joints(
             y += Rs[k, 1, i] * joints_part[j, i]
             z += Rs[k, 2, i] * joints_part[j, i]
         ez = places[j, 2] - z
-        force[:] = 0.0
+        force[0] = force[1] = force[2] = 0.0
         for i in range(3):
             scale = scales[j, i]
             if not scale < np.inf:
@@ -155,22 +156,21 @@ def start_at_joints(
     for upper in (0, 3, 4):
         for lower in (1, 2, 5, 6):
             _add(places, trust, trunk[upper], trunk[lower], way)
-    R[:, 1] = way
-    way[:] = 0.0
+    for i in range(3):
+        R[i, 1] = way[i]
+        way[i] = 0.0
     way[0] = -SLIGHT_M
     _add(places, trust, trunk[3], trunk[4], way)
     _add(places, trust, trunk[5], trunk[6], way)
-    R[:, 0] = way
+    for i in range(3):
+        R[i, 0] = way[i]
+        way[i] = neck[i] = 0.0
     orthonormalise(R)
     for k in range(Rs.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                Rs[k, a, b] = R[a, b]
+        copy(R, Rs[k])
 
     origins = np.empty((Rs.shape[0], 3))
-    neck[:] = 0.0
     place_parts(neck, Rs, lengths, joints_parent, parents, origins)
-    way[:] = 0.0
     total = 0.0
     for j in trunk:
         k = joint_part[j]
@@ -198,7 +198,8 @@ def _point_limbs(Rs, places, trust, origins, lengths, limbs):
     goes on straight."""
     way = np.empty(3)
     for limb in range(limbs.shape[0]):
-        upper, first, middle, last = limbs[limb]
+        upper, first = limbs[limb, 0], limbs[limb, 1]
+        middle, last = limbs[limb, 2], limbs[limb, 3]
         for i in range(3):
             start = trust[first] * places[first, i] + (1.0 - trust[first]) * origins[upper, i]
             to_last = trust[last] * (places[last, i] - start)
