@@ -28,6 +28,7 @@ from topview.kernels.body import (
 )
 
 TRUSTED_M = 0.3  # scale of a joint by which the start goes half way; ours
+BENT = 0.3  # of its upper part's length that a limb's hidden middle starts aside; ours
 SLIGHT_M = 1e-6  # of a direction that counts only where nothing else tells one
 
 
@@ -188,14 +189,14 @@ def start_at_joints(
     for i in range(3):
         way[i] = trust[0] * (neck[i] - places[0, i]) + (1.0 - trust[0]) * R[i, 1] * lengths[HEAD]
     _point(R, way, Rs[HEAD])
-    _point_limbs(Rs, places, trust, origins, lengths, limbs)
+    _point_limbs(Rs, places, trust, origins, lengths, limbs, bends)
     align_hinges(Rs, hinges, bends)
 
 
 @njit(error_model="numpy")
-def _point_limbs(Rs, places, trust, origins, lengths, limbs):
+def _point_limbs(Rs, places, trust, origins, lengths, limbs, bends):
     """Point both parts of every limb along its joints, as far as each is trusted; what is not
-    goes on straight."""
+    goes on straight, or bends a little the way that it can."""
     way = np.empty(3)
     for limb in range(limbs.shape[0]):
         upper, first = limbs[limb, 0], limbs[limb, 1]
@@ -204,6 +205,7 @@ def _point_limbs(Rs, places, trust, origins, lengths, limbs):
             start = trust[first] * places[first, i] + (1.0 - trust[first]) * origins[upper, i]
             to_last = trust[last] * (places[last, i] - start)
             to_last += (1.0 - trust[last]) * Rs[upper, i, 1] * lengths[upper]
+            to_last -= BENT * trust[last] * bends[limb] * lengths[upper] * Rs[UPPER_TORSO, i, 2]
             way[i] = trust[middle] * (places[middle, i] - start) + (1.0 - trust[middle]) * to_last
         _point(Rs[UPPER_TORSO], way, Rs[upper])
         for i in range(3):
