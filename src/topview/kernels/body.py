@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from topview.kernels.pulls import pull, pull_to_joints
 from topview.kernels.threads import over_threads
 
 # Ours, all of them.
@@ -113,26 +114,6 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
             signed = d
         labels[i] = label
         distances[i] = signed
-
-
-@njit(error_model="numpy")
-def pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
-    """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz)."""
-    n = n_chain[part]
-    for a in range(n):
-        d = chain[part, a]
-        ax, ay, az = axes[d, 0], axes[d, 1], axes[d, 2]
-        if d < 3:
-            J[a] = ax * nx + ay * ny + az * nz
-        else:
-            rx, ry, rz = x - centers[d, 0], y - centers[d, 1], z - centers[d, 2]
-            J[a] = (ay * rz - az * ry) * nx + (az * rx - ax * rz) * ny + (ax * ry - ay * rx) * nz
-    for a in range(n):
-        wa = weight * J[a]
-        row = chain[part, a]
-        g[row] += wa * gap
-        for b in range(a + 1):
-            A[row, chain[part, b]] += wa * J[b]
 
 
 @njit(error_model="numpy")
@@ -375,9 +356,9 @@ def refine_bodies(
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
-    iterations, costs,
+    iterations, places, scales, joint_part, joints_part, joint_weight, costs,
 ):  # fmt: skip
-    """Refine M candidate poses in place and fill `costs` [M, 4].
+    """Refine M candidate poses in place and fill `costs` [M, 5].
 
     Args:
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
@@ -403,9 +384,11 @@ def refine_bodies(
             inside the torso, and a radian beyond the limits.
         samples: places on each part's axis that are tested against free space and the torso.
         iterations: Gauss-Newton steps.
-        costs: unexplained share of the points, share of axis samples in free space, mean squared
-            departure from the prior pose, and share of axis samples that something else than the
-            user hides or that lie outside of the image.
+        places, scales, joint_part, joints_part, joint_weight: as in
+            `topview.kernels.pulls.pull_to_joints`; no joints where nothing is proposed.
+        costs: [M, 5] unexplained share of the points, share of axis samples in free space, mean
+            squared departure from the prior pose, share of axis samples that something else than
+            the user hides or that lie outside of the image, and mean robust residual of the joints.
     """
     H, W = depth.shape
     B = Rs_all.shape[1]
@@ -429,6 +412,7 @@ def refine_bodies(
         free = 0.0
         departure = 0.0
         hidden = 0.0
+        apart = 0.0
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
@@ -557,6 +541,10 @@ def refine_bodies(
                         gap, w,
                     )  # fmt: skip
 
+            apart = pull_to_joints(
+                A, g, J, neck, Rs, origins, places, scales, joint_part, joints_part, chain,
+                n_chain, axes, centers, joint_weight,
+            )  # fmt: skip
             add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)
             departure = 0.0
@@ -584,3 +572,4 @@ def refine_bodies(
         costs[m, 1] = free / (B * samples)
         costs[m, 2] = departure / D
         costs[m, 3] = hidden / (B * samples)
+        costs[m, 4] = apart

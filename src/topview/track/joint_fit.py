@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 LEAST_SCALE_M: Final = 0.005  # no joint is trusted to be nearer; ours
 
-_JOINT_PART = np.array([joint.part for joint in JOINTS])
+JOINT_PART = np.array([joint.part for joint in JOINTS])
 _SIDES: Final = ("left", "right")
 _TRUNK = np.array(
     [JOINT_NAMES.index(name) for name in ("neck", "torso", "pelvis")]
@@ -77,6 +77,24 @@ class JointFitSettings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointTargets:
+    """Where the body's joints are proposed to be, in one mode.
+
+    Attributes:
+        places_camera: [16, 3] metres.
+        scales_m: [16, 3] as in `JointProposals`; infinite for joints that are not proposed.
+    """
+
+    places_camera: Array
+    scales_m: Array
+
+    @staticmethod
+    def none() -> JointTargets:
+        """No joint is proposed."""
+        return JointTargets(np.ones((0, 3)), np.ones((0, 3)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class FittedJoints:
     """Poses fitted to the modes of one person's proposals, in their order.
 
@@ -104,7 +122,7 @@ def fit_joints(
     necks, Rs, residuals = np.empty((M, 3)), np.empty((M, len(PARTS), 3, 3)), np.empty(M)
     kernel.fit_joints(
         necks, Rs, places, scales_m, model.lengths_m, model.joints_parent, PARENT_OF, TREE,
-        _JOINT_PART, model.joints_part, _TRUNK, _LIMBS, _LIMITS_RAD, HINGES, BENDS, DOF_PART,
+        JOINT_PART, model.joints_part, _TRUNK, _LIMBS, _LIMITS_RAD, HINGES, BENDS, DOF_PART,
         DOF_AXIS, CHAIN, N_CHAIN, DOF_OF, N_DOF_OF, settings.prior_weight, settings.limit_weight,
         settings.iterations, residuals,
     )  # fmt: skip

@@ -15,7 +15,7 @@ from topview_lab.training.joints.recordings import cached, folders_in, gathered
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
     MIRRORED,
-    NOBODY,
+    WITHOUT_PERSON,
     Variation,
     labelled_window,
 )
@@ -75,7 +75,7 @@ def test_a_varied_window_stays_one(number: int, seed: int) -> None:
 
 def test_what_is_nobody_is_no_person() -> None:
     """Where there is background, a piece of it is looked at in the place of the person."""
-    window = labelled_window(WITH_WALL, 0, np.random.default_rng(1), NOBODY)
+    window = labelled_window(WITH_WALL, 0, np.random.default_rng(1), WITHOUT_PERSON)
     assert not window.is_person
     assert window.image[OWN].any()
     assert not window.visible.any()

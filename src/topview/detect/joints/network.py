@@ -36,7 +36,7 @@ OUTPUTS: Final = ("places", "log_scales", "mode_logits", "person_logit")
 """Places and natural logarithms of scales, both in units of the box, [P, M, J, 3]; [P, M]; [P]."""
 VISIBLE: Final = "visible"
 """One more output: [P, 32, 32] logits of the person's own visible pixels."""
-VISIBLE_PIXELS: Final = 32  # on each side
+VISIBLE_PIXELS: Final = 32  # on each side, as of the heat maps
 
 # All ours.
 MOST_WEIGHTS_BYTES: Final = 2**27
@@ -81,11 +81,14 @@ class JointNetwork:
         places[used], log_scales[used] = answers["places"], answers["log_scales"]
         weights[used] = softmax(answers["mode_logits"].astype(np.float64), axis=1)
         p_person[used] = expit(answers["person_logit"].astype(np.float64))
-        nearest = (NEAREST_JOINT_M - windows.middles[:, None, None, 2]) / HALF_BOX_M
-        places[..., 2] = np.maximum(places[..., 2], nearest)
+        middle_m = windows.middles[:, None, None, 2]
+        places[..., 2] = np.maximum(places[..., 2], (NEAREST_JOINT_M - middle_m) / HALF_BOX_M)
+        scales_m = np.exp(np.clip(log_scales, -MOST_LOG_SCALE, MOST_LOG_SCALE)) * HALF_BOX_M
+        # What spans the box at its middle spans more behind it, and less before it.
+        scales_m[..., :2] *= (1.0 + places[..., 2] * HALF_BOX_M / middle_m)[..., None]
         return JointProposals(
             windows.to_camera(places),
-            np.exp(np.clip(log_scales, -MOST_LOG_SCALE, MOST_LOG_SCALE)) * HALF_BOX_M,
+            scales_m,
             weights,
             p_person,
             PROPOSED_JOINTS,

@@ -13,12 +13,12 @@ from topview.detect.joints.windows import HALF_BOX_M
 from topview_lab.training.joints.recordings import Samples
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
-    NOBODY,
+    WITHOUT_PERSON,
     Variation,
     labelled_window,
 )
 
-NEAR_M: Final = 0.1
+NEAR_JOINT_M: Final = 0.1
 INTERVAL: Final = 0.9
 LAPLACE_INTERVAL: Final = -np.log(1.0 - INTERVAL)
 """Half the width of the interval, in scales, that holds that share of a Laplace law."""
@@ -32,7 +32,7 @@ class JointScores:
 
     Attributes:
         windows: how many.
-        mean_m, within: [21] mean distance, and share within `NEAR_M`.
+        mean_m, within: [21] mean distance, and share within `NEAR_JOINT_M`.
         held: [21, 3] share of the 90 % intervals that hold the truth, axis by axis.
         people_told, things_told: share of windows with one person, and without any, that are told
             so.
@@ -60,7 +60,7 @@ def measure(
         apart.append(np.linalg.norm(off, axis=1) * HALF_BOX_M + unknown)
         scaled.append(off / np.exp(log_scales[0, best]) + unknown[:, None])
         told.append(float(person[0]) > 0.0)
-        thing, _, is_somebody = _window(samples, number, NOBODY)
+        thing, _, is_somebody = _window(samples, number, WITHOUT_PERSON)
         if not is_somebody.any():
             things.append(float(network(thing[None])[3][0]) < 0.0)
         advance()
@@ -70,7 +70,7 @@ def measure(
     return JointScores(
         len(distance_m),
         np.nansum(distance_m, axis=0) / counts,
-        (is_told & (distance_m < NEAR_M)).sum(axis=0) / counts,
+        (is_told & (distance_m < NEAR_JOINT_M)).sum(axis=0) / counts,
         (np.isfinite(ratio) & (ratio < LAPLACE_INTERVAL)).sum(axis=0) / counts[:, None],
         float(np.mean(told)),
         float(np.mean(things)) if things else float("nan"),

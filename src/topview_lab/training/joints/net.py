@@ -16,7 +16,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from topview.detect.joints import PROPOSED_JOINTS
-from topview_lab.training.joints.windows import VISIBLE_PIXELS
+from topview.detect.joints.network import VISIBLE_PIXELS
 
 PLACE, LOG_SCALES = slice(0, 3), slice(3, 6)
 LOG_SCALE_RANGE = (-6.0, 0.5)  # of the box's half side: 3 mm to 2 m

@@ -22,7 +22,9 @@ from topview.io import write_atomically
 from topview.records import InputError
 
 # All ours.
-WIDEST: Final = 400  # wider images are thinned until they are no wider, as a window needs no more
+WIDEST_IMAGE: Final = (
+    400  # wider images are thinned until they are no wider, as a window needs no more
+)
 DEPTH_UNITS: Final = 1000.0  # of the cache, a metre
 LEAST_JOINTS: Final = 8  # with fewer known joints there is nothing to learn
 
@@ -106,7 +108,7 @@ def _read(folder: Path) -> LabelledRecording:
     frames, masks, indices, intrinsics = [], [], [], None
     for frame in topview.open(folder):
         frame = undistorted(frame)
-        step = -(-frame.depth_m.shape[1] // WIDEST)
+        step = -(-frame.depth_m.shape[1] // WIDEST_IMAGE)
         mask = _mask(folder, frame.index, frame.depth_m.shape)
         frames.append(np.round(frame.depth_m[::step, ::step] * DEPTH_UNITS).astype(np.uint16))
         masks.append(mask[::step, ::step])

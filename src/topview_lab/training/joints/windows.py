@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
 from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.network import VISIBLE_PIXELS
 from topview.detect.joints.windows import (
     DEPTH,
     HALF_BOX_M,
@@ -36,8 +37,6 @@ Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 Generator = np.random.Generator
 
-VISIBLE_PIXELS: Final = 32
-"""On each side of the visible mask, and of the heat maps."""
 NO_READING: Final = 1.0
 """What a window's depth is where nothing was read."""
 _SWAP: Final = {"left": "right", "right": "left"}
@@ -93,7 +92,7 @@ AS_THEY_ARE: Final = Variation(
     **{field.name: 0.0 for field in fields(Variation) if field.name not in ("scales", "turn_rad")},
 )
 """No variation: to measure with."""
-NOBODY: Final = replace(AS_THEY_ARE, nobody_share=1.0)
+WITHOUT_PERSON: Final = replace(AS_THEY_ARE, nobody_share=1.0)
 """A piece of the background, where there is one."""
 
 

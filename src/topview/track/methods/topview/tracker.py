@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.body.proportions import ANATOMICAL, Proportions
+from topview.detect.joints import JointProposals
 from topview.filter.over_time import FRAME_S, begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.records import InputError
 from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
+from topview.track.joint_fit import JointTargets
 from topview.track.methods.topview.facing import Facing, FacingSettings
+from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
@@ -67,7 +70,7 @@ class TopviewSettings:
     """The default method.
 
     Attributes:
-        limbs, refinement, facing: of these steps.
+        limbs, refinement, facing, guide: of these steps.
         proportions: of the body.
         statures_m: tried while nobody could measure one, 0.3 to 3 metres; the first is assumed
             until then.
@@ -79,6 +82,7 @@ class TopviewSettings:
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     facing: FacingSettings = field(default_factory=FacingSettings)
+    guide: GuideSettings = field(default_factory=GuideSettings)
     proportions: Proportions = ANATOMICAL
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
 
@@ -88,7 +92,7 @@ class TopviewSettings:
                 f"statures_m is {self.statures_m}; it must hold one or more of 0.3 to 3 metres"
             )
 
-    needs: ClassVar[Needs] = Needs(hidden_share=True)
+    needs: ClassVar[Needs] = Needs(hidden_share=True, joints=True)
 
     @property
     def name(self) -> str:
@@ -135,6 +139,7 @@ class TopviewTracker:
         self._kept: Kept = {}
         self._hidden_share = 0.0
         self._in_sight_s = 0.0
+        self._guide = Guide(settings.guide)
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
     def update(self, evidence: Evidence) -> Pose:
@@ -149,11 +154,14 @@ class TopviewTracker:
             is_open = stature_m is None and self._in_sight_s < STATURE_S
             statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
             self._in_sight_s += FRAME_S * frames_in(elapsed_s)
-            if self.pose is None:
+            if evidence.proposals is not None:
+                found = self._guided(look, evidence.proposals)
+            elif self.pose is None:
                 found = self._start(look, statures_m)
             else:
                 found = self._follow(self.pose, look, statures_m)
-            found = self._facing_front(found, look)
+            if evidence.proposals is None:
+                found = self._facing_front(found, look)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
         self._before, self.pose = self.pose, pose
@@ -196,6 +204,34 @@ class TopviewTracker:
         gain = found.cost + self._lift_cost(found, look.evidence)
         gain -= others.cost + self._lift_cost(others, look.evidence)
         return others if gain > LOST_MARGIN else found
+
+    def _guided(self, look: FrameContext, proposals: JointProposals) -> _Found:
+        """The best of the bodies that are proposed and the one that is predicted, each refined with
+        the proposed joints."""
+        stature_m = look.evidence.stature_m or look.model.stature_m
+        with look.clock.stage("fit"):
+            look = replace(look, model=self._guide.model(proposals, stature_m))
+            bodies = self._guide.bodies(proposals, look.model)
+        moving = None if self.pose is None else self._extrapolated(self.pose, look.elapsed_s)
+        with look.clock.stage("refinement"):
+            found = min(
+                (self._refined_guided(body, moving, look) for body in bodies),
+                key=lambda found: found.cost,
+            )
+        hidden = _beyond_tolerance(max(found.hidden, look.evidence.hidden_share))
+        return replace(found, hidden=hidden)
+
+    def _refined_guided(
+        self, body: ProposedBody, moving: Pose | None, look: FrameContext
+    ) -> _Found:
+        """The better of the proposed and the predicted pose, refined with the proposed joints."""
+        starts = [body.pose] if moving is None else [body.pose, moving]
+        firmness = _firmness(look.elapsed_s)
+        refined = self._refined(starts, moving, look, prior_scale=firmness, targets=body.targets)
+        costs = self._costs(refined) + self.settings.guide.joints_cost * refined.apart + body.cost
+        best = int(np.argmin(costs))
+        hidden = float(refined.hidden[best])
+        return _Found(refined.poses[best], self._kept, look.model, float(costs[best]), hidden)
 
     def _start(self, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Try every stance in several directions."""
@@ -337,9 +373,12 @@ class TopviewTracker:
         look: FrameContext,
         iterations: int | None = None,
         prior_scale: float = 1.0,
+        targets: JointTargets | None = None,
     ) -> Refined:
         settings = self.settings.refinement
-        return refine(poses, prior, look.model, look.evidence, settings, iterations, prior_scale)
+        return refine(
+            poses, prior, look.model, look.evidence, settings, iterations, prior_scale, targets
+        )
 
     def _costs(self, refined: Refined) -> Array:
         return (
