@@ -12,7 +12,15 @@ from topview_lab.metrics import Comparison, summarise
 from topview_lab.metrics.summary import ALL
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.printed import TABLE_6_1, TABLE_6_2, Printed
-from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
+from topview_lab.reproduce.runs import (
+    DEFAULT_VARIANT,
+    NETWORK_ALONE,
+    THESIS_RECIPE,
+    WITHOUT_NETWORK,
+    Measured,
+    Run,
+    Variant,
+)
 from topview_lab.reproduce.section import (
     Row,
     Section,
@@ -27,6 +35,8 @@ from topview_lab.sim.actions import MHAD_ACTIONS
 
 POSITION_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
+    "topview, no network": WITHOUT_NETWORK,
+    "joints, the network alone": NETWORK_ALONE,
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
 SLOW_METHODS: Final[dict[str, Variant]] = {

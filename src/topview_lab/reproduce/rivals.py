@@ -14,7 +14,9 @@ from topview_lab.metrics.statistics import Comparison
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
+    NETWORK_ALONE,
     THESIS_RECIPE,
+    WITHOUT_NETWORK,
     Counterpart,
     Measured,
     Run,
@@ -57,7 +59,9 @@ OURS: Final = "topview, the default"
 BPSO: Final = "bPSO, as much time as topview"
 PPSO: Final = "pPSO, as much time as topview"
 RIVALS: Final[dict[str, Rival]] = {
-    OURS: Rival(DEFAULT_VARIANT, "hands' colour helps"),
+    OURS: Rival(DEFAULT_VARIANT, "hands' colour helps; a network of rendered people"),
+    "topview, no network": Rival(WITHOUT_NETWORK, "hands' colour helps"),
+    "joints, the network alone": Rival(NETWORK_ALONE, "a network of rendered people"),
     "utvr, the recipe of Sec. 5.3": Rival(THESIS_RECIPE),
     "bTVR, upper body (Sec. 5.1)": Rival(Variant(BtvrSettings()), "hands' colour helps"),
     "ellipsoids, upper body (Sec. 2.2)": Rival(Variant(EllipsoidSettings())),

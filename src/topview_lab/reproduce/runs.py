@@ -9,9 +9,11 @@ from typing import NamedTuple
 
 from rich.console import Console
 
+from topview.detect.joints.proposers import ProposalsName
 from topview.records import Recording
 from topview.track import Tracker, TrackerSettings, TrackingResult, track_recording
 from topview.track.body_tracker import BodyMethod
+from topview.track.methods.joints import JointsSettings
 from topview.track.methods.topview import TopviewSettings
 from topview.track.methods.utvr import UtvrSettings
 from topview_lab.datasets import EvaluatedRecording, FolderRecording
@@ -24,19 +26,22 @@ from topview_lab.sim.appearance import Appearance
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A way to track: a method with its settings."""
+    """A way to track: a method with its settings, and what proposes joints to it."""
 
     body: BodyMethod
+    proposals: ProposalsName = "network"
 
     @property
     def settings(self) -> TrackerSettings:
-        return TrackerSettings(method=self.body.name, threads=1)
+        return TrackerSettings(method=self.body.name, threads=1, proposals=self.proposals)
 
     def __call__(self, recording: Recording, settings: TrackerSettings) -> TrackingResult:
         return track_recording(recording, tracker=Tracker(settings, body=self.body))
 
 
 DEFAULT_VARIANT = Variant(TopviewSettings())
+WITHOUT_NETWORK = Variant(TopviewSettings(), "none")
+NETWORK_ALONE = Variant(JointsSettings())
 THESIS_RECIPE = Variant(UtvrSettings())
 
 

@@ -70,7 +70,7 @@ class RefinementSettings:
     turn_prior_weight: float = 1.0
     twist_prior_weight: float = 40.0
     head_weight: float = 30.0
-    joint_weight: float = 0.02
+    joint_weight: float = 0.1
     samples_per_part: int = 5
 
 

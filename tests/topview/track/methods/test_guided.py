@@ -1,0 +1,128 @@
+"""The default method with proposed joints: they propose, and what is seen judges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from rendered_bodies import MODEL, UP, at_frame, evidence_of, joints_of, standing_pose, subject
+from topview.body.parts import JOINT_NAMES
+from topview.detect.joints import JointProposals
+from topview.geometry.rotations import rotations_from_angles
+from topview.track.evidence import Evidence
+from topview.track.joint_fit import JointTargets
+from topview.track.methods.topview import TopviewSettings
+from topview.track.methods.topview.guided import Guide, GuideSettings
+from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.pose import Pose
+from topview.track.stances import STANDING, stand
+
+TRUTH = standing_pose()
+HANDS = [JOINT_NAMES.index(f"{side}_hand") for side in ("left", "right")]
+
+
+@pytest.fixture(scope="module")
+def evidence() -> Evidence:
+    return evidence_of(TRUTH)
+
+
+def proposals(
+    modes: list[np.ndarray], weights: tuple[float, ...], scale_m: float = 0.02
+) -> JointProposals:
+    """These whole bodies [16, 3] as modes."""
+    places = np.stack(modes)[None]
+    scales_m = np.full(places.shape, scale_m)
+    return JointProposals(places, scales_m, np.array([weights]), np.ones(1), JOINT_NAMES)
+
+
+def errors_m(pose: Pose, model=MODEL) -> np.ndarray:
+    """[16] metres."""
+    return np.linalg.norm(joints_of(pose, model) - joints_of(TRUTH), axis=1)
+
+
+def arms_up() -> np.ndarray:
+    """[16, 3] the joints of the same body with its arms up, in front of nothing."""
+    Rs = TRUTH.relative()
+    for part, angle in ((3, 120), (5, -120)):
+        Rs[part] = rotations_from_angles(np.radians((0, 0, angle)))
+    return joints_of(Pose.from_relative(TRUTH.neck_camera, Rs))
+
+
+def test_what_is_seen_judges_the_modes(evidence):
+    """The likelier mode has its arms where nobody is; the other is taken."""
+    given = proposals([arms_up(), joints_of(TRUTH)], (0.7, 0.3))
+    tracker = TopviewSettings().tracker(subject())
+    found = tracker.update(replace(evidence, proposals=given))
+    assert errors_m(found, tracker.model)[HANDS].max() < 0.05
+    alone = proposals([arms_up()], (1.0,))
+    misled = TopviewSettings().tracker(subject()).update(replace(evidence, proposals=alone))
+    assert errors_m(misled)[HANDS].max() > 0.2
+
+
+def test_anybody_is_found_in_the_first_frame_whatever_the_pose():
+    """Seated with the back turned, which no stance is near: half a turn, legs forward."""
+    Rs = stand(MODEL, np.array([0.0, -0.5, 2.6]), STANDING, 2.6, UP).relative()
+    for part in (7, 9):
+        Rs[part] = rotations_from_angles(np.radians((85, 0, 0)))
+    for part in (8, 10):
+        Rs[part] = rotations_from_angles(np.radians((-80, 0, 0)))
+    pose = Pose.from_relative(np.array([0.0, -0.3, 2.6]), Rs)
+    evidence = evidence_of(pose)
+    given = proposals([joints_of(pose)], (1.0,))
+    tracker = TopviewSettings().tracker(subject())
+    found = tracker.update(replace(evidence, proposals=given))
+    off_m = np.linalg.norm(joints_of(found, tracker.model) - joints_of(pose), axis=1)
+    assert off_m.max() < 0.06
+
+
+def test_joints_speak_as_loudly_as_their_scales(evidence):
+    """A hand proposed 10 cm beside its place moves the less, the less sure it is."""
+    aside = joints_of(TRUTH)
+    aside[HANDS[0], 0] += 0.1
+    moved = []
+    for scale_m in (0.01, 0.05, 0.5):
+        scales_m = np.full((16, 3), 0.02)
+        scales_m[HANDS[0]] = scale_m
+        settings = RefinementSettings()
+        refined = refine(
+            [TRUTH], None, MODEL, evidence, settings, targets=JointTargets(aside, scales_m)
+        )
+        moved.append(joints_of(refined.poses[0])[HANDS[0], 0] - joints_of(TRUTH)[HANDS[0], 0])
+    assert moved[0] > moved[1] > moved[2]
+    assert moved[0] > 0.03
+    assert abs(moved[2]) < 0.01
+
+
+def test_without_joints_nothing_is_apart(evidence):
+    """And joints that nobody proposes change nothing, to the bit."""
+    unknown = JointTargets(joints_of(TRUTH), np.full((16, 3), np.inf))
+    start = [standing_pose(0.35)]
+    without = refine(start, None, MODEL, evidence, RefinementSettings())
+    with_unknown = refine(start, None, MODEL, evidence, RefinementSettings(), targets=unknown)
+    assert without.apart[0] == with_unknown.apart[0] == 0.0
+    assert_array_equal(without.poses[0].Rs, with_unknown.poses[0].Rs)
+
+
+def test_a_person_goes_on_where_proposals_end(evidence):
+    """The search takes over, and the body keeps its bones."""
+    tracker = TopviewSettings().tracker(subject())
+    given = proposals([joints_of(TRUTH)], (1.0,))
+    for index in range(3):
+        tracker.update(replace(at_frame(evidence, index), proposals=given))
+    model = tracker.model
+    found = tracker.update(at_frame(evidence, 3))
+    assert tracker.model is model
+    assert errors_m(found, model).max() < 0.08
+
+
+def test_modes_that_hardly_count_are_no_hypotheses():
+    guide = Guide(GuideSettings(least_weight=0.1))
+    given = proposals([joints_of(TRUTH)] * 3, (0.9, 0.08, 0.02))
+    assert len(guide.bodies(given, MODEL)) == 1
+    given = proposals([joints_of(TRUTH)] * 2, (0.5, 0.5))
+    bodies = guide.bodies(given, MODEL)
+    assert len(bodies) == 2
+    assert bodies[0].cost == bodies[1].cost > 0.0
