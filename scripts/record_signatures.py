@@ -44,9 +44,10 @@ def _track_demo(folder: Path) -> None:
 def _track(source: Path) -> None:
     import topview
 
-    tracker = topview.Tracker()
-    for frame in islice(topview.open(source), FRAMES):
-        tracker.update(frame)
+    for proposals in ("network", "none"):
+        tracker = topview.Tracker(topview.TrackerSettings(proposals=proposals))
+        for frame in islice(topview.open(source), FRAMES):
+            tracker.update(frame)
 
 
 def _listen() -> dict[tuple[str, str], float]:

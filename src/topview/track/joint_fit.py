@@ -133,9 +133,9 @@ def body_joints(proposals: JointProposals) -> tuple[Array, Array]:
     """[M, 16, 3] where the body's joints are proposed for the first person, and the scales, both
     in metres; infinite scales for joints that are not proposed."""
     proposed = proposed_of_joints(proposals.joint_names)
-    scales_m = np.maximum(proposals.scales_m[0][:, proposed], LEAST_SCALE_M)
+    scales_m = np.maximum(proposals.scales_m[0].take(proposed, axis=1), LEAST_SCALE_M)
     scales_m[:, proposed < 0] = np.inf
-    return proposals.positions_camera[0][:, proposed], scales_m
+    return proposals.positions_camera[0].take(proposed, axis=1), scales_m
 
 
 def robust_residual(joints_camera: Array, places_camera: Array, scales_m: Array) -> float:

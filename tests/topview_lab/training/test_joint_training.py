@@ -97,8 +97,10 @@ def test_the_command_learns_measures_and_writes(
 ) -> None:
     folder = write_recording(tmp_path / "a", discs(2, 1))
     out = tmp_path / "weights" / "joints.onnx"
-    main(["train-joints", str(folder), "--out", str(out), "--windows", "64",
-          "--measure", str(folder)])  # fmt: skip
+    options = ["--out", str(out), "--windows", "64", "--measure", str(folder)]
+    with pytest.raises(SystemExit) as end:
+        main(["train-joints", str(folder), *options])
+    assert end.value.code == 0
     said = capsys.readouterr().out
     assert "trained on 64 windows of 1 recordings" in said
     assert "left_wrist" in said
