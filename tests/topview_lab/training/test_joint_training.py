@@ -9,6 +9,7 @@ import pytest
 from labelled_people import discs, write_recording
 from topview.cli.main import main
 from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.network import silent_onnxruntime
 from topview.records import InputError
 from topview_lab.cli import train_joints as command
 from topview_lab.training.joints.recordings import gathered
@@ -80,10 +81,9 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
 
 def test_exported_weights_say_the_same() -> None:
     """Through half precision, whatever the number of people."""
-    onnxruntime = pytest.importorskip("onnxruntime")
     torch.manual_seed(0)
     net = JointNet(NetSettings()).eval()
-    session = onnxruntime.InferenceSession(exported(net))
+    session = silent_onnxruntime().InferenceSession(exported(net))
     assert session.get_modelmeta().custom_metadata_map["joint_names"] == ",".join(PROPOSED_JOINTS)
     for count in (1, 3):
         images = np.random.default_rng(count).normal(size=(count, 3, 128, 128)).astype(np.float32)

@@ -7,11 +7,13 @@ of threads nor on who else is there, to the bit.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final
 
 import numpy as np
@@ -152,6 +154,16 @@ def _answer(first: int, step: int, run: Run, images: Floats, answers: dict[str, 
             raise InputError(f"cannot be run; {WEIGHTS_RIGHT}") from None
 
 
+def silent_onnxruntime() -> ModuleType:
+    """Import it, which takes a quarter of a second, so that it tells nobody: as it comes, it keeps
+    an id of the machine and sends what it is used for to its makers."""
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"  # read once, while it is imported
+    import onnxruntime
+
+    onnxruntime.disable_telemetry_events()
+    return onnxruntime
+
+
 @lru_cache(maxsize=2)  # kept: the project's own and one more
 def _opened(weights: bytes) -> _Network:
     """The network of a file's content.
@@ -159,8 +171,7 @@ def _opened(weights: bytes) -> _Network:
     Raises:
         InputError: it is none, or another one.
     """
-    import onnxruntime  # takes a quarter of a second
-
+    onnxruntime = silent_onnxruntime()
     onnxruntime.set_default_logger_severity(ONLY_FATAL)
     options = onnxruntime.SessionOptions()
     options.log_severity_level = ONLY_FATAL

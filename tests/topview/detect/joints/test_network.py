@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -140,3 +141,17 @@ def test_nothing_is_said_on_the_way(tmp_path: Path) -> None:
     )
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
     assert ended.stdout + ended.stderr == b""
+
+
+def test_nobody_is_told_and_nothing_is_kept(tmp_path: Path) -> None:
+    """onnxruntime's telemetry would begin with a file in the user's home."""
+    script = (
+        "from topview.detect.joints.network import JointNetwork\n"
+        "JointNetwork()\n"
+        "import os, sys\n"
+        "assert 'onnxruntime' in sys.modules\n"
+        "assert os.environ['ORT_DISABLE_TELEMETRY'] == '1'"
+    )
+    home = {"HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", script], env={**os.environ, **home}, check=True)
+    assert not [path for path in tmp_path.rglob("*") if "onnxruntime" in path.name]
