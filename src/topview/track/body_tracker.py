@@ -64,11 +64,13 @@ class Needs:
         hidden_share: `Evidence.hidden_share`.
         unowned_mask: `Evidence.unowned_mask`.
         joints: `Evidence.proposals`.
+        joints_only: those, and without them the method can do nothing.
     """
 
     hidden_share: bool = False
     unowned_mask: bool = False
     joints: bool = False
+    joints_only: bool = False
 
 
 class BodyMethod(Protocol):

@@ -7,8 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from topview.detect.detectors import DETECTORS, DetectorName
-from topview.detect.joints.proposers import ProposalsName, check_proposals, proposals_as_json
+from topview.detect.joints.proposers import (
+    AUTO,
+    NETWORK,
+    NOTHING,
+    ProposalsName,
+    check_proposals,
+    proposals_as_json,
+)
 from topview.records import InputError, shown, whole_number
+from topview.track.body_tracker import Needs
 from topview.track.methods import DEFAULT, method_by_name, method_name
 
 
@@ -29,8 +37,9 @@ class TrackerSettings:
             colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
-        proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
-            people, "forest" is a rival's, "none" leaves the method alone.
+        proposals: what proposes joints to the methods that ask for it: "auto" the network, but only
+            for a method that can do nothing without, or where `weights` are given; "network" has
+            seen rendered people, "forest" is a rival's, "none" leaves the method alone.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
 
@@ -43,7 +52,7 @@ class TrackerSettings:
     detector: DetectorName = "auto"
     seed: int = 0
     threads: int = 0
-    proposals: ProposalsName = "network"
+    proposals: ProposalsName = AUTO
     weights: Path | None = None
 
     def __post_init__(self) -> None:
@@ -62,17 +71,24 @@ class TrackerSettings:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
 
-    def as_json(self, asks: bool | None = None) -> dict[str, Any]:
+    def proposals_for(self, needs: Needs) -> ProposalsName:
+        """What proposes joints to a method with these needs."""
+        if self.proposals != AUTO:
+            return self.proposals
+        return NETWORK if needs.joints_only or self.weights is not None else NOTHING
+
+    def as_json(self, needs: Needs | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
         the weights their name and digest.
 
         Args:
-            asks: whether anything asks for `proposals`; None for what `method` needs.
+            needs: of the method; None for those of the one that `method` names.
 
         Raises:
             InputError: the weights cannot be read.
         """
         named = {"method": self.method, "detector": self.detector, "seed": self.seed}
-        if method_by_name(self.method).needs.joints if asks is None else asks:
-            named |= proposals_as_json(self.proposals, self.weights)
+        needs = needs or method_by_name(self.method).needs
+        if needs.joints:
+            named |= proposals_as_json(self.proposals_for(needs), self.weights)
         return named

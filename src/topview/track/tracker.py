@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import Pyramid
 from topview.detect.color_view import Light
 from topview.detect.joints.proposals import JointProposals, JointProposer
-from topview.detect.joints.proposers import proposer_by_name
+from topview.detect.joints.proposers import NOTHING, proposer_by_name
 from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
@@ -24,7 +24,7 @@ from topview.people.users import HandCandidate, User, by_depth, label_image
 from topview.records import Frame, InputError, Person, shown
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
-from topview.track.body_tracker import BodyMethod, Subject
+from topview.track.body_tracker import BodyMethod, Needs, Subject
 from topview.track.methods import method_by_name
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
@@ -114,15 +114,21 @@ class Tracker:
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
         classes of a finder, a detector and a proposer that were given."""
-        asks = self.body.needs.joints and "proposer" not in self._given
+        needs = Needs() if "proposer" in self._given else self.body.needs
         named = {"method": self.body.name, "body": asdict(self.body), **self._given}
-        return {**self.settings.as_json(asks), **named}
+        return {**self.settings.as_json(needs), **named}
 
     def _chosen_proposer(self, given: JointProposer | None) -> JointProposer | None:
         """What proposes joints to this method; None for one that does not ask."""
-        settings = self.settings
-        if self.body.needs.joints:
-            return given or proposer_by_name(settings.proposals, settings.weights)
+        settings, needs = self.settings, self.body.needs
+        if needs.joints:
+            name = settings.proposals_for(needs)
+            if needs.joints_only and name == NOTHING and given is None:
+                raise InputError(
+                    f"proposals is {NOTHING}; method {self.body.name} needs proposed joints: "
+                    "leave it out, or take another method"
+                )
+            return given or proposer_by_name(name, settings.weights)
         if settings.weights is not None:
             raise InputError(
                 f"weights is {shown(str(settings.weights))}; method {self.body.name} asks no "

@@ -16,7 +16,7 @@ from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
     NETWORK_ALONE,
     THESIS_RECIPE,
-    WITHOUT_NETWORK,
+    WITH_NETWORK,
     Measured,
     Run,
     Variant,
@@ -35,11 +35,11 @@ from topview_lab.sim.actions import MHAD_ACTIONS
 
 POSITION_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
-    "topview, no network": WITHOUT_NETWORK,
-    "joints, the network alone": NETWORK_ALONE,
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
 SLOW_METHODS: Final[dict[str, Variant]] = {
+    "topview with the network": WITH_NETWORK,
+    "joints, the network alone": NETWORK_ALONE,
     "utvr, as printed": Variant(AS_PRINTED),
     "bPSO, as topview has it": Variant(SwarmSettings()),
     "pPSO, as topview has it": Variant(perturbed_swarm()),

@@ -18,9 +18,7 @@ from topview_lab.metrics import (
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
-    NETWORK_ALONE,
     THESIS_RECIPE,
-    WITHOUT_NETWORK,
     Counterpart,
     Measured,
     Run,
@@ -42,8 +40,6 @@ THESIS_FPS = (3.0, 4.0)
 """Frames per second on one core, as the thesis says."""
 USERS_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
-    "topview, no network": WITHOUT_NETWORK,
-    "joints, the network alone": NETWORK_ALONE,
     "utvr, the recipe of Sec. 5.3": THESIS_RECIPE,
 }
 USERS_HEADER: Final = (

@@ -184,13 +184,16 @@ def test_what_a_method_does_not_ask_for_is_not_told() -> None:
         "detector": "auto",
         "seed": 2,
     }
-    assert TrackerSettings(proposals="forest").as_json(asks=True)["proposals"] == "forest"
+    assert TrackerSettings(proposals="forest").as_json()["proposals"] == "forest"
 
 
 @pytest.mark.parametrize(
     ("wrong", "what"),
     [
-        ({"proposals": "wood"}, "proposals is 'wood'; it must be one of network, forest, none"),
+        (
+            {"proposals": "wood"},
+            "proposals is 'wood'; it must be one of auto, network, forest, none",
+        ),
         ({"weights": Path("w"), "proposals": "none"}, "weights is 'w' with proposals none; "),
         ({"weights": Path("w"), "proposals": "forest"}, "weights is 'w' with proposals forest; "),
     ],
@@ -207,7 +210,7 @@ def test_weights_that_nothing_reads_are_refused() -> None:
 
 def test_all_that_proposes_can_be_made(tmp_path: Path) -> None:
     write_network(tmp_path / "w.onnx")
-    made = {name: proposer_by_name(name) for name in PROPOSALS if name != "network"}
+    made = {name: proposer_by_name(name) for name in PROPOSALS if name not in ("auto", "network")}
     assert made.pop("none") is None
     assert list(map(type, made.values())).count(type(None)) == 0
     assert proposer_by_name("network", tmp_path / "w.onnx") is not None
@@ -231,3 +234,13 @@ def test_the_command_line_says_in_one_line_what_is_wrong_with_weights(
     (told,) = ended.complaints
     assert str(path) in told
     assert "--proposals none" in told
+
+
+def test_the_network_is_taken_where_nothing_goes_without(tmp_path: Path) -> None:
+    """By itself for `joints`, and where weights are given; the default method stays without."""
+    alone, default = Needs(joints=True, joints_only=True), Needs(joints=True)
+    assert TrackerSettings().proposals_for(alone) == "network"
+    assert TrackerSettings().proposals_for(default) == "none"
+    assert TrackerSettings(weights=tmp_path / "w.onnx").proposals_for(default) == "network"
+    with pytest.raises(InputError, match="proposals is none; method joints needs proposed joints"):
+        Tracker(TrackerSettings(method="joints", proposals="none"))

@@ -50,7 +50,9 @@ def test_without_variation_it_is_the_trackers_own_window() -> None:
     recording = SAMPLES.recordings[0]
     for number, (_, frame, person) in enumerate(SAMPLES.index):
         window = labelled_window(SAMPLES, number, np.random.default_rng(0), AS_THEY_ARE)
-        view = DepthView(recording.depth_mm[frame] / np.float32(1000), *recording.intrinsics)
+        view = DepthView(
+            recording.depth_mm[frame].astype(np.float32) / np.float32(1000), *recording.intrinsics
+        )
         labels = recording.masks[frame].astype(np.int32)
         cut = cut_windows(view, labels, [int(recording.ids[person])])
         np.testing.assert_array_equal(window.image, cut.images[0])

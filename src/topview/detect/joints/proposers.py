@@ -10,8 +10,10 @@ from topview import laboratory
 from topview.detect.joints.proposals import JointProposer
 from topview.records import InputError, shown
 
-ProposalsName = Literal["network", "forest", "none"]
+ProposalsName = Literal["auto", "network", "forest", "none"]
+AUTO: Final = "auto"
 NETWORK: Final = "network"
+NOTHING: Final = "none"
 
 # Name of each: what makes it, called without arguments, and a sentence about it.
 PROPOSERS: Final[dict[str, tuple[str, str]]] = {
@@ -21,7 +23,7 @@ PROPOSERS: Final[dict[str, tuple[str, str]]] = {
     ),
     **laboratory.RIVAL_PROPOSERS,
 }
-PROPOSALS: Final = (*PROPOSERS, "none")
+PROPOSALS: Final = (AUTO, *PROPOSERS, NOTHING)
 
 
 def check_proposals(name: str, weights: Path | None) -> None:
@@ -32,7 +34,7 @@ def check_proposals(name: str, weights: Path | None) -> None:
     """
     if not isinstance(name, str) or name not in PROPOSALS:
         raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(PROPOSALS)}")
-    if weights is not None and name != NETWORK:
+    if weights is not None and name not in (AUTO, NETWORK):
         raise InputError(
             f"weights is {shown(str(weights))} with proposals {name}; weights are the network's"
         )

@@ -32,7 +32,7 @@ class JointsSettings:
 
     fit: JointFitSettings = field(default_factory=JointFitSettings)
 
-    needs: ClassVar[Needs] = Needs(joints=True)
+    needs: ClassVar[Needs] = Needs(joints=True, joints_only=True)
 
     @property
     def name(self) -> str:
