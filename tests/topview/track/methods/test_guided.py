@@ -120,21 +120,8 @@ def test_a_person_goes_on_where_proposals_end(evidence):
 def test_modes_that_hardly_count_are_no_hypotheses():
     guide = Guide(GuideSettings(least_weight=0.1))
     given = proposals([joints_of(TRUTH)] * 3, (0.9, 0.08, 0.02))
-    assert len(guide.bodies(given, MODEL, None)) == 1
+    assert len(guide.bodies(given, MODEL)) == 1
     given = proposals([joints_of(TRUTH)] * 2, (0.5, 0.5))
-    bodies = guide.bodies(given, MODEL, None)
+    bodies = guide.bodies(given, MODEL)
     assert len(bodies) == 2
     assert bodies[0].cost == bodies[1].cost > 0.0
-
-
-def test_a_mode_that_mistakes_back_for_front_keeps_its_places():
-    """The front that is known decides which side is left."""
-    guide = Guide(GuideSettings())
-    given = proposals([joints_of(TRUTH)], (1.0,))
-    front = TRUTH.Rs[1][:, 2]
-    (right,) = guide.bodies(given, MODEL, front)
-    (turned,) = guide.bodies(given, MODEL, -front)
-    assert right.faces(front)
-    assert not turned.faces(front)
-    left, other = (JOINT_NAMES.index(f"{side}_hand") for side in ("left", "right"))
-    assert_array_equal(turned.targets.places_camera[left], right.targets.places_camera[other])

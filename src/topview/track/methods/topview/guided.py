@@ -7,24 +7,16 @@ loudly as its scale says, beside the surface that is seen.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Final
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import UPPER_TORSO
 from topview.detect.joints import JointProposals
 from topview.records import check_range
 from topview.track.bone_lengths import BoneLengths
 from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints, fit_joints
 from topview.track.pose import Pose
-
-Array = NDArray[np.float64]
-
-LEAST_WEIGHT: Final = 1e-6  # of a mode, where its logarithm is taken
-_OTHER: Final = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +59,6 @@ class ProposedBody:
     targets: JointTargets
     cost: float
 
-    def faces(self, front_camera: Array) -> bool:
-        """Whether the trunk turns its front there, [3], rather than its back."""
-        return bool(self.pose.Rs[UPPER_TORSO][:, 2] @ front_camera > 0.0)
-
 
 class Guide:
     """What one person's proposals tell over time."""
@@ -85,44 +73,17 @@ class Guide:
         self._bones.update(proposals, int(np.argmax(proposals.weights[0])), stature_m)
         return self._bones.model(stature_m)
 
-    def bodies(
-        self, proposals: JointProposals, model: BodyModel, front_camera: Array | None
-    ) -> list[ProposedBody]:
-        """Every mode that counts.
-
-        A body looks much alike from both sides, and a mode that has mistaken one for the other has
-        its joints in the right places all the same: it is taken with its sides exchanged.
-
-        Args:
-            proposals: of one person.
-            model: the body.
-            front_camera: [3] where the person is taken to face; None where nobody knows.
-        """
-        weights = proposals.weights[0]
-        bodies = self._bodies(proposals, model)
-        if front_camera is not None:
-            turned = self._bodies(_sides_exchanged(proposals), model)
-            bodies = [
-                body if body.faces(front_camera) else other
-                for body, other in zip(bodies, turned, strict=True)
-            ]
-        likely = np.flatnonzero(weights > self.settings.least_weight * weights.max())
-        return [bodies[mode] for mode in likely]
-
-    def _bodies(self, proposals: JointProposals, model: BodyModel) -> list[ProposedBody]:
-        """Every mode."""
+    def bodies(self, proposals: JointProposals, model: BodyModel) -> list[ProposedBody]:
+        """Every mode that counts."""
         poses = fit_joints(model, proposals, self.settings.fit).poses
-        costs = -self.settings.mode_cost * np.log(np.maximum(proposals.weights[0], LEAST_WEIGHT))
-        targets = map(JointTargets, *body_joints(proposals))
+        places, scales_m = body_joints(proposals)
+        weights = proposals.weights[0]
+        likely = np.flatnonzero(weights > self.settings.least_weight * weights.max())
         return [
-            ProposedBody(pose, target, float(cost))
-            for pose, target, cost in zip(poses, targets, costs, strict=True)
+            ProposedBody(
+                poses[mode],
+                JointTargets(places[mode], scales_m[mode]),
+                -self.settings.mode_cost * float(np.log(weights[mode])),
+            )
+            for mode in likely
         ]
-
-
-def _sides_exchanged(proposals: JointProposals) -> JointProposals:
-    """The same places, of which those of the left are taken for the right, and the other way."""
-    names = (
-        "_".join(_OTHER.get(word, word) for word in n.split("_")) for n in proposals.joint_names
-    )
-    return replace(proposals, joint_names=tuple(names))

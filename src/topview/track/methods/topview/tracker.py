@@ -115,8 +115,7 @@ class FrameContext:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
     """A pose and the limb hypotheses that go on with it, the body it was found for, its cost,
-    the share of it that is occluded, beyond what is tolerated, and what the proposed joints say of
-    its front."""
+    and the share of it that is occluded, beyond what is tolerated."""
 
     pose: Pose
     kept: Kept
@@ -156,14 +155,13 @@ class TopviewTracker:
             statures_m = self.settings.statures_m if is_open else (self.model.stature_m,)
             self._in_sight_s += FRAME_S * frames_in(elapsed_s)
             if evidence.proposals is not None:
-                look = replace(look, model=self._proposed_model(evidence.proposals, stature_m))
-                front = None if self.pose is None else self.pose.Rs[UPPER_TORSO][:, 2]
-                found = self._guided(look, evidence.proposals, self.pose, front)
+                found = self._guided(look, evidence.proposals)
             elif self.pose is None:
                 found = self._start(look, statures_m)
             else:
                 found = self._follow(self.pose, look, statures_m)
-            found = self._facing_front(found, look)
+            if evidence.proposals is None:
+                found = self._facing_front(found, look)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
         self._before, self.pose = self.pose, pose
@@ -173,10 +171,6 @@ class TopviewTracker:
     def _scale_to(self, stature_m: float | None) -> None:
         if stature_m is not None and abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
             self.model = BodyModel.of(stature_m, self.settings.proportions)
-
-    def _proposed_model(self, proposals: JointProposals, stature_m: float | None) -> BodyModel:
-        with self.subject.clock.stage("fit"):
-            return self._guide.model(proposals, stature_m or self.model.stature_m)
 
     def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
@@ -211,34 +205,33 @@ class TopviewTracker:
         gain -= others.cost + self._lift_cost(others, look.evidence)
         return others if gain > LOST_MARGIN else found
 
-    def _guided(
-        self, look: FrameContext, proposals: JointProposals, last: Pose | None, front: Array | None
-    ) -> _Found:
-        """The best of the bodies that are proposed and the one that is predicted from the last
-        pose, each refined with the proposed joints."""
+    def _guided(self, look: FrameContext, proposals: JointProposals) -> _Found:
+        """The best of the bodies that are proposed and the one that is predicted, each refined with
+        the proposed joints."""
+        stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
-            bodies = self._guide.bodies(proposals, look.model, front)
-        moving = None if last is None else self._extrapolated(last, look.elapsed_s)
+            look = replace(look, model=self._guide.model(proposals, stature_m))
+            bodies = self._guide.bodies(proposals, look.model)
+        moving = None if self.pose is None else self._extrapolated(self.pose, look.elapsed_s)
         with look.clock.stage("refinement"):
-            tried = [self._refined_guided(body, moving, look) for body in bodies]
-        _, found = min(tried, key=lambda each: each[0])
+            found = min(
+                (self._refined_guided(body, moving, look) for body in bodies),
+                key=lambda found: found.cost,
+            )
         hidden = _beyond_tolerance(max(found.hidden, look.evidence.hidden_share))
         return replace(found, hidden=hidden)
 
     def _refined_guided(
         self, body: ProposedBody, moving: Pose | None, look: FrameContext
-    ) -> tuple[float, _Found]:
-        """The better of the proposed and the predicted pose, refined with the proposed joints, and
-        what it costs with what the joints say of it."""
+    ) -> _Found:
+        """The better of the proposed and the predicted pose, refined with the proposed joints."""
         starts = [body.pose] if moving is None else [body.pose, moving]
         firmness = _firmness(look.elapsed_s)
         refined = self._refined(starts, moving, look, prior_scale=firmness, targets=body.targets)
-        seen = self._costs(refined)
-        costs = seen + self.settings.guide.joints_cost * refined.apart + body.cost
+        costs = self._costs(refined) + self.settings.guide.joints_cost * refined.apart + body.cost
         best = int(np.argmin(costs))
         hidden = float(refined.hidden[best])
-        found = _Found(refined.poses[best], self._kept, look.model, float(seen[best]), hidden)
-        return float(costs[best]), found
+        return _Found(refined.poses[best], self._kept, look.model, float(costs[best]), hidden)
 
     def _start(self, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Try every stance in several directions."""
@@ -259,12 +252,7 @@ class TopviewTracker:
         if not self._facing.is_reversed():
             return found
         kept = {upper: found.kept[OTHER_SIDE[upper]] @ HALF_ROUND for upper in found.kept}
-        proposals = look.evidence.proposals
-        if proposals is None:
-            turned = self._with_limbs(twin, twin, kept, look, holds_hidden=False)
-        else:
-            turned = self._guided(look, proposals, None, twin.Rs[UPPER_TORSO][:, 2])
-            turned = replace(turned, kept=kept)
+        turned = self._with_limbs(twin, twin, kept, look, holds_hidden=False)
         if turned.cost > found.cost + LOST_MARGIN:
             self._facing.forget()
             return found
