@@ -117,3 +117,11 @@ JOINTS: Final[tuple[Joint, ...]] = (
 )
 
 JOINT_NAMES: Final[tuple[str, ...]] = tuple(joint.name for joint in JOINTS)
+
+
+def other_side(name: str) -> str:
+    """The name of the same joint or part on the other side of the body; its own in the middle."""
+    return "_".join(_OTHER_SIDE.get(word, word) for word in name.split("_"))
+
+
+_OTHER_SIDE: Final = {"left": "right", "right": "left"}

@@ -117,6 +117,16 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
 
 
 @njit(error_model="numpy")
+def place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers):
+    """Fill [D, 3] axes and centres of the degrees of freedom; the first three have no centre."""
+    for d in range(dof_part.shape[0]):
+        k = dof_part[d]
+        for i in range(3):
+            axes[d, i] = Rs[k, i, dof_axis[d]] if d >= 3 else (1.0 if i == d else 0.0)
+            centers[d, i] = neck[i] if k == HEAD else origins[k, i]
+
+
+@njit(error_model="numpy")
 def solve_lower(A, g):
     """Solve A x = g for symmetric positive definite A given by its lower triangle (Cholesky)."""
     n = A.shape[0]
@@ -417,11 +427,7 @@ def refine_bodies(
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
             assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
-            for d in range(D):
-                k = dof_part[d]
-                for i in range(3):
-                    axes[d, i] = Rs[k, i, dof_axis[d]] if d >= 3 else (1.0 if i == d else 0.0)
-                    centers[d, i] = neck[i] if k == HEAD else origins[k, i]
+            place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
 

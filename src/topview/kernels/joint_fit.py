@@ -19,6 +19,7 @@ from topview.kernels.body import (
     copy,
     multiply,
     orthonormalise,
+    place_axes,
     place_parts,
     relative_rotations,
     solve_lower,
@@ -30,16 +31,6 @@ from topview.kernels.pulls import pull_to_joints
 TRUSTED_M = 0.3  # scale of a joint by which the start goes half way; ours
 BENT = 0.3  # of its upper part's length that a limb's hidden middle starts aside; ours
 SLIGHT_M = 1e-6  # of a direction that counts only where nothing else tells one
-
-
-@njit(error_model="numpy")
-def place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers):
-    """Fill [D, 3] axes and centres of the degrees of freedom; the first three have no centre."""
-    for d in range(dof_part.shape[0]):
-        k = dof_part[d]
-        for i in range(3):
-            axes[d, i] = Rs[k, i, dof_axis[d]] if d >= 3 else (1.0 if i == d else 0.0)
-            centers[d, i] = neck[i] if k == HEAD else origins[k, i]
 
 
 @njit(error_model="numpy")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from topview.body.kinematics import Tree, place_part, rotations_in_camera, rotations_in_parent
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO, other_side
 from topview.geometry.rotations import transform
 
 Array = NDArray[np.float64]
@@ -29,12 +29,7 @@ HINGE_BENDS = {
     part.parent: 1.0 if part.limits_rad[0][1] > 1.0 else -1.0 for part in PARTS if part.is_hinge
 }
 # The same part on the other side of the body; head and torso are their own.
-OTHER_SIDE = tuple(
-    PART_NAMES.index(
-        name.replace("left", "right") if "left" in name else name.replace("right", "left")
-    )
-    for name in PART_NAMES
-)
+OTHER_SIDE = tuple(PART_NAMES.index(other_side(name)) for name in PART_NAMES)
 HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 # Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)

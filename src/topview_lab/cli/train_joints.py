@@ -127,7 +127,10 @@ def _learn(samples: Samples, how: LearningSettings, out: Path, threads: int) -> 
         bar = progress.add_task("learning", total=how.steps, said="")
 
         def told(step: Step) -> None:
-            rows.append({"windows": step.step * how.batch, **step.terms})
+            done = step.step * how.batch
+            # What was learnt after the last checkpoint is learnt, and told, again.
+            rows[:] = [row for row in rows if row["windows"] < done]
+            rows.append({"windows": done, **step.terms})
             write_atomically(history, json.dumps(rows).encode())
             said = f"{step.windows_a_second:.0f} windows/s"
             progress.update(bar, completed=step.step, said=said)

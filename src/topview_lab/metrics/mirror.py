@@ -9,18 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES
+from topview.body.parts import other_side
 from topview_lab.metrics.matching import NOBODY, match_people, people_distances
 from topview_lab.metrics.statistics import CM_PER_M
 
-_SIDES: Final = {"left": "right", "right": "left"}
-
-
-def _other_side(name: str) -> str:
-    side, _, rest = name.partition("_")
-    return f"{_SIDES[side]}_{rest}" if side in _SIDES else name
-
-
-_MIRRORED: Final = [JOINT_NAMES.index(_other_side(name)) for name in JOINT_NAMES]
+_MIRRORED: Final = [JOINT_NAMES.index(other_side(name)) for name in JOINT_NAMES]
 
 
 def mirrored_joints(joints_camera: NDArray[np.float64]) -> NDArray[np.float64]:

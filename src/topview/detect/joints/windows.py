@@ -26,6 +26,7 @@ LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to l
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
 FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
+NO_READING: Final = 1.0  # the depth where nothing was read, as of what is far behind
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +113,8 @@ def cut_windows(
         middle = middle_of(view, labels == person)
         if middle is not None:
             rows, columns = window_pixels(view, middle)
-            fill_window(view.depth_m, labels, person, rows, columns, middle[2], images[index])
+            seen_m, owners = picked_pixels(view.depth_m, labels, rows, columns)
+            encode(seen_m, owners, person, middle[2], images[index])
             middles[index], is_used[index] = middle, True
     return Windows(images, middles, is_used, view.fx, view.fy, view.cx, view.cy)
 
@@ -137,34 +139,18 @@ def _picked(middle: float, half: float) -> NDArray[np.intp]:
     return np.concatenate([(int(np.floor(middle)) - away)[::-1], int(first) + away])
 
 
-def fill_window(
-    depth_m: NDArray[np.float32],
-    labels: NDArray[np.int32],
-    person: int,
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
-    middle_m: float,
-    image: NDArray[np.float32],
-) -> None:
-    """Fill one [3, 128, 128] image from the pixels at these places.
-
-    Args:
-        depth_m, labels, person: as in `cut_windows`.
-        rows, columns: of the picked pixels; together they have the image's shape.
-        middle_m: depth of the box's middle.
-        image: is filled.
-    """
-    seen_m, owners = picked_pixels(depth_m, labels, rows, columns)
-    encode(seen_m, owners, person, middle_m, image)
-
-
 def picked_pixels(
     depth_m: NDArray[np.float32],
     labels: NDArray[np.integer],
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
 ) -> tuple[NDArray[np.float32], NDArray[np.integer]]:
-    """[128, 128] readings, 0 for none, and whose they are; outside of the image is nothing."""
+    """[128, 128] readings, 0 for none, and whose they are; outside of the image is nothing.
+
+    Args:
+        depth_m, labels: [H, W] of the whole image.
+        rows, columns: of the picked pixels; together they have the window's shape.
+    """
     height, width = depth_m.shape
     is_inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     picked = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
@@ -180,9 +166,16 @@ def encode(
     middle_m: float,
     image: NDArray[np.float32],
 ) -> None:
-    """Fill one [3, 128, 128] image with what it shows of a box round a person."""
+    """Fill one [3, 128, 128] image with what it shows of a box round a person.
+
+    Args:
+        seen_m, owners: as `picked_pixels` gives them.
+        person: id.
+        middle_m: depth of the box's middle.
+        image: is filled.
+    """
     is_read = seen_m > 0.0
     offset = np.clip((seen_m - middle_m) / HALF_BOX_M, -1.0, 1.0)
-    image[DEPTH] = np.where(is_read, offset, 1.0)
+    image[DEPTH] = np.where(is_read, offset, NO_READING)
     image[OWN] = is_read & (owners == person)
     image[OTHER] = is_read & (owners != person) & (owners > 0)

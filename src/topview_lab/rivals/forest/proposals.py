@@ -14,7 +14,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import JOINT_NAMES, other_side
 from topview.records import read_only
 from topview_lab.kernels.forest import find_modes
 from topview_lab.rivals.forest.classes import VOTES
@@ -51,11 +51,7 @@ OTHER_SIDE_APART_M: Final = 0.1
 """A joint and the one of the other side are further apart than this."""
 
 # For each joint the one of the other side; itself in the middle.
-_SIDES = {"left": "right", "right": "left"}
-_OTHER_SIDE = [
-    JOINT_NAMES.index("_".join(_SIDES.get(word, word) for word in name.split("_")))
-    for name in JOINT_NAMES
-]
+_OTHER_SIDE = [JOINT_NAMES.index(other_side(name)) for name in JOINT_NAMES]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

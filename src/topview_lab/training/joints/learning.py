@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import io
 import math
 import sys
 import time
@@ -18,7 +19,7 @@ from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from topview.files import naming
+from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.training.joints.net import JointNet, NetSettings
 from topview_lab.training.joints.recordings import Samples
@@ -262,11 +263,9 @@ def _save(
         "averaged": averaged.state_dict(),
         "optimizer": optimizer.state_dict(),
     }
-    with naming(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_suffix(".writing")
-        torch.save(state, temporary)
-        temporary.replace(path)
+    data = io.BytesIO()
+    torch.save(state, data)
+    write_atomically(path, data.getvalue())
 
 
 def _resume(

@@ -22,12 +22,11 @@ from topview.io import write_atomically
 from topview.records import InputError
 
 # All ours.
-WIDEST_IMAGE: Final = (
-    400  # wider images are thinned until they are no wider, as a window needs no more
-)
+WIDEST_IMAGE: Final = 400  # columns; wider ones are thinned, as a window needs no more
 DEPTH_UNITS: Final = 1000.0  # of the cache, a metre
 LEAST_JOINTS: Final = 8  # with fewer known joints there is nothing to learn
 
+_ARRAYS: Final = ("depth_mm", "masks", "joints_camera", "is_present", "ids")
 _SIDES: Final = {"_l": "left_", "_r": "right_"}
 
 
@@ -65,19 +64,20 @@ class LabelledRecording:
 
 
 def cached(folder: Path, cache: Path) -> LabelledRecording:
-    """The recording in a folder, read through the cache.
+    """The recording in a folder, read through the cache, and anew where its truth was replaced.
 
     Raises:
         InputError: no depth, no masks, no truth, unknown joints, ids that no mask has.
     """
-    key = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:8]
+    with naming(folder / "groundtruth.npz"):
+        written_ns = (folder / "groundtruth.npz").stat().st_mtime_ns
+    key = hashlib.sha256(f"{folder.resolve()} {written_ns}".encode()).hexdigest()[:8]
     place = cache / f"{folder.name}_{key}"
     if not (place / "complete.json").exists():
         _store(_read(folder), place)
     described = json.loads((place / "complete.json").read_text())
     arrays: dict[str, Any] = {
-        name: np.load(place / f"{name}.npy", mmap_mode="r")
-        for name in ("depth_mm", "masks", "joints_camera", "is_present", "ids")
+        name: np.load(place / f"{name}.npy", mmap_mode="r") for name in _ARRAYS
     }
     fx, fy, cx, cy = described["intrinsics"]
     return LabelledRecording(folder.name, **arrays, intrinsics=(fx, fy, cx, cy))
@@ -86,7 +86,7 @@ def cached(folder: Path, cache: Path) -> LabelledRecording:
 def _store(recording: LabelledRecording, place: Path) -> None:
     with naming(place):
         place.mkdir(parents=True, exist_ok=True)
-        for name in ("depth_mm", "masks", "joints_camera", "is_present", "ids"):
+        for name in _ARRAYS:
             np.save(place / f"{name}.npy", getattr(recording, name))
     described = {"name": recording.name, "intrinsics": recording.intrinsics}
     write_atomically(place / "complete.json", json.dumps(described).encode())

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.parts import other_side
 from topview.camera.pyramid import DepthView
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import VISIBLE_PIXELS
@@ -21,6 +22,7 @@ from topview.detect.joints.windows import (
     DEPTH,
     HALF_BOX_M,
     LEAST_WINDOW_PIXELS,
+    NO_READING,
     OTHER,
     OWN,
     WINDOW_PIXELS,
@@ -37,15 +39,7 @@ Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 Generator = np.random.Generator
 
-NO_READING: Final = 1.0
-"""What a window's depth is where nothing was read."""
-_SWAP: Final = {"left": "right", "right": "left"}
-MIRRORED: Final = np.array(
-    [
-        PROPOSED_JOINTS.index("_".join(_SWAP.get(word, word) for word in name.split("_")))
-        for name in PROPOSED_JOINTS
-    ]
-)
+MIRRORED: Final = np.array([PROPOSED_JOINTS.index(other_side(n)) for n in PROPOSED_JOINTS])
 """[21] the same joint on the other side."""
 
 
@@ -229,7 +223,7 @@ def _in_image(points_camera: Array, view: DepthView) -> NDArray[np.bool_]:
 def _look_at_something_else(image: Image, rng: Generator) -> bool:
     """Take a piece of the background for the person, who is made somebody else; False where there
     is no background."""
-    is_nobodys = (image[DEPTH] < 1.0) & (image[OWN] + image[OTHER] == 0.0)
+    is_nobodys = (image[DEPTH] < NO_READING) & (image[OWN] + image[OTHER] == 0.0)
     places = np.argwhere(is_nobodys)
     if len(places) < 10 * LEAST_WINDOW_PIXELS:
         return False
@@ -247,7 +241,9 @@ def _look_at_something_else(image: Image, rng: Generator) -> bool:
     to_middle[:, 2] = WINDOW_PIXELS / 2 - np.array([np.median(columns), np.median(rows)])
     image[OTHER] += image[OWN]
     image[OWN] = piece
-    image[DEPTH] = np.where(image[DEPTH] < 1.0, np.clip(image[DEPTH] - middle, -1.0, 1.0), 1.0)
+    image[DEPTH] = np.where(
+        image[DEPTH] < NO_READING, np.clip(image[DEPTH] - middle, -1.0, 1.0), NO_READING
+    )
     for channel, outside in ((DEPTH, NO_READING), (OWN, 0.0), (OTHER, 0.0)):
         image[channel] = cv2.warpAffine(
             image[channel],
@@ -328,7 +324,7 @@ def _spoil_mask(image: Image, rng: Generator) -> None:
     """Make one of a segmentation's mistakes: the mask grows, shrinks, takes in others or what is
     near, loses a piece or all."""
     own, drawn = image[OWN], rng.random()
-    is_read = image[DEPTH] < 1.0
+    is_read = image[DEPTH] < NO_READING
     if drawn < 0.3:
         size = 2 * int(rng.integers(1, 4)) + 1
         kernel = np.ones((size, size), np.uint8)
@@ -365,10 +361,10 @@ def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
         noise = rng.standard_normal(depth.shape, np.float32) * np.float32(sigma)
         if rng.random() < 0.3:
             noise = cv2.GaussianBlur(noise, (0, 0), 1.0) * 2.0
-        depth[depth < 1.0] += noise[depth < 1.0]
+        depth[depth < NO_READING] += noise[depth < NO_READING]
         if rng.random() < 0.4:
             step = rng.uniform(0.003, 0.02) / HALF_BOX_M
-            depth[:] = np.where(depth < 1.0, np.round(depth / step) * step, depth)
+            depth[:] = np.where(depth < NO_READING, np.round(depth / step) * step, depth)
         np.clip(depth, -1.0, 1.0, out=depth)
     if rng.random() < how.holes_share:
         lost = rng.random(depth.shape, np.float32) < rng.uniform(0.0, 0.06)
