@@ -7,7 +7,7 @@ people were ever there at once, so that a day of passers-by takes little more th
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Final, Protocol
 
@@ -175,6 +175,37 @@ class SkeletonSequence:
         rows, slots = np.nonzero(self.person_ids == person_id)
         return rows, slots
 
+    def of_person(self, person_id: int) -> SkeletonSequence:
+        """One person alone, in one slot; all frames stay.
+
+        Raises:
+            InputError: nobody has this id.
+        """
+        people = self.people_ids == person_id
+        if not people.any():
+            known = ", ".join(map(str, self.people_ids.tolist())) or "none"
+            raise InputError(f"has no person {person_id}; its people are {known}")
+        slots = np.argmax(self.person_ids == person_id, axis=1)
+        is_here = np.any(self.person_ids == person_id, axis=1)
+        rows = np.arange(len(slots))
+
+        def alone(array: NDArray[Any], empty: float) -> NDArray[Any]:
+            here = is_here.reshape(-1, *[1] * (array.ndim - 2))
+            return np.where(here, array[rows, slots], np.array(empty, array.dtype))[:, None]
+
+        return replace(
+            self,
+            person_ids=alone(self.person_ids, NOBODY_ID),
+            joints_camera=alone(self.joints_camera, np.nan),
+            joint_state=alone(self.joint_state, 0),
+            joint_confidence=alone(self.joint_confidence, 0.0),
+            Ts_camera_part=alone(self.Ts_camera_part, np.nan),
+            people_ids=self.people_ids[people],
+            heights_m=self.heights_m[people],
+            first_frame=self.first_frame[people],
+            last_frame=self.last_frame[people],
+        )
+
     def blocks(self) -> Iterator[SkeletonSequence]:
         """Itself: it is in memory already."""
         yield self
@@ -183,6 +214,20 @@ class SkeletonSequence:
     def from_frames(cls, frames: Sequence[TrackedFrame], about: About) -> SkeletonSequence:
         """Stack tracked frames."""
         return stacked(frames, about, Totals.of(frames), Slots())
+
+
+def in_memory(skeletons: Skeletons) -> SkeletonSequence:
+    """All frames at once."""
+    blocks = list(skeletons.blocks())
+    if len(blocks) == 1:
+        return blocks[0]
+    of_frames = ("frame_index", "timestamps_s", "person_ids", "joints_camera", "joint_state")
+    arrays = {
+        name: np.concatenate([getattr(block, name) for block in blocks])
+        for name in (*of_frames, "joint_confidence", "Ts_camera_part")
+    }
+    names = tuple(name for block in blocks for name in block.frame_names)
+    return replace(blocks[0], frame_names=names, **arrays)
 
 
 @dataclass(slots=True)

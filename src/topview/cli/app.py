@@ -22,6 +22,9 @@ app.command("topview.cli.track:track", name="track", help="Track everyone in a r
 app.command(
     "topview.cli.recover:recover", name="recover", help="Make the result of a run that was killed."
 )
+app.command(
+    "topview.cli.convert:convert", name="convert", help="Write skeletons in another format."
+)
 for name, (place, sentence) in COMMANDS.items():
     app.command(place, name=name, help=sentence, group="Laboratory")
 

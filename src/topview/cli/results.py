@@ -10,13 +10,24 @@ from rich.table import Table
 
 from topview.cli.printing import plain_console
 from topview.cli.progress import warn
-from topview.io import StoredFrames, write_atomically, write_skeletons_csv, write_skeletons_npz
+from topview.files import naming
+from topview.io import (
+    SkeletonFile,
+    StoredFrames,
+    write_atomically,
+    write_skeletons_csv,
+    write_skeletons_npz,
+)
+from topview.io.writers.registry import FORMATS, SkeletonFormat, write_format
 from topview.records import InputError
 from topview.skeletons import Skeletons, Totals
 from topview.view import Sheet
 
 RESULT: Final = "skeletons.npz"
 TABLE: Final = "skeletons.csv"
+STEM: Final = "skeletons"  # of a result in any format
+CONTACT_SHEET: Final = "contact_sheet.png"
+PEOPLE_SHEET: Final = "people.png"
 FRAMES_NAME: Final = "skeletons.frames"
 
 
@@ -40,14 +51,21 @@ def check_no_result(out: Path, *, force: bool) -> None:
         raise InputError(f"{out / RESULT}: is there already; --force replaces it")
 
 
-def write_result(stored: StoredFrames, sheets: Mapping[str, Sheet], out: Path) -> list[str]:
-    """Write the skeletons and the sheets, then remove the file of frames, or set it aside if some
-    of it is damaged; what could not be written, a line each. The file of frames stays if the
-    skeletons are among it."""
+def write_result(
+    stored: StoredFrames,
+    sheets: Mapping[str, Sheet],
+    out: Path,
+    formats: Sequence[SkeletonFormat] = (),
+) -> list[str]:
+    """Write the skeletons, in more formats if asked, and the sheets; then remove what an older
+    result has left, and the file of frames, or set that aside if some of it is damaged. What could
+    not be written, a line each. The file of frames and what is older stay if the skeletons are
+    among it."""
     where = (
         f"the {stored.frame_count} frames lie in {stored.path}; "
         f"`topview recover {out}` makes the result of them"
     )
+    older = older_files(out)
     try:
         failures = _failures_of(_skeleton_writers(stored, out))
     except BaseException:  # an insistent signal, or a bug
@@ -55,11 +73,34 @@ def write_result(stored: StoredFrames, sheets: Mapping[str, Sheet], out: Path) -
         raise
     if failures:
         failures.append(where)
-    elif stored.lost_bytes:
+        return _failures_of(_sheet_writers(sheets, out)) + failures
+    if stored.lost_bytes:
         set_aside(stored.path)
     else:
         stored.path.unlink()
-    return _failures_of(_sheet_writers(sheets, out)) + failures
+    more = [lambda made=made: _write_more(made, out) for made in formats]
+    return _failures_of([lambda: _remove(older), *more, *_sheet_writers(sheets, out)])
+
+
+def _write_more(made: SkeletonFormat, out: Path) -> None:
+    write_format(made, SkeletonFile(out / RESULT), out / f"{STEM}.{made.name}")
+
+
+def older_files(out: Path) -> list[Path]:
+    """What belongs to the result that a folder holds, if it holds one, besides the two files that
+    are always written: pictures, and skeletons in other formats."""
+    if not (out / RESULT).exists():
+        return []
+    files = [out / CONTACT_SHEET, out / PEOPLE_SHEET]
+    for made in FORMATS.values():
+        files += [out / f"{STEM}.{made.name}", *out.glob(f"{STEM}_person*.{made.name}")]
+    return [file for file in files if file.name not in (RESULT, TABLE) and file.exists()]
+
+
+def _remove(files: Sequence[Path]) -> None:
+    for file in files:
+        with naming(file, "removed", "it belongs to the older result"):
+            file.unlink(missing_ok=True)
 
 
 def set_aside(path: Path) -> Path:
@@ -73,7 +114,11 @@ def write_results(skeletons: Skeletons, sheets: Mapping[str, Sheet], out: Path) 
     Raises:
         InputError: some could not be written; all others are.
     """
-    failures = _failures_of([*_skeleton_writers(skeletons, out), *_sheet_writers(sheets, out)])
+    older = older_files(out)
+    failures = _failures_of(_skeleton_writers(skeletons, out))
+    if not failures:
+        failures = _failures_of([lambda: _remove(older)])
+    failures += _failures_of(_sheet_writers(sheets, out))
     if failures:
         raise InputError("; ".join(failures))
 

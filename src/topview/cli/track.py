@@ -8,7 +8,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from topview.cli.progress import follow_with_progress, print_frames, warn
-from topview.cli.results import FRAMES_NAME, check_free, print_people, write_result
+from topview.cli.results import (
+    CONTACT_SHEET,
+    FRAMES_NAME,
+    PEOPLE_SHEET,
+    check_free,
+    print_people,
+    write_result,
+)
 from topview.cli.status import INTERRUPTED
 from topview.detect.color_view import Light
 from topview.io import (
@@ -18,6 +25,7 @@ from topview.io import (
     open_recording,
     prepare_output_folder,
 )
+from topview.io.writers.registry import format_named
 from topview.records import InputError
 from topview.track import Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
@@ -31,6 +39,7 @@ def track(
     *,
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
+    format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
@@ -47,11 +56,14 @@ def track(
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
+        format: write the skeletons in these formats, too, separated by commas: jsonl, parquet, bvh,
+            trc, mot, c3d, glb; as DIR/skeletons.c3d, or DIR/skeletons_person1.bvh for each person.
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.
         force: replace the result that DIR holds.
     """
+    formats = [format_named(name) for name in format.split(",") if name]
     prepare_output_folder(out)
     check_free(out, force=force)
     recording = open_recording(source)
@@ -61,8 +73,8 @@ def track(
     sheets: dict[str, Sheet] = {}
     if pictures:
         name, count = recording.name, recording.frame_count
-        sheets["contact_sheet.png"] = ContactSheet(name, count)
-        sheets["people.png"] = PeopleSheet(name, count, lambda: tracker.finder.found)
+        sheets[CONTACT_SHEET] = ContactSheet(name, count)
+        sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
@@ -75,7 +87,7 @@ def track(
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
     if stored is not None:
         kept = f"the {stored.frame_count} frames tracked so far are kept in {out}"
-        unwritten = write_result(stored, sheets, out)
+        unwritten = write_result(stored, sheets, out, formats if stored.totals.people else ())
         print_people(recording.name, stored.totals)
         print_frames(run, recording, ended_early=failure is not None)
         if not unwritten:

@@ -40,6 +40,20 @@ def angles_from_rotations(R: Array) -> Array:
     return np.stack([x, y, z], -1)
 
 
+def zxy_from_rotations(R: Array) -> Array:
+    """[..., 3, 3] matrices Rz(z) Rx(x) Ry(y) to [..., 3] angles z, x, y, with x in -90..90 degrees;
+    animation programs and the biomechanics of hips take turns in this order."""
+    x = np.arcsin(np.clip(R[..., 2, 1], -1.0, 1.0))
+    is_locked = np.hypot(R[..., 0, 1], R[..., 1, 1]) < 1e-9  # only the sum of z and y is known
+    z = np.where(
+        is_locked,
+        np.arctan2(R[..., 1, 0], R[..., 0, 0]),
+        np.arctan2(-R[..., 0, 1], R[..., 1, 1]),
+    )
+    y = np.where(is_locked, 0.0, np.arctan2(-R[..., 2, 0], R[..., 2, 2]))
+    return np.stack([z, x, y], -1)
+
+
 def rotations_from_vectors(vectors_rad: Array) -> Array:
     """[..., 3] axis times angle to [..., 3, 3] (Rodrigues' formula)."""
     angle = np.linalg.norm(vectors_rad, axis=-1)[..., None, None]
@@ -77,6 +91,23 @@ def transform(R_a_b: Array, origin_a: Array) -> Array:
     T[..., :3, 3] = origin_a
     T[..., 3, 3] = 1.0
     return T
+
+
+def levelled(up_camera: Array, height_m: float) -> Array:
+    """[4, 4] `T_stage_camera`: the camera's place and heading, levelled. The stage has x right, y
+    down along gravity, z forward, and its origin on the floor below the camera.
+
+    Args:
+        up_camera: [3] unit vector against gravity.
+        height_m: of the camera over the floor.
+    """
+    down = -up_camera
+    forward = np.array([0.0, 0.0, 1.0]) - down[2] * down
+    forward /= np.linalg.norm(forward)
+    T_stage_camera = np.eye(4)
+    T_stage_camera[:3, :3] = np.stack([np.cross(down, forward), down, forward])
+    T_stage_camera[1, 3] = -height_m
+    return T_stage_camera
 
 
 def horizontal(vector: Array, up: Array) -> Array:

@@ -18,6 +18,7 @@ from topview.body import JOINTS, PARTS
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.camera import pixel_rays, project, unproject_depth
+from topview.geometry.rotations import levelled
 from topview.records import Camera, Frame, JointState, Person
 from topview.view.drawing import Image, draw_line, draw_text, resized
 from topview.view.palette import GRID_LINE, GRID_LINE_STRONG, MUTED, PANEL, TEXT, mix, person_color
@@ -59,12 +60,7 @@ class Stage:
             up_camera: [3] unit vector against gravity.
             floor_m: how far the floor lies below the camera, along gravity.
         """
-        down = -up_camera
-        forward = np.array([0.0, 0.0, 1.0]) - down[2] * down
-        forward /= np.linalg.norm(forward)
-        T_stage_camera = np.eye(4)
-        T_stage_camera[:3, :3] = np.stack([np.cross(down, forward), down, forward])
-        T_stage_camera[1, 3] = -floor_m
+        T_stage_camera = levelled(up_camera, floor_m)
         joints_stage = joints_camera @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3]
         return cls(T_stage_camera, joints_stage)
 

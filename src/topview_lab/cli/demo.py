@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, follow_with_progress, progress_bar, warn
-from topview.cli.results import write_results
+from topview.cli.results import CONTACT_SHEET, write_results
 from topview.cli.status import INTERRUPTED
 from topview.io import open_recording, prepare_output_folder
 from topview.records import Recording
@@ -49,11 +49,11 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         follow_with_progress(run, recording, sheet, tracked.append)
         skeletons = SkeletonSequence.from_frames(tracked, run.about)
         truth = read_groundtruth(room / "groundtruth.npz")
-    write_results(skeletons, {"contact_sheet.png": sheet}, out)
+    write_results(skeletons, {CONTACT_SHEET: sheet}, out)
     if tracked:
         evaluation = evaluate_sequence(skeletons, truth, SCENE, run.seconds)
         print_report(evaluation, plain_console(), "error against the simulated truth")
-    print(f"look at {out / 'contact_sheet.png'}; the skeletons are beside it")
+    print(f"look at {out / CONTACT_SHEET}; the skeletons are beside it")
     if run.interrupted:
         warn(f"interrupted: the {len(tracked)} frames tracked so far are kept in {out}")
         return INTERRUPTED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path
@@ -43,6 +43,13 @@ def write_atomically(path: Path, data: bytes) -> None:
     """The same of what is in memory already."""
     with written_atomically(path) as file:
         file.write(data)
+
+
+def write_made(path: Path, make: Callable[[], bytes]) -> None:
+    """The same of what is made first; what cannot be made names the path too."""
+    with naming(path, "written", HAS_ROOM):
+        data = make()
+    write_atomically(path, data)
 
 
 def prepare_output_folder(path: str | PathLike[str]) -> Path:

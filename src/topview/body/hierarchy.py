@@ -1,0 +1,143 @@
+"""The body as animation programs want it: a tree of nodes that hangs from the pelvis, bones of
+constant length, and one rotation for each node.
+
+The nodes are the reported joints and the `waist`, which is an articulation that no output names.
+Without it the way from the pelvis to the neck would be no chain of rigid bones. In the reference
+pose the person stands upright with the arms hanging, and all rotations are the identity, as in
+Table 3.2: the frame of each node then has +x to the person's right, +y down and +z to the front.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.parts import (
+    HEAD,
+    JOINT_NAMES,
+    LEFT_FOREARM,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    RIGHT_FOREARM,
+    RIGHT_LOWER_LEG,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A place that moves with the body.
+
+    Attributes:
+        name: of the joint, or `waist`.
+        parent: index of the node that it hangs from, -1 for the root.
+        part: index of the body part that turns with the node, which carries its children.
+    """
+
+    name: str
+    parent: int
+    part: int
+
+
+WAIST: Final = "waist"
+NODES: Final[tuple[Node, ...]] = (
+    Node("pelvis", -1, LOWER_TORSO),
+    Node("torso", 0, LOWER_TORSO),
+    Node(WAIST, 1, UPPER_TORSO),
+    Node("neck", 2, HEAD),
+    Node("head", 3, HEAD),
+    Node("left_shoulder", 2, LEFT_UPPER_ARM),
+    Node("left_elbow", 5, LEFT_FOREARM),
+    Node("left_hand", 6, LEFT_FOREARM),
+    Node("right_shoulder", 2, RIGHT_UPPER_ARM),
+    Node("right_elbow", 8, RIGHT_FOREARM),
+    Node("right_hand", 9, RIGHT_FOREARM),
+    Node("left_hip", 0, LEFT_UPPER_LEG),
+    Node("left_knee", 11, LEFT_LOWER_LEG),
+    Node("left_ankle", 12, LEFT_LOWER_LEG),
+    Node("right_hip", 0, RIGHT_UPPER_LEG),
+    Node("right_knee", 14, RIGHT_LOWER_LEG),
+    Node("right_ankle", 15, RIGHT_LOWER_LEG),
+)
+ROOT: Final = 0
+
+_JOINT_NODES = np.array([[node.name for node in NODES].index(name) for name in JOINT_NAMES])
+_WAIST = [node.name for node in NODES].index(WAIST)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Articulation:
+    """One person in N frames, as K = 17 nodes.
+
+    Attributes:
+        offsets_m: [K, 3] from each node's parent to the node, in the parent's frame; zeros for the
+            root, NaN for nodes that are not known, such as the legs of an upper body.
+        root_camera: [N, 3] where the root is, metres.
+        Rs_parent_node: [N, K, 3, 3] each node's frame in its parent's; the root's in the camera's.
+    """
+
+    offsets_m: Array
+    root_camera: Array
+    Rs_parent_node: Array
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """[K] the nodes that there are; those that hang from an unknown one are unknown too."""
+        return np.isfinite(self.offsets_m).all(-1)
+
+    def joints_camera(self) -> Array:
+        """[N, J, 3] forward kinematics: the joints in the order of `JOINT_NAMES`, metres."""
+        Rs_camera_node = np.empty_like(self.Rs_parent_node)
+        places = np.empty((*self.Rs_parent_node.shape[:2], 3))
+        for n, node in enumerate(NODES):
+            if node.parent < 0:
+                Rs_camera_node[:, n], places[:, n] = self.Rs_parent_node[:, n], self.root_camera
+            else:
+                R = Rs_camera_node[:, node.parent]
+                Rs_camera_node[:, n] = R @ self.Rs_parent_node[:, n]
+                places[:, n] = places[:, node.parent] + R @ self.offsets_m[n]
+        return places[:, _JOINT_NODES]
+
+
+def articulated(joints_camera: Array, Ts_camera_part: Array) -> Articulation:
+    """The nodes of one person in N frames.
+
+    A bone's offset is the median over the frames. A tracker that changes its mind about the stature
+    or lets the shoulders slide makes joints that lie on no rigid chain: `joints_camera` of the
+    result is then off by as much.
+
+    Args:
+        joints_camera: [N, J, 3] metres, in the order of `JOINT_NAMES`.
+        Ts_camera_part: [N, B, 4, 4], in the order of `PART_NAMES`.
+    """
+    places = np.empty((len(joints_camera), len(NODES), 3))
+    places[:, _JOINT_NODES] = joints_camera
+    places[:, _WAIST] = Ts_camera_part[:, LOWER_TORSO, :3, 3]
+    parts = [node.part for node in NODES]
+    Rs_camera_node = Ts_camera_part[:, parts, :3, :3]
+    Rs_parent_node = Rs_camera_node.copy()
+    offsets_m = np.zeros((len(NODES), 3))
+    for n, node in enumerate(NODES):
+        if node.parent >= 0:
+            R_parent_camera = np.swapaxes(Rs_camera_node[:, node.parent], -1, -2)
+            Rs_parent_node[:, n] = R_parent_camera @ Rs_camera_node[:, n]
+            way = places[:, n] - places[:, node.parent]
+            offsets_m[n] = _middle((R_parent_camera @ way[..., None])[..., 0])
+        if not np.isfinite(Rs_camera_node[:, n]).all((-1, -2)).any():
+            offsets_m[n] = np.nan
+    return Articulation(offsets_m, places[:, ROOT], Rs_parent_node)
+
+
+def _middle(vectors: Array) -> Array:
+    """[3] median of those of [N, 3] that are known; NaN if none is."""
+    known = vectors[np.isfinite(vectors).all(-1)]
+    return np.median(known, axis=0) if len(known) else np.full(3, np.nan)

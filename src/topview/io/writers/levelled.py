@@ -1,0 +1,195 @@
+"""What formats share that animate or analyse bodies: an upright world, even times, rigid bones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body.hierarchy import NODES, ROOT, Articulation, articulated
+from topview.geometry.rotations import levelled
+from topview.records import InputError
+from topview.skeletons import SkeletonSequence
+
+Array = NDArray[np.float64]
+
+UP_OF_LEVEL_CAMERA: Final = np.array([0.0, -1.0, 0.0])
+Y_UP_FROM_STAGE: Final = np.diag([1.0, -1.0, -1.0])  # x right, y up, z towards the camera
+Z_UP_FROM_STAGE: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+# The frame of a body that animation programs take as unturned: x to its left, y up, z to its front.
+ANIMATION_FROM_PART: Final = np.diag([-1.0, -1.0, 1.0])
+DEFAULT_RATE_HZ: Final = 30.0  # ours; of a single frame, whose rate nobody knows
+MOST_MOMENTS: Final = 1_000_000  # ours; nine hours at 30 a second
+NEAREST: Final = 0.75  # ours; of an interval: so far from an even moment a frame may lie
+
+
+def T_upright_camera(sequence: SkeletonSequence, R_upright_stage: Array) -> Array:
+    """[4, 4] from the camera's frame into an upright one with its origin on the floor below the
+    camera. Where no floor was seen the camera is taken to be level, and the origin is its own."""
+    floor = sequence.floor_camera
+    is_known = bool(np.isfinite(floor).all())
+    T = levelled(floor[:3], float(floor[3])) if is_known else levelled(UP_OF_LEVEL_CAMERA, 0.0)
+    upright = np.eye(4)
+    upright[:3, :3] = R_upright_stage
+    return upright @ T
+
+
+def placed(points_camera: Array, T_upright_camera: Array) -> Array:
+    """[..., 3] points in the upright frame."""
+    return points_camera @ T_upright_camera[:3, :3].T + T_upright_camera[:3, 3]
+
+
+def the_one(sequence: SkeletonSequence, format: str) -> int:
+    """Whom a format of one person is about.
+
+    Raises:
+        InputError: there is not just one.
+    """
+    if len(sequence.people_ids) != 1:
+        raise InputError(f"{format} holds one person; {len(sequence.people_ids)} were given")
+    return int(sequence.people_ids[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyMotion:
+    """One person in the N frames that have them, rigid and upright: K nodes of
+    `topview.body.hierarchy`, in the frames of animation programs.
+
+    Attributes:
+        rows: [N] the frames, as rows of the sequence.
+        timestamps_s: [N].
+        names: K' known nodes; a parent comes before its children, the root first.
+        parents: [K'] indices into these, -1 for the root.
+        offsets_m: [K', 3] from its parent to each node; the root's is zero.
+        root_m: [N, 3] where the root is: x right, y up, z towards the camera.
+        Rs_parent_node: [N, K', 3, 3]; the identity with the person upright, arms hanging, facing z.
+    """
+
+    rows: NDArray[np.int64]
+    timestamps_s: Array
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets_m: Array
+    root_m: Array
+    Rs_parent_node: Array
+
+    @classmethod
+    def of(cls, sequence: SkeletonSequence, format: str) -> BodyMotion:
+        """Of a sequence of one person.
+
+        Raises:
+            InputError: there are others, or no frame has a pelvis and its rotation.
+        """
+        person_id = the_one(sequence, format)
+        rows, body = articulation_of(sequence, person_id)
+        known = np.nonzero(body.known)[0].tolist()
+        T = T_upright_camera(sequence, Y_UP_FROM_STAGE)
+        C = ANIMATION_FROM_PART
+        Rs = C @ body.Rs_parent_node[:, known] @ C.T
+        Rs[:, ROOT] = T[:3, :3] @ body.Rs_parent_node[:, ROOT] @ C.T
+        return cls(
+            rows,
+            sequence.timestamps_s[rows],
+            tuple(NODES[n].name for n in known),
+            tuple(known.index(NODES[n].parent) if n != ROOT else -1 for n in known),
+            body.offsets_m[known] @ C.T,
+            placed(body.root_camera, T),
+            Rs,
+        )
+
+
+def articulation_of(
+    sequence: SkeletonSequence, person_id: int
+) -> tuple[NDArray[np.int64], Articulation]:
+    """Somebody's rigid body, and [N] the rows of the frames in which all of it is known.
+
+    Raises:
+        InputError: the sequence has other joints or parts than topview's, or there is no frame.
+    """
+    joints = _columns(sequence.joint_names, JOINT_NAMES)
+    parts = _columns(sequence.part_names, PART_NAMES)
+    rows, slots = sequence.slots_of(person_id)
+    places, Ts = sequence.joints_camera[rows, slots][:, joints], sequence.Ts_camera_part
+    body = articulated(places, Ts[rows, slots][:, parts])
+    is_whole = np.isfinite(body.Rs_parent_node[:, body.known]).all((1, 2, 3))
+    is_whole &= np.isfinite(body.root_camera).all(-1)
+    if not is_whole.any() or not body.known[ROOT]:
+        raise InputError(f"person {person_id} has no frame with a pelvis; others can be written")
+    whole = Articulation(body.offsets_m, body.root_camera[is_whole], body.Rs_parent_node[is_whole])
+    return rows[is_whole], whole
+
+
+def rigidity_m(sequence: SkeletonSequence, person_id: int) -> float:
+    """How far somebody's joints lie from those of a body with rigid bones: the largest of all
+    frames, metres. Errors as of `articulation_of`."""
+    rows, body = articulation_of(sequence, person_id)
+    joints = _columns(sequence.joint_names, JOINT_NAMES)
+    slots = np.argmax(sequence.person_ids[rows] == person_id, axis=1)
+    far = np.linalg.norm(
+        body.joints_camera() - sequence.joints_camera[rows, slots][:, joints], axis=-1
+    )
+    return float(np.nanmax(far))
+
+
+def _columns(names: tuple[str, ...], needed: tuple[str, ...]) -> list[int]:
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise InputError(f"has no {missing[0]}; it must have the joints and parts of topview")
+    return [names.index(name) for name in needed]
+
+
+def check_times_grow(timestamps_s: Array) -> None:
+    """Raises InputError where a frame is no later than the one before."""
+    grows = np.diff(timestamps_s) > 0
+    if not grows.all():
+        at = int(np.argmin(grows))
+        raise InputError(
+            f"timestamps_s goes from {timestamps_s[at]:g} to {timestamps_s[at + 1]:g}; "
+            f"times must grow"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EvenTimes:
+    """Moments at a constant rate, for formats that know no others.
+
+    Attributes:
+        rate_hz: moments a second.
+        rows: [M] the frame of each moment, as an index into the given times; -1 where there is
+            none near.
+    """
+
+    rate_hz: float
+    rows: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, timestamps_s: Array) -> EvenTimes:
+        """From the first frame to the last, at the rate of the frames; each moment has the frame
+        that is nearest in time.
+
+        Raises:
+            InputError: times do not grow.
+        """
+        check_times_grow(timestamps_s)
+        steps = np.diff(timestamps_s)
+        if not len(steps):
+            return cls(DEFAULT_RATE_HZ, np.arange(len(timestamps_s)))
+        step_s = float(steps[steps < 1.5 * np.median(steps)].mean())  # without what is missing
+        count = round((timestamps_s[-1] - timestamps_s[0]) / step_s) + 1
+        if count > MOST_MOMENTS:
+            raise InputError(f"would have {count} frames; it must be at most {MOST_MOMENTS}")
+        moments_s = timestamps_s[0] + step_s * np.arange(count)
+        after = np.searchsorted(timestamps_s, moments_s).clip(1, len(timestamps_s) - 1)
+        before_is_nearer = moments_s - timestamps_s[after - 1] < timestamps_s[after] - moments_s
+        rows = np.where(before_is_nearer, after - 1, after)
+        is_near = np.abs(timestamps_s[rows] - moments_s) <= NEAREST * step_s
+        return cls(1.0 / step_s, np.where(is_near, rows, -1))
+
+    def values(self, array: NDArray[Any]) -> NDArray[Any]:
+        """[M, ...] those of [F, ...] at each moment, NaN where there is no frame near."""
+        taken = array[self.rows].astype(np.float64)
+        taken[self.rows < 0] = np.nan
+        return taken
