@@ -7,11 +7,13 @@ for frame in topview.open(path):
 
 from __future__ import annotations
 
-from importlib import import_module
 from os import PathLike
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
+from topview.body.parts import JOINT_NAMES, PART_NAMES
 from topview.records import (
+    JOINT_STATE_NAMES,
     Camera,
     Distortion,
     Frame,
@@ -21,12 +23,21 @@ from topview.records import (
     Recording,
 )
 from topview.skeletons import SkeletonSequence
+from topview.version import installed_version
 
 if TYPE_CHECKING:
+    from topview.body.hierarchy import Articulation
+    from topview.io.writers.levelled import articulation_of
+    from topview.io.writers.npz import read_skeletons_npz as read_skeletons
+    from topview.io.writers.registry import write_skeletons
     from topview.track.settings import TrackerSettings
     from topview.track.tracker import Tracker
 
 __all__ = [
+    "JOINT_NAMES",
+    "JOINT_STATE_NAMES",
+    "PART_NAMES",
+    "Articulation",
     "Camera",
     "Distortion",
     "Frame",
@@ -37,11 +48,24 @@ __all__ = [
     "SkeletonSequence",
     "Tracker",
     "TrackerSettings",
+    "__version__",
+    "articulation_of",
     "open",
+    "read_skeletons",
+    "write_skeletons",
 ]
 
+__version__ = installed_version()
+
 # Loaded when first asked for: the tracker brings numba, which takes a second.
-_LAZY = {"Tracker": "topview.track.tracker", "TrackerSettings": "topview.track.settings"}
+_LAZY = {
+    "Articulation": "topview.body.hierarchy:Articulation",
+    "Tracker": "topview.track.tracker:Tracker",
+    "TrackerSettings": "topview.track.settings:TrackerSettings",
+    "articulation_of": "topview.io.writers.levelled:articulation_of",
+    "read_skeletons": "topview.io.writers.npz:read_skeletons_npz",
+    "write_skeletons": "topview.io.writers.registry:write_skeletons",
+}
 
 
 def open(path: str | PathLike[str], format: str | None = None) -> Recording:
@@ -61,4 +85,4 @@ def open(path: str | PathLike[str], format: str | None = None) -> Recording:
 def __getattr__(name: str) -> Any:
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_LAZY[name]), name)
+    return resolve_name(_LAZY[name])

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.body import JOINT_NAMES, PART_NAMES, PARTS
+from topview.body import JOINT_NAMES, PART_NAMES
 from topview.body.kinematics import (
     R_CAMERA_FACING,
     forward_kinematics,
     joints_from_parts,
     rotations_in_camera,
 )
+from topview.body.limits import LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.geometry.rotations import rotations_from_angles
@@ -41,7 +42,7 @@ def pose(
 def moving_people(who: dict[float, list[int]] = WHO) -> SkeletonSequence:
     """Poses within the limits of the joints, at random."""
     rng = np.random.default_rng(1)
-    low, high = np.clip(np.moveaxis([part.limits_rad for part in PARTS], -1, 0), -1.2, 1.2)
+    low, high = np.clip(np.moveaxis(LIMITS_RAD, -1, 0), -1.2, 1.2)
     about = About(JOINT_NAMES, PART_NAMES, {"recording": "made"})
     frames = []
     for f, (time_s, ids) in enumerate(who.items()):

@@ -10,6 +10,10 @@ from pathlib import Path
 
 import pytest
 
+import topview
+from moving_bodies import moving_people
+from topview.io.writers.registry import FORMATS
+
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted(
     [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "src").glob("topview*/**/*.md")]
@@ -21,7 +25,11 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
 SETTINGS = re.compile(r"^#+ .*`(topview\w*/[\w/]+\.py):(\w+)`.*\n((?:(?!#).*\n)*)", re.MULTILINE)
 ROW = re.compile(r"^\| `(\w+)`", re.MULTILINE)
 
-EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+EXAMPLES = [
+    example
+    for name in ("README.md", "docs/outputs.md")
+    for example in re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
+]
 
 
 def by_name(path: Path) -> str:
@@ -88,13 +96,31 @@ def test_the_documents_name_files_at_all() -> None:
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_the_readme_s_examples_run(
+def test_the_examples_run(
     example: str, make_recording: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = make_recording()
     recording.rename(recording.with_name("my_recording"))
     monkeypatch.chdir(recording.parent)
-    exec(compile(example, "README.md", "exec"), {})
+    Path("results").mkdir()
+    topview.write_skeletons(moving_people(), "results/skeletons.npz")
+    exec(compile(example, "example.py", "exec"), {})
+
+
+def test_the_table_of_names_is_the_package_s() -> None:
+    table = (ROOT / "docs" / "outputs.md").read_text().partition("## From Python")[2]
+    assert set(re.findall(r"topview\.(\w+)", table)) >= {*topview.__all__}
+    assert all(hasattr(topview, name) for name in topview.__all__)
+    assert (Path(topview.__file__).parent / "py.typed").exists()
+
+
+def test_the_table_of_formats_names_all_of_them_and_their_tests() -> None:
+    table = (ROOT / "docs" / "outputs.md").read_text()
+    assert re.findall(r"^\| `(\w+)`.*\| `?[\w/. ]+`? \|$", table, re.MULTILINE)[: len(FORMATS)] == [
+        *FORMATS
+    ]
+    tests = definitions(ROOT / "tests" / "topview" / "io" / "test_output_formats.py")
+    assert set(re.findall(r"`(test_\w+)`", table)) <= {*tests}
 
 
 SECTIONS = SETTINGS.findall((ROOT / "docs" / "settings.md").read_text())

@@ -92,7 +92,7 @@ class Articulation:
     @property
     def known(self) -> NDArray[np.bool_]:
         """[K] the nodes that there are; those that hang from an unknown one are unknown too."""
-        return np.isfinite(self.offsets_m).all(-1)
+        return np.asarray(np.isfinite(self.offsets_m).all(-1))
 
     def joints_camera(self) -> Array:
         """[N, J, 3] forward kinematics: the joints in the order of `JOINT_NAMES`, metres."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
 
 from topview.body import JOINT_NAMES, PART_NAMES
@@ -13,6 +12,7 @@ from topview.records import Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
+from topview.version import installed_version
 
 OnFrame = Callable[[Frame, list[Person]], None]
 KeepFrame = Callable[[TrackedFrame], None]
@@ -52,7 +52,7 @@ class TrackingRun:
             PART_NAMES,
             {"recording": recording.name, **tracker.settings_as_json()},
             recording.camera,
-            _version(),
+            installed_version(),
         )
         self.frame_count = 0
         self.seconds = 0.0
@@ -100,11 +100,3 @@ def track_recording(
     run.follow(frames.append, on_frame)
     skeletons = SkeletonSequence.from_frames(frames, run.about)
     return TrackingResult(skeletons, run.seconds, run.interrupted)
-
-
-def _version() -> str:
-    """Of this package; empty where it was never installed."""
-    try:
-        return version("topview")
-    except PackageNotFoundError:
-        return ""

@@ -254,6 +254,9 @@ def test_the_body_of_a_gltf_rests_on_its_bones(tmp_path):
     own = to_joints[owners.astype(int)]
     corners_joint = np.einsum("nab,nb->na", own[:, :3, :3], corners) + own[:, :3, 3]
     assert (np.abs(corners_joint).max(0) < 0.5).all()  # of the bone's length
+    spindles, normals = (a.reshape(-1, 24, 3) for a in (corners, gltf.numbers(mesh["NORMAL"])))
+    outwards = spindles - spindles.mean(1, keepdims=True)
+    assert (np.einsum("nca,nca->nc", outwards, normals) > 0).all()
     head = [gltf.nodes[n]["name"] for n in skin["joints"]].index("head")
     assert -to_joints[head, 1, 3] == pytest.approx(0.4 * 1.8, abs=0.1)  # above the pelvis
 

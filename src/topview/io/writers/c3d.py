@@ -20,8 +20,8 @@ from topview.io.writers.output import write_made
 from topview.records import InputError
 from topview.skeletons import Skeletons, SkeletonSequence, in_memory
 
-UNKNOWN: Final = -1.0  # the format's residual of a point that is not known
-MOST_FRAMES: Final = 65_535  # that the format counts
+UNKNOWN_RESIDUAL: Final = -1.0  # the format's residual of a point that is not known
+MOST_C3D_FRAMES: Final = 65_535  # that the format counts
 
 
 def write_skeletons_c3d(skeletons: Skeletons, path: str | PathLike[str]) -> None:
@@ -41,8 +41,8 @@ def _file(sequence: SkeletonSequence, ezc3d: Any) -> bytes:
     if not len(sequence.people_ids):
         raise InputError("has no person; C3D needs points")
     even = EvenTimes.of(sequence.timestamps_s)
-    if len(even.rows) > MOST_FRAMES:
-        raise InputError(f"would have {len(even.rows)} frames; C3D has at most {MOST_FRAMES}")
+    if len(even.rows) > MOST_C3D_FRAMES:
+        raise InputError(f"would have {len(even.rows)} frames; C3D has at most {MOST_C3D_FRAMES}")
     T = T_upright_camera(sequence, Z_UP_FROM_STAGE)
     people = sequence.people_ids.tolist()
     joints_camera = np.concatenate([sequence.of_person(p).joints_camera[:, 0] for p in people], 1)
@@ -59,7 +59,7 @@ def _file(sequence: SkeletonSequence, ezc3d: Any) -> bytes:
     file.add_parameter("POINT", "X_SCREEN", ["+X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     file["data"]["points"] = np.concatenate([points_mm, np.ones((1, *known.shape))])
-    file["data"]["meta_points"]["residuals"] = np.where(known, 0.0, UNKNOWN)[None]
+    file["data"]["meta_points"]["residuals"] = np.where(known, 0.0, UNKNOWN_RESIDUAL)[None]
     with TemporaryDirectory(prefix="topview-c3d-") as folder:  # it writes to paths only
         made = Path(folder) / "made.c3d"
         file.write(str(made))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from topview.geometry.rotations import unit
 from topview.io.writers.extras import needed
 from topview.io.writers.levelled import BodyMotion, check_times_grow
 from topview.io.writers.output import write_made
@@ -139,10 +140,10 @@ class _Scene:
         owners[:, 0] = np.repeat([p for p, _ in bones], len(corners) // len(bones))
         weights = np.tile([1.0, 0.0, 0.0, 0.0], (len(corners), 1))
         triangles = corners.reshape(-1, 3, 3)
-        across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        length = np.linalg.norm(across, axis=1, keepdims=True)
-        up = np.array([0.0, 1.0, 0.0])  # of a bone without length
-        normals = np.where(length > 0, across / np.where(length > 0, length, 1.0), up)
+        normals = unit(
+            np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        )
+        normals[(normals == 0.0).all(-1)] = 0.0, 1.0, 0.0  # of a bone without length
         lib = self._lib
         attributes = lib.Attributes(
             POSITION=self._accessor(corners),
@@ -188,12 +189,11 @@ def _spindle(start: Array, end: Array) -> Array:
     length = float(np.linalg.norm(way))
     along = way / length if length else np.array([0.0, 1.0, 0.0])
     helper = np.eye(3)[np.argmin(np.abs(along))]
-    one = np.cross(along, helper)
-    one /= np.linalg.norm(one)
+    one = unit(np.cross(along, helper))
     other = np.cross(along, one)
     ring = [
         start + BONE_WAIST * way + BONE_RADIUS * length * direction
         for direction in (one, other, -one, -other)
     ]
     sides = [(ring[k], ring[(k + 1) % 4]) for k in range(4)]
-    return np.array([p for a, b in sides for p in (start, b, a, a, b, end)])
+    return np.array([p for a, b in sides for p in (start, b, a, a, b, end)], np.float64)

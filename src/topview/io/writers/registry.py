@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Final
 
@@ -80,6 +81,25 @@ def files_of(made: SkeletonFormat, path: Path, people: list[int]) -> dict[Path, 
     if len(people) == 1:
         return {path: people[0]}
     return {path.with_stem(f"{path.stem}_person{person}"): person for person in people}
+
+
+def write_skeletons(
+    skeletons: Skeletons, path: str | PathLike[str], format: str | None = None
+) -> list[Path]:
+    """Write skeletons; the format is told from the ending of the path unless it is named.
+
+    A format of one person takes several people in files of their own: for `out.bvh` these are
+    `out_person1.bvh` and so on.
+
+    Returns:
+        The files.
+
+    Raises:
+        InputError: a format that is not known or whose library is missing, skeletons that it cannot
+            tell, or a file that cannot be written.
+    """
+    path = Path(path)
+    return write_format(format_named(format or path.suffix.removeprefix(".")), skeletons, path)
 
 
 def write_format(made: SkeletonFormat, skeletons: Skeletons, path: Path) -> list[Path]:
