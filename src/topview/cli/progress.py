@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from time import perf_counter
+from typing import Final
 
 from rich.progress import (
     BarColumn,
@@ -12,6 +13,7 @@ from rich.progress import (
     ProgressColumn,
     TaskProgressColumn,
     TextColumn,
+    TimeRemainingColumn,
 )
 
 from topview.cli.printing import plain_console
@@ -21,6 +23,8 @@ from topview.lines import as_line
 from topview.records import Frame, Person, Recording
 from topview.track import KeepFrame, TrackingRun
 from topview.view import Viewer
+
+REPORT_S: Final = 30.0  # ours; between two lines where there is no bar
 
 
 def compile_kernels() -> None:
@@ -54,24 +58,37 @@ def progress_bar(*more: ProgressColumn) -> Progress:
 def follow_with_progress(
     run: TrackingRun, recording: Recording, viewer: Viewer, keep: KeepFrame
 ) -> None:
-    """Track a recording, keeping every frame, showing it to the viewer, and the bar on stderr."""
+    """Track a recording, keeping every frame, showing it to the viewer, and the bar on stderr; or
+    a line there now and then, where that is no terminal."""
     compile_kernels()
     state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
-    with progress_bar(state) as progress:
+    with progress_bar(state, TimeRemainingColumn()) as progress:
         bar = progress.add_task(
             f"tracking {recording.name}", total=recording.frame_count, rate=0, people=0
         )
-        start = perf_counter()
+        start = told = perf_counter()
         done = 0
 
         def on_frame(frame: Frame, people: list[Person]) -> None:
-            nonlocal done
+            nonlocal done, told
             done += 1
-            rate = done / (perf_counter() - start)
+            now = perf_counter()
+            rate = done / (now - start)
             progress.update(bar, advance=1, rate=rate, people=len(people))
+            if progress.disable and now - told > REPORT_S:
+                told = now
+                warn(_so_far(done, recording.frame_count, rate))
             viewer.show(frame, people)
 
         run.follow(keep, on_frame)
+
+
+def _so_far(done: int, frame_count: int | None, rate: float) -> str:
+    """How far a run has come, and how many seconds are left if anybody can know."""
+    if frame_count is None:
+        return f"{done} frames, {rate:.1f} frames/s"
+    left_s = (frame_count - done) / rate
+    return f"{done} of {frame_count} frames, {rate:.1f} frames/s, {left_s:.0f} s left"
 
 
 def print_frames(run: TrackingRun, recording: Recording, *, ended_early: bool = False) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from topview.cli.printing import plain_console
 from topview.cli.progress import compile_kernels, follow_with_progress, progress_bar, warn
@@ -17,14 +20,20 @@ from topview.track import Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet
 from topview_lab.bench.tracking import TWO_USERS_SCENE, WARM_UP_FRAMES
 from topview_lab.datasets import read_groundtruth
-from topview_lab.evaluate.report import print_report
+from topview_lab.evaluate.report import print_brief, print_report
 from topview_lab.metrics import evaluate_sequence
 from topview_lab.sim import scene_by_name, write_scene
 
 SCENE = TWO_USERS_SCENE
 
 
-def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> int:
+def demo(
+    *,
+    out: Path = Path("out/demo"),
+    seed: int = 0,
+    frames: int = 120,
+    detail: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
     """Simulate two people, track them, and print the error against the truth.
 
     One walks past in front of the other, before a Kinect-like camera. Writes skeletons.npz,
@@ -34,6 +43,7 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
         out: folder for the results, made if it is missing.
         seed: of the simulated people and of the tracker.
         frames: how many, at 30 a second.
+        detail: print the errors of every joint and angle, too.
     """
     settings = TrackerSettings(seed=seed)
     prepare_output_folder(out)
@@ -52,7 +62,8 @@ def demo(*, out: Path = Path("out/demo"), seed: int = 0, frames: int = 120) -> i
     write_results(skeletons, {CONTACT_SHEET: sheet}, out)
     if tracked:
         evaluation = evaluate_sequence(skeletons, truth, SCENE, run.seconds)
-        print_report(evaluation, plain_console(), "error against the simulated truth")
+        tell = print_report if detail else print_brief
+        tell(evaluation, plain_console(), "error against the simulated truth")
     print(f"look at {out / CONTACT_SHEET}; the skeletons are beside it")
     if run.interrupted:
         warn(f"interrupted: the {len(tracked)} frames tracked so far are kept in {out}")

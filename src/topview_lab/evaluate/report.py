@@ -55,6 +55,20 @@ def print_report(
     return summary
 
 
+def print_brief(evaluation: Evaluation, console: Console, title: str) -> None:
+    """What matters most, in some ten lines; `print_report` has the rest."""
+    summary = summarise(evaluation, "set")
+    joints, found = summary.joints_cm, summary.people
+    rows = {_hidden_by(split): joints[split][ALL] for split in (ALL, UNHIDDEN, BY_PERSON)}
+    rows = {name: row for name, row in rows.items() if row.raw.count}
+    console.print(tables.error_table(f"{title}, cm", "joints hidden by", "cm", rows))
+    console.print(
+        f"people: {found.missed} of {found.person_frames} missed, "
+        f"{found.false_person_frames} false, {found.id_swaps} exchanged; "
+        f"{summary.frames_per_second:.1f} frames per second"
+    )
+
+
 def print_summary(
     summary: Summary,
     console: Console,

@@ -16,6 +16,7 @@ from rich.table import Table
 
 import topview
 from tiny_recordings import wall
+from topview.cli import progress
 from topview.cli.printing import plain_console
 from topview.lines import MOST_CHARACTERS, as_line
 
@@ -152,3 +153,15 @@ def test_there_are_no_bars_where_there_is_no_terminal(topview):
     )
     assert ended.complaints == []
     assert ended.status == 0
+
+
+def test_a_run_without_a_terminal_tells_how_far_it_is(
+    topview, make_recording, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(progress, "REPORT_S", 0.0)
+    ended = topview("track", make_recording([wall()] * 3), "--out", tmp_path / "out")
+    told = [line for line in ended.complaints if "frames/s" in line]
+    assert [line.split(" frames, ")[0] for line in told] == [
+        f"topview: {done} of 3" for done in (1, 2, 3)
+    ]
+    assert told[-1].endswith(" 0 s left")
