@@ -11,6 +11,7 @@ from topview.cli.outputs import prepare_output_file
 from topview.cli.results import RESULT
 from topview.files import naming
 from topview.io import read_skeletons_npz
+from topview.io.writers.levelled import rigidity_m
 from topview.io.writers.registry import FORMATS, files_of, format_named, write_format
 from topview.records import InputError
 
@@ -51,4 +52,7 @@ def convert(
         prepare_output_file("OUT", file, force)
     for file in write_format(made, sequence, out):
         print(f"written to {file}")
+    for one in sequence.people_ids.tolist() if made.has_bones else ():
+        off_mm = 1e3 * rigidity_m(sequence, one)
+        print(f"person {one}: joints lie up to {off_mm:.1f} mm from those of rigid bones")
     return 0

@@ -29,6 +29,7 @@ def test_the_ending_says_the_format(topview, result):
     assert (ended.status, ended.complaints) == (0, [])
     assert names_in(result / "to ö") == {"moves_person1.bvh", "moves_person3.bvh"}
     assert ended.out.count("written to") == 2
+    assert "person 3: joints lie up to 0.0 mm from those of rigid bones" in ended.out
 
 
 def test_one_person_alone_gets_the_very_file(topview, result):

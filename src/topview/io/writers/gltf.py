@@ -187,8 +187,8 @@ def _spindle(start: Array, end: Array) -> Array:
     """[24, 3] the corners of eight triangles between two places, thickest near the first."""
     way = end - start
     length = float(np.linalg.norm(way))
-    along = way / length if length else np.array([0.0, 1.0, 0.0])
-    helper = np.eye(3)[np.argmin(np.abs(along))]
+    along: Array = way / length if length else np.array([0.0, 1.0, 0.0])
+    helper: Array = np.eye(3)[int(np.argmin(np.abs(along)))]
     one = unit(np.cross(along, helper))
     other = np.cross(along, one)
     ring = [

@@ -117,7 +117,7 @@ def articulation_of(
     is_whole = np.isfinite(body.Rs_parent_node[:, body.known]).all((1, 2, 3))
     is_whole &= np.isfinite(body.root_camera).all(-1)
     if not is_whole.any() or not body.known[ROOT]:
-        raise InputError(f"person {person_id} has no frame with a pelvis; others can be written")
+        raise InputError(f"person {person_id} has no frame with a pelvis; it must have one")
     whole = Articulation(body.offsets_m, body.root_camera[is_whole], body.Rs_parent_node[is_whole])
     return rows[is_whole], whole
 

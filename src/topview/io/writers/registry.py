@@ -29,6 +29,7 @@ class SkeletonFormat:
         name: on the command line.
         write: skeletons, and where to.
         is_of_one: a file holds one person.
+        has_bones: it tells of rigid bones, not of the joints themselves.
         needs: the module and the extra of topview that it comes with; empty if none is needed.
         endings: others that mean the same.
     """
@@ -36,6 +37,7 @@ class SkeletonFormat:
     name: str
     write: Callable[[Skeletons, Path], None]
     is_of_one: bool = False
+    has_bones: bool = False
     needs: tuple[str, str] | None = None
     endings: tuple[str, ...] = ()
 
@@ -47,11 +49,17 @@ FORMATS: Final[dict[str, SkeletonFormat]] = {
         SkeletonFormat("csv", write_skeletons_csv),
         SkeletonFormat("jsonl", write_skeletons_jsonl),
         SkeletonFormat("parquet", write_skeletons_parquet, needs=("pyarrow", "parquet")),
-        SkeletonFormat("bvh", write_skeletons_bvh, is_of_one=True),
+        SkeletonFormat("bvh", write_skeletons_bvh, is_of_one=True, has_bones=True),
         SkeletonFormat("trc", write_skeletons_trc, is_of_one=True),
-        SkeletonFormat("mot", write_skeletons_mot, is_of_one=True),
+        SkeletonFormat("mot", write_skeletons_mot, is_of_one=True, has_bones=True),
         SkeletonFormat("c3d", write_skeletons_c3d, needs=("ezc3d", "c3d")),
-        SkeletonFormat("glb", write_skeletons_gltf, needs=("pygltflib", "gltf"), endings=("gltf",)),
+        SkeletonFormat(
+            "glb",
+            write_skeletons_gltf,
+            has_bones=True,
+            needs=("pygltflib", "gltf"),
+            endings=("gltf",),
+        ),
     )
 }
 
