@@ -424,9 +424,11 @@ class Frame:
         is_far = (depth_m > FARTHEST_ROOM_M) & (depth_m < np.inf)
         n_far, n_near = np.count_nonzero(is_far), np.count_nonzero(is_reading & ~is_far)
         if n_far > n_near:
+            seen = depth_m[is_far | is_reading]
             raise InputError(
                 f"frame {self.index}: {n_far} of {n_far + n_near} readings lie beyond "
-                f"{FARTHEST_ROOM_M:g} m; they must be metres, and are probably millimetres"
+                f"{FARTHEST_ROOM_M:g} m, from {seen.min():.4g} to {seen.max():.4g} m; they must be "
+                "metres, and are probably millimetres"
             )
         if (is_reading | (depth_m == 0.0)).all():
             return _frozen(depth_m)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import topview
-from topview.io.readers.frame_names import MAX_NAME_LINES, by_number
+from topview.io.readers.frame_names import MAX_NAME_LINES, by_number, by_time
 from topview.records import InputError
 
 NUMBERS = st.lists(st.integers(0, 10**9 - 1), min_size=1, max_size=30, unique=True)
@@ -37,7 +39,7 @@ def test_a_frame_number_comes_back_whatever_is_around_it(numbers, before, after,
         ["frame_1403636579763555584.png"],
     ],
 )
-def test_time_stamps_are_refused(names):
+def test_time_stamps_are_no_frame_numbers(names):
     with pytest.raises(InputError, match=r"seems to be named by a time stamp; .* 000000\.png") as e:
         by_number(names)
     assert min(names) in str(e.value)
@@ -86,29 +88,125 @@ def test_whatever_the_names_are_it_is_numbers_or_one_line(names):
     assert len(problems) <= MAX_NAME_LINES + 1
 
 
-def renamed(root: Path, names: list[str]) -> Path:
-    for index, name in enumerate(names):
-        image = root / "depth" / f"{index:06d}.png"
-        image.rename(image.with_name(name))
-    for image in (root / "depth").glob("00000?.png"):
-        image.unlink()
-    return root
+STAMPS = ["1305031102.175304", "1305031102.208630", "1305031102.242010", "1305031102.275326"]
 
 
-def test_a_recording_named_by_time_stamps_is_refused(write_folder):
-    root = renamed(write_folder(), ["1305031102.933333.png", "1305031102.833333.png"])
-    with pytest.raises(InputError, match=r"walk/depth/1305031102\.833333\.png: seems to be named"):
-        topview.open(root)
+def renamed(root: Path, folder: str, stems: list[str]) -> None:
+    """Images named anew, the first of them last, so that order is not that of writing."""
+    for image, stem in zip(sorted((root / folder).iterdir()), reversed(stems), strict=True):
+        image.rename(image.with_name(f"{stem}{image.suffix}"))
 
 
-def test_colour_named_so_is_left_aside(write_folder, depths):
-    names = ["1305031102.911111.png", "1305031102.944444.png"]
-    root = write_folder(color=dict.fromkeys(names, b"image"))
+def test_a_recording_named_by_time_stamps_is_read_in_order_with_its_times(write_folder, depths):
+    color = {i: np.full((*depths[0].shape, 3), 40 * i, np.uint8) for i in depths}
+    root = write_folder(color={f"{i:06d}.png": image for i, image in color.items()})
+    renamed(root, "depth", STAMPS)
+    late = [f"{float(stamp) + 0.004:.6f}" for stamp in STAMPS[1:]]
+    (root / "rgb" / "000003.png").unlink()  # that of the first depth image
+    renamed(root, "rgb", late)
     recording = topview.open(root)
+    frames = list(recording)
+    assert [frame.index for frame in frames] == [0, 1, 2, 3]
+    assert [frame.name for frame in frames] == [f"{stamp}.png" for stamp in STAMPS]
+    times_s = [float(stamp) - float(STAMPS[0]) for stamp in STAMPS]
+    assert [frame.timestamp_s for frame in frames] == times_s
+    for frame, written in zip(frames, (3, 2, 1, 0), strict=True):
+        np.testing.assert_array_equal(frame.depth_m, (depths[written] / 1e3).astype(np.float32))
+    shades = [None if frame.color is None else int(frame.color[0, 0, 0]) for frame in frames]
+    assert shades == [None, 80, 40, 0]
+    assert recording.problems == [
+        "rgb/: has no image for 1 of 4 frames, the first of them frame 0; they come without colour"
+    ]
+
+
+@pytest.mark.parametrize("factor", [1, 10**3, 10**6, 10**9])
+def test_times_since_1970_may_be_whole_numbers_of_any_unit(factor):
+    names = [f"{(1305031102 + n) * factor + n}.png" for n in (2, 0, 1)]
+    seconds, problems = by_time(names) or ({}, [])
+    assert problems == []
+    assert list(seconds) == sorted(names)
+    steps = np.diff(list(seconds.values()))
+    np.testing.assert_allclose(steps, 1.0 + 1.0 / factor, atol=1e-6)
+
+
+def test_pauses_and_images_of_the_same_time_are_one_line(write_folder, depths):
+    root = write_folder(dict.fromkeys(range(6), depths[0]))
+    renamed(root, "depth", ["1.00", "1.03", "1.030", "1.06", "1.09", "9.00"])
+    recording = topview.open(root)
+    assert [frame.timestamp_s for frame in recording] == pytest.approx([0, 0.03, 0.06, 0.09, 8.0])
+    assert recording.problems == [
+        "depth/1.030.png: has the time of the image before; left out",
+        "depth/: 1 pauses between frames, the longest 7.91 s after 1.09.png; frames come every "
+        "0.030 s",
+    ]
+
+
+def test_depth_numbered_and_colour_named_by_times_do_not_go_together(write_folder, depths):
+    names = ["1305031102.911111.png", "1305031102.944444.png"]
+    recording = topview.open(write_folder(color=dict.fromkeys(names, b"image")))
     assert [frame.color for frame in recording] == [None] * len(depths)
     (problem,) = recording.problems
-    assert "seems to be named by a time stamp" in problem
-    assert problem.endswith("going on without colour")
+    assert problem.startswith("rgb/: images have times, those of depth/ numbers;")
+
+
+def test_frames_numbered_by_milliseconds_are_doubted(write_folder, depths):
+    root = write_folder(dict.fromkeys(range(0, 330, 33), depths[0]))
+    (problem,) = topview.open(root).problems
+    assert problem.endswith("at 30 frames/s they last 10 s. If the numbers are times, name images "
+                            "by seconds, as 12.345678.png")  # fmt: skip
+
+
+LIST = "# depth maps\n# timestamp filename\n"
+
+
+class TestTimesInAList:
+    def test_they_are_those_of_the_frames(self, write_folder, depths):
+        root = write_folder()
+        lines = [f"{10 + 0.5 * i:.6f} depth/{i:06d}.png" for i in depths]
+        (root / "depth.txt").write_text(LIST + "\n".join(lines))
+        recording = topview.open(root)
+        assert [frame.timestamp_s for frame in recording] == [0.0, 0.5, 1.0, 1.5]
+        assert recording.problems == []
+
+    def test_what_is_odd_in_it_is_one_line_each(self, write_folder):
+        root = write_folder()
+        text = "3.0 depth/000001.png\n2.0 depth/000000.png\n2.5 depth/000009.png\n"
+        (root / "depth.txt").write_text(text)
+        recording = topview.open(root)
+        assert [frame.name for frame in recording] == ["000000.png", "000001.png"]
+        assert recording.problems == [
+            "depth.txt: names 1 images that depth/ does not hold",
+            "depth.txt: does not name 2 images of depth/; left out",
+            "depth.txt: 1 times are out of order; frames are read by time",
+        ]
+
+    @pytest.mark.parametrize("text", ["", "depth/000000.png", "x depth/000000.png", "\0", "nan a"])
+    def test_a_broken_one_is_one_line(self, write_folder, text):
+        root = write_folder()
+        (root / "depth.txt").write_text(text)
+        with pytest.raises(InputError, match=r"depth\.txt: .*it must hold lines of seconds"):
+            topview.open(root)
+
+
+def test_a_sequence_of_tum_rgbd_is_read_as_it_is_published(tmp_path):
+    depth = np.arange(640 * 480, dtype=np.uint16).reshape(480, 640)
+    for name, image in (("depth", depth), ("rgb", np.zeros((480, 640, 3), np.uint8))):
+        (tmp_path / name).mkdir()
+        cv2.imwrite(str(tmp_path / name / "1305031102.160407.png"), image)
+        line = f"1305031102.160407 {name}/1305031102.160407.png\n"
+        (tmp_path / f"{name}.txt").write_text("# color images\n" + line)
+    recording = topview.open(tmp_path)
+    (frame,) = recording
+    np.testing.assert_array_equal(frame.depth_m, (depth / 5000.0).astype(np.float32))
+    assert frame.color is not None
+    assert (frame.camera.fx, frame.camera.cx) == (525.0, 319.5)
+    (problem,) = recording.problems
+    assert problem.startswith(
+        "camera.json is missing; taken for TUM RGB-D's default camera: fx 525"
+    )
+    cv2.imwrite(str(tmp_path / "depth" / "1305031102.160407.png"), depth[:200])
+    with pytest.raises(InputError, match="depth images are 640 x 200, not TUM RGB-D's 640 x 480"):
+        topview.open(tmp_path)
 
 
 def test_every_shared_recording_is_still_read(shared):

@@ -49,23 +49,30 @@ class CameraFile:
     color: ColorCamera | None = None
 
 
-def read_camera_json(path: Path) -> CameraFile:
+def read_camera_json(path: Path, is_float: bool = False) -> CameraFile:
     """Read {fx, fy, cx, cy, width, height, depth_scale} and, where given, distortion, sensor,
     T_world_camera, fps and color, itself {fx, fy, cx, cy, width, height, T_color_depth} and, where
     given, distortion. Other keys are ignored, unless they seem to tell of a lens.
+
+    Args:
+        path: of the file.
+        is_float: depth is stored as floating point numbers: metres, if depth_scale is 1 or missing.
 
     Raises:
         InputError: missing, not JSON, a value that no camera has, or a key that seems to tell of
             a lens and is not known; names file, key and value.
     """
-    with naming(path, right=f"it must be a file with {', '.join(REQUIRED_KEYS)}"):
-        values = _json_object(read_bytes(path, MOST_JSON_BYTES))
-        require(values, REQUIRED_KEYS)
+    required = INTRINSICS_KEYS if is_float else REQUIRED_KEYS
+    with naming(path, right=f"it must be a file with {', '.join(required)}"):
+        values = json_object(read_bytes(path, MOST_JSON_BYTES))
+        require(values, required)
         camera = camera_from(values)
         fps = number(values, "fps") if "fps" in values else DEFAULT_FPS
         if not MIN_FPS <= fps <= MAX_FPS:
             raise InputError(f"fps is {fps:g}; it must be {MIN_FPS:g} to {MAX_FPS:g} per second")
-        scale = metres_per_unit(number(values, "depth_scale"))
+        depth_scale = number(values, "depth_scale") if "depth_scale" in values else 1.0
+        is_metres = is_float and depth_scale == 1.0
+        scale = 1.0 if is_metres else metres_per_unit(depth_scale)
     with naming(Path(f"{path}: color")):
         color = _color_camera(values["color"]) if "color" in values else None
     return CameraFile(camera, scale, fps, color)
@@ -111,7 +118,8 @@ def _T_color_depth(values: dict[str, Any]) -> NDArray[np.float64]:
     return T
 
 
-def _json_object(data: bytes) -> dict[str, Any]:
+def json_object(data: bytes) -> dict[str, Any]:
+    """Raises InputError where a text is no JSON object. Errors do not name the file."""
     try:
         values = json.loads(data)
     except RecursionError:

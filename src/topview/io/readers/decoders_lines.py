@@ -33,7 +33,7 @@ STARTS: Final = (
     b"[ WARN:",
     b"[ERROR:",
 )
-"""Of libpng's, libjpeg's and OpenCV's lines."""
+"""Of libpng's, libjpeg's and OpenCV's lines; OpenCV goes on with lines that begin with >."""
 _one_at_a_time = threading.Lock()
 
 
@@ -57,10 +57,13 @@ def decoders_lines() -> Iterator[list[str]]:
             os.dup2(stderr, STDERR)
         if os.fstat(caught.fileno()).st_size:
             caught.seek(0)
+            is_theirs = False
             for line in caught.readlines():
                 if line.startswith(STARTS):
                     said.append(line.decode(errors="replace").strip())
-                else:
+                    is_theirs = True
+                elif not (is_theirs and (line.startswith(b">") or not line.strip())):
+                    is_theirs = False
                     with suppress(OSError):  # a full disk
                         os.write(stderr, line)
 

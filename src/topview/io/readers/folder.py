@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera import undistorted_camera, undistortion
 from topview.files import naming, read_bytes
-from topview.io.readers.camera_json import COLOR_KEYS, read_camera_json
+from topview.io.readers.camera_json import CameraFile, read_camera_json
 from topview.io.readers.depth import depth_image
-from topview.io.readers.frame_names import by_number
-from topview.io.readers.images import decode_color, decode_depth_png
-from topview.io.readers.registration import register_color
+from topview.io.readers.float_images import FLOAT_SUFFIXES, decode_depth
+from topview.io.readers.frame_names import gaps_between, pauses_between
+from topview.io.readers.image_lists import ImageList, list_images
+from topview.io.readers.images import decode_color
+from topview.io.readers.pairing import nearest_in_time
+from topview.io.readers.rig import Rig
 from topview.records import Frame, InputError
 
-DEPTH_SUFFIXES: Final = (".png",)
+DEPTH_SUFFIXES: Final = (".png", *FLOAT_SUFFIXES)
 COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
-MAX_GAP_LINES: Final = 5  # more gaps than this share one line
 MAX_COLOR_LINES: Final = 5  # colour files that cannot be read beyond these do so too
 
 
@@ -32,15 +32,22 @@ def recognises(path: Path) -> bool:
 class FolderRecording:
     """The recording in a folder, or in the folder above if its `depth` folder is given.
 
-    The last number in an image's name is the frame's index; its time is index / fps. Depth is
-    uint16 in the unit of camera.json's depth_scale, 0 = no reading. Colour is registered to the
-    depth image, in the same size, or camera.json says by "color" what camera took it, and it is
-    registered here; frames without (readable) colour come without. Frames are undistorted, and
-    named after their depth image.
+    The last number in an image's name is the frame's index; its time is index / fps. Where images
+    are named by times, or `depth.txt` and `rgb.txt` tell them, frames are in their order, and
+    colour belongs to the depth nearest in time. Depth is uint16 in the unit of camera.json's
+    depth_scale, or floating point, metres unless that says otherwise; 0 = no reading. Colour is
+    registered to the depth image, in the same size, or camera.json says by "color" what camera took
+    it, and it is registered here; frames without (readable) colour come without. Frames are
+    undistorted, and named after their depth image.
+
+    Args:
+        path: of the folder.
+        camera_file: what camera.json would say; it is read if None.
 
     Attributes:
         name: the folder's name.
         camera: what took the depth images, with its lens.
+        color_camera: what took the colour images; None where they are registered to the depth.
         fps: frames per second.
         problems: relative to the folder.
 
@@ -48,27 +55,33 @@ class FolderRecording:
         InputError: no depth images, or camera.json is missing or wrong.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, camera_file: CameraFile | None = None) -> None:
         self._root = _root_of(path)
         self.name = self._root.resolve().name
         self.problems: list[str] = []
         self._bad_color_paths: set[Path] = set()
-        self._depth_paths = self._numbered_images("depth", DEPTH_SUFFIXES)
+        depths = list_images(self._root, "depth", DEPTH_SUFFIXES)
+        self._depth_paths = depths.paths
+        self.problems += depths.problems
         if not self._depth_paths:
             raise InputError(
                 f"{path}: has no depth images; it must hold depth/000000.png, depth/000001.png, "
                 "... and camera.json"
             )
-        self._color_paths = self._numbered_color()
-        camera_file = read_camera_json(self._root / "camera.json")
+        colors = self._listed_color()
+        is_float = all(p.suffix.lower() in FLOAT_SUFFIXES for p in self._depth_paths.values())
+        camera_json = self._root / "camera.json"
+        camera_file = camera_file or read_camera_json(camera_json, is_float)
         self.camera = camera_file.camera
-        with naming(self._root / "camera.json"):
-            self._look_up = None if self.camera.is_pinhole else undistortion(self.camera)
-            self._pinhole = undistorted_camera(self.camera)
+        self.color_camera = None if camera_file.color is None else camera_file.color.camera
+        with naming(camera_json):
+            self._rig = Rig(self.camera, camera_file.color)
         self._metres_per_unit = camera_file.metres_per_unit
         self.fps = camera_file.fps
-        self._color_camera = camera_file.color
-        self._note_gaps()
+        self._times_s = _times_of(depths, self.fps)
+        self._color_paths = self._color_of(depths, colors)
+        self._was_read = False
+        self._note_gaps(is_timed=depths.times_s is not None)
         self._note_missing_color()
 
     @property
@@ -97,13 +110,27 @@ class FolderRecording:
             self._note(str(error))
             return None
         color = self._read_color(self._color_paths.get(index), depth_m)
-        return Frame(index, index / self.fps, depth_m, self._pinhole, color, path.name)
+        camera = self._rig.pinhole
+        try:
+            with naming(path.relative_to(self._root)):
+                frame = Frame(index, self._times_s[index], depth_m, camera, color, path.name)
+        except InputError as error:
+            if not self._was_read:
+                scale = f"depth_scale is {self._metres_per_unit:g} m per unit"
+                raise InputError(f"{self._root / 'camera.json'}: {scale}; {error}") from None
+            self._note(str(error))
+            return None
+        self._was_read = True
+        return frame
 
     def _read_depth(self, path: Path) -> NDArray[np.float32]:
         with naming(path.relative_to(self._root)):
-            units = decode_depth_png(read_bytes(path), self.camera.width, self.camera.height)
-            depth_m = depth_image(units, self._metres_per_unit)
-        return depth_m if self._look_up is None else self._look_up.depth(depth_m)
+            stored = decode_depth(read_bytes(path), self.camera.width, self.camera.height)
+            if stored.dtype == np.uint16 and self._metres_per_unit == 1.0:
+                raise InputError(
+                    "is 16-bit depth; camera.json must have depth_scale: 0.001 for millimetres"
+                )
+            return self._rig.depth(depth_image(stored, self._metres_per_unit))
 
     def _read_color(
         self, path: Path | None, depth_m: NDArray[np.float32]
@@ -118,77 +145,45 @@ class FolderRecording:
             self._note_bad_color(path, f"{error}; the frame comes without colour")
             return None
         height, width = color.shape[:2]
-        told = self._color_camera.camera if self._color_camera else self.camera
-        if (width, height) != (told.width, told.height):
-            self._note(f"rgb/: images are {width} x {height} pixels; {self._right_color_size}")
-            return None
-        if self._color_camera is not None:
-            return register_color(color, self._color_camera, depth_m, self._pinhole)
-        return color if self._look_up is None else self._look_up.color(color)
-
-    @property
-    def _right_color_size(self) -> str:
-        if self._color_camera is not None:
-            told = self._color_camera.camera
-            return (
-                f'they must be {told.width} x {told.height}, as "color" in camera.json says; '
+        if (width, height) != self._rig.color_size:
+            self._note(
+                f"rgb/: images are {width} x {height} pixels; {self._rig.right_color}; "
                 "going on without colour"
             )
-        return (
-            f"they must be registered to the depth images, {self.camera.width} x "
-            f'{self.camera.height}, or camera.json must have "color": {{{", ".join(COLOR_KEYS)}}}; '
-            "going on without colour"
-        )
+            return None
+        return self._rig.color(color, depth_m)
 
-    def _numbered_color(self) -> dict[int, Path]:
+    def _listed_color(self) -> ImageList:
         try:
-            return self._numbered_images("rgb", COLOR_SUFFIXES)
+            colors = list_images(self._root, "rgb", COLOR_SUFFIXES)
         except InputError as error:
             self._note(f"{error}; going on without colour")
-            return {}
+            return ImageList()
+        self.problems += colors.problems
+        return colors
 
-    def _numbered_images(self, folder: str, suffixes: tuple[str, ...]) -> dict[int, Path]:
-        """Frame index to image path, in order."""
-        directory = self._root / folder
-        if not directory.is_dir():
+    def _color_of(self, depths: ImageList, colors: ImageList) -> dict[int, Path]:
+        """The colour image of each depth image: with its number, or the nearest in time."""
+        if depths.times_s is not None and colors.times_s is not None:
+            pairs = nearest_in_time(colors.times_s, depths.times_s)
+            return {index: colors.paths[color] for index, color in pairs.items()}
+        if colors.paths and (depths.times_s is None) != (colors.times_s is None):
+            told = ("numbers", "times") if depths.times_s is None else ("times", "numbers")
+            self._note(
+                f"rgb/: images have {told[1]}, those of depth/ {told[0]}; both must have the same; "
+                "going on without colour"
+            )
             return {}
-        with naming(directory):
-            names = [path.name for path in directory.iterdir()]
-        images = [
-            name
-            for name in names
-            if PurePath(name).suffix.lower() in suffixes and not name.startswith(".")
-        ]
-        try:
-            numbered, problems = by_number(images)
-        except InputError as error:
-            raise InputError(f"{directory}/{error}") from None
-        for problem in problems:
-            self._note(f"{folder}/{problem}")
-        return {index: directory / name for index, name in numbered.items()}
+        return colors.paths
 
-    def _note_gaps(self) -> None:
-        gaps = [
-            (before, after) for before, after in pairwise(self._depth_paths) if after > before + 1
-        ]
-        if len(gaps) > MAX_GAP_LINES:
-            missing = sum(after - before - 1 for before, after in gaps)
-            first, last = gaps[0][0], gaps[-1][1]
-            self._note(
-                f"depth/: {missing} frames are missing in {len(gaps)} gaps between "
-                f"{self._depth_paths[first].name} and {self._depth_paths[last].name}"
-            )
-            return
-        for before, after in gaps:
-            frames = (
-                f"frame {before + 1} is"
-                if after == before + 2
-                else f"frames {before + 1}-{after - 1} are"
-            )
-            self._note(
-                f"depth/: {frames} missing between "
-                f"{self._depth_paths[before].name} and {self._depth_paths[after].name}"
-            )
+    def _note_gaps(self, is_timed: bool) -> None:
+        names = {index: path.name for index, path in self._depth_paths.items()}
+        lines = (
+            pauses_between(list(names.values()), list(self._times_s.values()))
+            if is_timed
+            else gaps_between(names, self.fps)
+        )
+        self.problems += [f"depth/: {line}" for line in lines]
 
     def _note_missing_color(self) -> None:
         missing = [index for index in self._depth_paths if index not in self._color_paths]
@@ -214,6 +209,14 @@ class FolderRecording:
 
 def _more_bad_color(count: int) -> str:
     return f"rgb/: {count} more cannot be read; these frames come without colour too"
+
+
+def _times_of(depths: ImageList, fps: float) -> dict[int, float]:
+    """Seconds since the first frame, or since frame 0 where only numbers are known."""
+    if depths.times_s is None:
+        return {index: index / fps for index in depths.paths}
+    start_s = depths.times_s[0]
+    return {index: time_s - start_s for index, time_s in depths.times_s.items()}
 
 
 def _root_of(path: Path) -> Path:

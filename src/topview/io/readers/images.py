@@ -96,7 +96,7 @@ def decode_depth_png(data: bytes, width: int, height: int) -> NDArray[np.uint16]
             f"is {header.width} x {header.height} pixels; "
             f"it must be {width} x {height}, as camera.json says"
         )
-    image, said = _decoded(data, cv2.IMREAD_UNCHANGED)
+    image, said = decoded(data, cv2.IMREAD_UNCHANGED)
     if image is None or image.shape != (height, width) or image.dtype != np.uint16:
         raise InputError(f"cannot be decoded{said}; it must be a 16-bit PNG image")
     return image.astype(np.uint16, copy=False)
@@ -111,12 +111,12 @@ def decode_color(data: bytes) -> NDArray[np.uint8]:
     if data.startswith(JPEG_SIGNATURE):
         if data.rfind(JPEG_END_OF_IMAGE) < data.rfind(JPEG_START_OF_SCAN):
             raise InputError(f"is truncated after {len(data)} bytes; it must be a whole JPEG image")
-        _check_pixels(*jpeg_size(data))
+        check_pixels(*jpeg_size(data))
     else:
         header = check_png(data)
-        _check_pixels(header.width, header.height)
+        check_pixels(header.width, header.height)
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    image, said = _decoded(data, flags)
+    image, said = decoded(data, flags)
     if image is None or any(sign in said for sign in JPEG_DAMAGE):
         raise InputError(f"cannot be decoded{said}; it must be a whole PNG or JPEG image")
     return np.ascontiguousarray(image[..., ::-1], np.uint8)
@@ -139,13 +139,13 @@ def jpeg_size(data: bytes) -> tuple[int, int]:
     return 0, 0
 
 
-def _check_pixels(width: int, height: int) -> None:
+def check_pixels(width: int, height: int) -> None:
     """Before they are decoded: a small file may claim, and take, gigabytes."""
     if width * height > MAX_IMAGE_PIXELS:
         raise InputError(f"is {width} x {height} pixels; it must have at most {MAX_IMAGE_PIXELS}")
 
 
-def _decoded(data: bytes, flags: int) -> tuple[cv2.typing.MatLike | None, str]:
+def decoded(data: bytes, flags: int) -> tuple[cv2.typing.MatLike | None, str]:
     """What OpenCV makes of a file, None where that is nothing, as of too many pixels; and what its
     libraries say of it, in brackets."""
     with decoders_lines() as said:

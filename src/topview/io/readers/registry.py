@@ -9,7 +9,7 @@ from os.path import exists
 from pathlib import Path
 from typing import Final
 
-from topview.io.readers import berkeley_mhad, folder, msr_action3d, pcd, utd_mhad
+from topview.io.readers import berkeley_mhad, folder, msr_action3d, pcd, tum_rgbd, utd_mhad
 from topview.records import InputError, Recording
 
 
@@ -31,6 +31,12 @@ READERS: Final[dict[str, Reader]] = {
             "a folder with depth/000000.png ... and camera.json",
             folder.recognises,
             folder.FolderRecording,
+        ),
+        Reader(
+            "tum",
+            "a folder of TUM RGB-D with depth/, depth.txt, rgb/, rgb.txt",
+            tum_rgbd.recognises,
+            tum_rgbd.TumRecording,
         ),
         Reader("utd-mhad", "a *_depth.mat", utd_mhad.recognises, utd_mhad.UtdMhadRecording),
         Reader(
