@@ -490,6 +490,9 @@ class Recording(Protocol):
     been undistorted while they were read. Those that cannot be read are left out of the iteration
     and named in `problems`, one clear line each (file, value, what would be right), so that one bad
     file loses nothing else.
+
+    It may have `is_flipped_back`, True where the source is mirrored and the frames are not, so that
+    nobody flips them again; and `is_mirrored`, True where the user said that it is.
     """
 
     name: str

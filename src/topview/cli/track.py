@@ -19,6 +19,7 @@ from topview.cli.results import (
 from topview.cli.status import INTERRUPTED
 from topview.detect.color_view import Light
 from topview.io import (
+    DepthRange,
     FramesFile,
     MirroredRecording,
     StoredFrames,
@@ -75,11 +76,12 @@ def track(
         name, count = recording.name, recording.frame_count
         sheets[CONTACT_SHEET] = ContactSheet(name, count)
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
+    seen = DepthRange()
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
         with FramesFile(out / FRAMES_NAME, run.about) as frames:
-            follow_with_progress(run, recording, Viewers(sheets.values()), frames.append)
+            follow_with_progress(run, recording, Viewers([*sheets.values(), seen]), frames.append)
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
     warn(*recording.problems, *light_problems(tracker))
@@ -105,7 +107,8 @@ def track(
     if stored is None:
         raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
     if not stored.totals.people:
-        raise InputError(f"{source}: no person was found in {stored.frame_count} frames")
+        why = seen.problem or f"{seen.told}; if the room is not, the unit of depth is wrong"
+        raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")
     return 0
 
 

@@ -1,5 +1,6 @@
 """Recordings in, skeletons out: one file per format."""
 
+from topview.io.depth_range import DepthRange
 from topview.io.mirrored import MirroredRecording
 from topview.io.readers import open_recording, read_utd_skeleton
 from topview.io.writers import (
@@ -15,6 +16,7 @@ from topview.io.writers import (
 )
 
 __all__ = [
+    "DepthRange",
     "FramesFile",
     "MirroredRecording",
     "NothingStoredError",

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from topview.records import Camera, Distortion, Frame, Recording
+from topview.records import Camera, Distortion, Frame, InputError, Recording
 
 FLIP: Final = np.diag([-1.0, 1.0, 1.0, 1.0])
 
@@ -18,9 +18,19 @@ class MirroredRecording:
 
     The given recording's camera describes its images as they are stored: its lens and its pose,
     too, are those of a mirrored world, and are flipped with them.
+
+    Raises:
+        InputError: its reader has flipped it back already.
     """
 
+    is_mirrored: Final = True
+    """A run's settings say so."""
+
     def __init__(self, recording: Recording) -> None:
+        if getattr(recording, "is_flipped_back", False):
+            raise InputError(
+                f"--mirrored: {recording.name} is flipped back by its reader already; leave it out"
+            )
         self._recording = recording
         self.name = recording.name
         self.camera = _flipped_camera(recording.camera)

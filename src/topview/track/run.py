@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
@@ -47,10 +48,13 @@ class TrackingRun:
         self._recording = recording
         self._tracker = tracker
         self._floor_camera: tuple[float, ...] | None = None
+        settings: dict[str, Any] = {"recording": recording.name, **tracker.settings_as_json()}
+        if getattr(recording, "is_mirrored", False):
+            settings["mirrored"] = True
         self.about = About(
             JOINT_NAMES,
             PART_NAMES,
-            {"recording": recording.name, **tracker.settings_as_json()},
+            settings,
             recording.camera,
             installed_version(),
         )

@@ -118,11 +118,20 @@ def test_frames_missing_in_the_numbering_are_named(topview, make_recording, tmp_
 def test_nobody_in_view(topview, make_recording, tmp_path):
     source = make_recording()
     ended = topview("track", source, "--out", tmp_path / "out", "--pictures")
-    assert_refused(ended, source, "no person was found in 3 frames")
+    told = "no person was found in 3 frames; readings lie from 3 to 3 m; if the room is not"
+    assert_refused(ended, source, told)
     assert frames_written(tmp_path / "out") == [0, 1, 2]
     assert (tmp_path / "out" / "skeletons.csv").exists()
     for name in ("contact_sheet.png", "people.png"):
         assert cv2.imread(str(tmp_path / "out" / name)) is not None
+
+
+def test_a_wrong_depth_scale_is_told_with_the_range_that_was_seen(
+    topview, make_recording, tmp_path
+):
+    ended = topview("track", make_recording(depth_scale=2e-5), "--out", tmp_path / "out")
+    told = "readings lie from 0.06 to 0.06 m; people must be seen at 0.3 to 10 m"
+    assert_refused(ended, told, "depth_scale is 0.001 for millimetres")
 
 
 @pytest.mark.parametrize("detector", ["skin", "cascade"])

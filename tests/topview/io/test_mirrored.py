@@ -11,14 +11,15 @@ import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.io import savemat
 
 import topview
 from lenses import LENSES, camera_with
 from topview.camera import undistorted
 from topview.geometry.rotations import rotations_from_vectors, transform
 from topview.io import MirroredRecording
-from topview.records import Camera, Frame
-from topview.track import TrackerSettings, track_recording
+from topview.records import Camera, Frame, InputError
+from topview.track import Tracker, TrackerSettings, TrackingRun, track_recording
 from topview_lab.sim import scene_by_name
 from topview_lab.sim.write import write_scene
 
@@ -125,3 +126,16 @@ def test_what_cannot_be_read_is_named(straight_and_flipped, tmp_path):
     mirrored = MirroredRecording(topview.open(tmp_path))
     assert list(mirrored) == []
     assert mirrored.problems == ["depth/000000.png: is empty (0 bytes); it must be a PNG image"]
+
+
+def test_what_its_reader_flips_back_is_refused(tmp_path):
+    wall = np.full((240, 320, 1), 3000, np.uint16)
+    savemat(tmp_path / "a1_s1_t1_depth.mat", {"d_depth": wall})
+    with pytest.raises(InputError, match="--mirrored: a1_s1_t1_depth is flipped back by its read"):
+        MirroredRecording(topview.open(tmp_path / "a1_s1_t1_depth.mat"))
+
+
+def test_the_settings_of_a_run_say_so():
+    one = One(Frame(0, 0.0, np.ones((240, 320), np.float32), CAMERA))
+    assert TrackingRun(MirroredRecording(one), Tracker()).about.settings["mirrored"] is True
+    assert "mirrored" not in TrackingRun(one, Tracker()).about.settings

@@ -46,6 +46,8 @@ class UtdMhadRecording:
         InputError: unreadable, truncated, or not such a file.
     """
 
+    is_flipped_back: Final = True
+
     def __init__(self, path: Path) -> None:
         self.name = path.stem
         self.camera = CAMERA
