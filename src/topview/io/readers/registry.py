@@ -9,7 +9,18 @@ from os.path import exists
 from pathlib import Path
 from typing import Final
 
-from topview.io.readers import berkeley_mhad, folder, msr_action3d, pcd, tum_rgbd, utd_mhad
+from topview.files import naming
+from topview.io.readers import (
+    azure_mkv,
+    berkeley_mhad,
+    folder,
+    msr_action3d,
+    npy,
+    pcd,
+    ros_bag,
+    tum_rgbd,
+    utd_mhad,
+)
 from topview.records import InputError, Recording
 
 
@@ -51,9 +62,50 @@ READERS: Final[dict[str, Reader]] = {
             berkeley_mhad.recognises,
             berkeley_mhad.BerkeleyMhadRecording,
         ),
+        Reader(
+            "ros",
+            "a ROS .bag, .db3 or .mcap, or a folder of ROS 2",
+            ros_bag.recognises,
+            ros_bag.RosRecording,
+        ),
+        Reader(
+            "azure-kinect",
+            "an .mkv of an Azure Kinect or Orbbec Femto",
+            azure_mkv.recognises,
+            azure_mkv.AzureRecording,
+        ),
+        Reader("npy", "a depth .npy with camera.json", npy.recognises, npy.NpyRecording),
         Reader("pcd", "an organized .pcd", pcd.recognises, pcd.PcdRecording),
     )
 }
+
+
+# What formats that are not read are, and what to do with them: by the file's suffix.
+NOT_READ: Final = {
+    (".oni",): "is an OpenNI recording; export its frames as images with OpenNI 2",
+    (".xef", ".xed"): "is a Kinect Studio recording; export its frames as images",
+    (".mp4", ".avi", ".mov", ".webm"): "is a video without depth; depth is needed",
+    (".h5", ".hdf5"): "is HDF5, whose arrays have no common names; save the depth as .npy. ITOP's "
+    "is read by `topview evaluate itop`",
+    (".ply", ".las", ".xyz"): "is an unorganized cloud; it must be an organized .pcd",
+    (".svo", ".svo2"): "is a ZED recording; export depth as images with the ZED SDK",
+}
+
+
+def format_of(path: Path) -> Reader:
+    """The reader that recognises what is at a path.
+
+    Raises:
+        InputError: none does; says how to convert it where that is known.
+    """
+    with naming(path):
+        for reader in reversed(READERS.values()):  # any folder is taken for one of images
+            if reader.recognises(path):
+                return reader
+    for suffixes, what in NOT_READ.items():
+        if path.suffix.lower() in suffixes:
+            raise InputError(f"{path}: {what} (docs/recordings.md says how)")
+    raise InputError(f"{path}: no format that is known; it must be one of {_known()}")
 
 
 def open_recording(path: str | PathLike[str], format: str | None = None) -> Recording:
@@ -64,15 +116,15 @@ def open_recording(path: str | PathLike[str], format: str | None = None) -> Reco
     Raises:
         InputError: no such path, a format that is not known, or a recording that cannot be used.
     """
-    known = ", ".join(f"{reader.name} ({reader.reads})" for reader in READERS.values())
     if format is not None and format not in READERS:
-        raise InputError(f"format is {format!r}; it must be one of {known}")
+        raise InputError(f"format is {format!r}; it must be one of {_known()}")
     if not exists(path):
-        raise InputError(f"{path}: no such file or folder; it must be one of {known}")
+        raise InputError(f"{path}: no such file or folder; it must be one of {_known()}")
     path = Path(path)
     if format is not None:
         return READERS[format].open(path)
-    for reader in reversed(READERS.values()):  # any folder is taken for one of images
-        if reader.recognises(path):
-            return reader.open(path)
-    raise InputError(f"{path}: no format that is known; it must be one of {known}")
+    return format_of(path).open(path)
+
+
+def _known() -> str:
+    return ", ".join(f"{reader.name} ({reader.reads})" for reader in READERS.values())
