@@ -52,8 +52,8 @@ def track(
     that is left, as after a power failure, `topview recover DIR` makes the result of it.
 
     Args:
-        source: a folder with depth/, camera.json and maybe rgb/; a UTD-MHAD .mat; an organized
-            .pcd.
+        source: a folder with depth/, camera.json and maybe rgb/; a ROS bag; an Azure Kinect's
+            .mkv; a depth .npy; whatever else docs/recordings.md lists.
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
@@ -105,7 +105,9 @@ def track(
         warn(f"interrupted: {kept}")
         return INTERRUPTED
     if stored is None:
-        raise InputError(f"{source}: none of its {recording.frame_count} frames could be read")
+        raise InputError(
+            f"{source}: none of its {recording.frame_count or ''} frames could be read"
+        )
     if not stored.totals.people:
         why = seen.problem or f"{seen.told}; if the room is not, the unit of depth is wrong"
         raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")

@@ -1,5 +1,6 @@
 """Recordings in, skeletons out: one file per format."""
 
+from topview.io.contents import Contents, contents_of
 from topview.io.depth_range import DepthRange
 from topview.io.mirrored import MirroredRecording
 from topview.io.readers import open_recording, read_utd_skeleton
@@ -16,12 +17,14 @@ from topview.io.writers import (
 )
 
 __all__ = [
+    "Contents",
     "DepthRange",
     "FramesFile",
     "MirroredRecording",
     "NothingStoredError",
     "SkeletonFile",
     "StoredFrames",
+    "contents_of",
     "open_recording",
     "prepare_output_folder",
     "read_skeletons_npz",

@@ -32,6 +32,7 @@ class DepthRange:
         self.frames = 0
         self._pixels = 0
         self._counts = np.zeros(_BINS, np.int64)
+        self._sums_m = np.zeros(_BINS)
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """Count a frame's readings."""
@@ -42,8 +43,10 @@ class DepthRange:
         step = max(1, round(sqrt(depth_m.size / PIXELS_PER_FRAME)))
         looked_at = depth_m[step // 2 :: step, step // 2 :: step]
         readings_m = looked_at[looked_at > 0.0]
-        bins = 100.0 * np.log(np.maximum(readings_m, _NEAREST_M) / _NEAREST_M)
-        self._counts += np.bincount(bins.astype(np.intp), minlength=_BINS)[:_BINS]
+        logs = 100.0 * np.log(np.maximum(readings_m, _NEAREST_M) / _NEAREST_M)
+        bins = np.minimum(logs.astype(np.intp), _BINS - 1)
+        self._counts += np.bincount(bins, minlength=_BINS)
+        self._sums_m += np.bincount(bins, readings_m, _BINS)
         self._pixels += looked_at.size
         self.frames += 1
 
@@ -53,12 +56,12 @@ class DepthRange:
         return float(self._counts.sum()) / max(self._pixels, 1)
 
     def quantile_m(self, share: float) -> float:
-        """Metres that so great a share of the readings lies within; NaN without any reading."""
+        """Metres that so great a share of the readings lies within, to 1 %; NaN without any."""
         total = int(self._counts.sum())
         if not total:
             return float("nan")
         at = int(np.searchsorted(np.cumsum(self._counts), share * total))
-        return float(_NEAREST_M * np.exp((at + 0.5) / 100.0))
+        return float(self._sums_m[at] / self._counts[at])
 
     @property
     def told(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -30,6 +31,9 @@ DEPTH_BENT = [3.130577, 2.324939, 0.130416, 3.458652, 3.350115, 0.662942, 0, 0, 
 DEPTH_SDK = [332.064270, 325.880615, 503.927643, 503.978729]
 COLOR_SHARES = [0.4967627227306366, 0.5108628273010254, 0.470907062292099, 0.6274453997612]
 COLOR_SDK = [953.284424, 555.142456, 904.141541, 903.521362]
+
+
+FOURCC = {"nv12": "NV12", "yuyv422": "YUY2"}  # as k4arecorder writes them
 
 
 def calibration(bent: list[float] | None = None, shift_m: float = -0.032) -> dict[str, Any]:
@@ -85,7 +89,8 @@ def write_mkv(
     frames: int = 2,
 ) -> Path:
     """As k4arecorder writes it: depth and infrared alike but for their titles."""
-    with av.open(str(path), "w", format="matroska") as container:
+    options = {"allow_raw_vfw": "1"}
+    with av.open(str(path), "w", format="matroska", options=options) as container:
         tracks = {}
         for title, codec, format, size in (
             ("COLOR", *color_codec, (COLOR_WIDTH, COLOR_HEIGHT)),
@@ -98,6 +103,8 @@ def write_mkv(
             (stream.width, stream.height), stream.pix_fmt = size, format
             stream.codec_context.time_base = stream.time_base = Fraction(1, 1000)
             stream.metadata["title"] = title
+            if format in FOURCC:
+                stream.codec_context.codec_tag = FOURCC[format]
             tracks[title] = stream
         if told is not None:
             data = json.dumps(told).encode() + b"\0"
@@ -112,6 +119,10 @@ def write_mkv(
                 packet.time_base = Fraction(1, 1000)
                 packet.is_keyframe = True
                 container.mux(packet)
+    # The muxer leaves the FourCC of 16-bit images empty.
+    written = struct.pack("<iiihhi", 40, WIDTH, -HEIGHT, 1, 16, 0)
+    right = struct.pack("<iiihh4s", 40, WIDTH, HEIGHT, 1, 16, b"b16g")
+    path.write_bytes(path.read_bytes().replace(written, right))
     return path
 
 

@@ -42,7 +42,7 @@ def test_every_value_comes_back(tmp_path, array, camera):
     for index, frame in enumerate(recording):
         assert (frame.index, frame.timestamp_s) == (index, index / 30.0)
         expected = (MM[index] / 1e3).astype(np.float32)
-        np.testing.assert_allclose(frame.depth_m, expected, rtol=1e-7)
+        np.testing.assert_allclose(frame.depth_m, expected, rtol=2.4e-7)  # two roundings
 
 
 def test_a_single_image_is_one_frame(tmp_path):

@@ -26,7 +26,6 @@ from topview.io.readers.stream_recording import StreamRecording
 from topview.records import InputError
 
 MATROSKA_SIGNATURE: Final = b"\x1aE\xdf\xa3"
-DEPTH_TAG: Final = "b16g"
 CALIBRATION_NAME: Final = "calibration.json"
 # Of raw colour: what OpenCV calls the way to RGB, rows of bytes a row of pixels, bytes a column.
 RAW_COLORS: Final[dict[str, tuple[int, float, int]]] = {
@@ -46,6 +45,9 @@ def recognises(path: Path) -> bool:
 
 class AzureRecording(StreamRecording):
     """The frames of one file; colour is registered to the depth.
+
+    Attributes:
+        length_s: seconds, as the file says; None if it does not.
 
     Raises:
         InputError: no Matroska, without depth or calibration; or PyAV is not installed.
@@ -76,6 +78,7 @@ class AzureRecording(StreamRecording):
                 self._color_codec = color.codec_context.name if color else ""
                 self._color_format = color.codec_context.pix_fmt if color else ""
             self._has_color = color_camera is not None
+            self.length_s = None if container.duration is None else container.duration / 1e6
         super().__init__(path, rig, None)
         self.notes.lines += problems
 
@@ -115,17 +118,8 @@ class AzureRecording(StreamRecording):
 
 
 def _tracks(container: Any) -> dict[str, Any]:
-    """DEPTH and COLOR, by their titles; where they have none, depth by its kind."""
-    videos = list(container.streams.video)
-    tracks = {video.metadata.get("title", "").upper(): video for video in videos}
-    if "DEPTH" not in tracks:
-        raw = [
-            v
-            for v in videos
-            if v.codec_context.codec_tag == DEPTH_TAG and not v.metadata.get("title")
-        ]
-        tracks |= {"DEPTH": raw[0]} if raw else {}
-    return tracks
+    """By their titles; infrared is like depth but for that."""
+    return {video.metadata.get("title", ""): video for video in container.streams.video}
 
 
 def _calibration(container: Any) -> AzureCalibration:
