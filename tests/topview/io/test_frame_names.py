@@ -136,7 +136,7 @@ def test_pauses_and_images_of_the_same_time_are_one_line(write_folder, depths):
     assert [frame.timestamp_s for frame in recording] == pytest.approx([0, 0.03, 0.06, 0.09, 8.0])
     assert recording.problems == [
         "depth/1.030.png: has the time of the image before; left out",
-        "depth/: 1 pauses between frames, the longest 7.91 s after 1.09.png; frames come every "
+        "depth/: pauses between frames: 1, the longest 7.91 s after 1.09.png; frames come every "
         "0.030 s",
     ]
 
@@ -175,9 +175,9 @@ class TestTimesInAList:
         recording = topview.open(root)
         assert [frame.name for frame in recording] == ["000000.png", "000001.png"]
         assert recording.problems == [
-            "depth.txt: names 1 images that depth/ does not hold",
-            "depth.txt: does not name 2 images of depth/; left out",
-            "depth.txt: 1 times are out of order; frames are read by time",
+            "depth.txt: images that it names and depth/ does not hold: 1",
+            "depth.txt: images of depth/ that it does not name, left out: 2",
+            "depth.txt: times out of order: 1; frames are read by time",
         ]
 
     @pytest.mark.parametrize("text", ["", "depth/000000.png", "x depth/000000.png", "\0", "nan a"])

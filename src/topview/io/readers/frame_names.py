@@ -148,6 +148,6 @@ def pauses_between(names: Sequence[str], times_s: Sequence[float]) -> list[str]:
         return []
     longest = max(pauses, key=lambda k: steps[k])
     return [
-        f"{len(pauses)} pauses between frames, the longest {steps[longest]:.2f} s after "
+        f"pauses between frames: {len(pauses)}, the longest {steps[longest]:.2f} s after "
         f"{names[longest]}; frames come every {median(steps):.3f} s"
     ]

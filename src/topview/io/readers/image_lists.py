@@ -97,12 +97,14 @@ def _associated(path: Path, folder: str, names: list[str]) -> tuple[dict[str, fl
             raise InputError(f"names no image of {folder}/; {right}")
     problems: list[str] = []
     if missing:
-        problems.append(f"{path.name}: names {missing} images that {folder}/ does not hold")
+        problems.append(f"{path.name}: images that it names and {folder}/ does not hold: {missing}")
     if unlisted := len(there) - len(listed):
-        problems.append(f"{path.name}: does not name {unlisted} images of {folder}/; left out")
+        problems.append(
+            f"{path.name}: images of {folder}/ that it does not name, left out: {unlisted}"
+        )
     late = sum(after < before for before, after in pairwise(listed.values()))
     if late:
-        problems.append(f"{path.name}: {late} times are out of order; frames are read by time")
+        problems.append(f"{path.name}: times out of order: {late}; frames are read by time")
     return dict(sorted(listed.items(), key=lambda item: item[1])), problems
 
 

@@ -15,7 +15,7 @@ from typing import Any, Final, Self
 from topview.records import InputError
 
 ROS1_SIGNATURE: Final = b"#ROSBAG V"
-SIGNATURES: Final = (ROS1_SIGNATURE, b"SQLite format 3\0", b"\x89MCAP0\r\n")
+BAG_SIGNATURES: Final = (ROS1_SIGNATURE, b"SQLite format 3\0", b"\x89MCAP0\r\n")
 BAG_SUFFIXES: Final = (".db3", ".mcap")  # of ROS 2, by which rosbags tells them apart
 TRANSFORMS_TYPE: Final = "tf2_msgs/msg/TFMessage"
 TRANSFORMS: Final = "geometry_msgs/TransformStamped[] transforms"  # not among rosbags' of ROS 1
@@ -102,8 +102,8 @@ def starts_with(path: Path) -> bytes | None:
     if not path.is_file():
         return None
     with path.open("rb") as file:
-        beginning = file.read(max(map(len, SIGNATURES)))
-    return next((s for s in SIGNATURES if beginning.startswith(s)), None)
+        beginning = file.read(max(map(len, BAG_SIGNATURES)))
+    return next((s for s in BAG_SIGNATURES if beginning.startswith(s)), None)
 
 
 @contextmanager
