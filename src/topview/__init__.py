@@ -69,7 +69,7 @@ _LAZY = {
 
 
 def open(path: str | PathLike[str], format: str | None = None) -> Recording:
-    """Open a depth recording: a folder of images, a ROS bag, an Azure Kinect's `.mkv`, a `.npy`, ...
+    """Open a depth recording: a folder of images, a ROS bag, an Azure Kinect's `.mkv`, ...
 
     Iterate over it to get its `Frame`s, again if need be; frames that cannot be read are left out
     and named in its `problems`. See `topview.io.readers` for the formats and their names.

@@ -109,7 +109,7 @@ def track(
             f"{source}: none of its {recording.frame_count or ''} frames could be read"
         )
     if not stored.totals.people:
-        why = seen.problem or f"{seen.told}; if the room is not, the unit of depth is wrong"
+        why = seen.problem or f"{seen.told}; if they do not, the unit of depth is wrong"
         raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")
     return 0
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from topview.io.camera_values import camera_values
 from topview.io.depth_range import DepthRange
-from topview.io.readers import READERS, format_of, open_recording
+from topview.io.readers import format_of, open_recording
 from topview.records import Frame, InputError, Recording
 
 FRAMES_LOOKED_AT: Final = 8  # ours
@@ -80,20 +80,25 @@ def contents_of(path: str | PathLike[str]) -> Contents:
     if all(frame.color is None for frame in frames):
         color, color_camera = "none", None
     problem = [depths.problem] if depths.problem else []
+    near_m, middle_m, far_m = (
+        depths.quantile_m(q) if has_readings else None for q in (0.01, 0.5, 0.99)
+    )
     return Contents(
-        recording.name,
-        reader.name,
-        READERS[reader.name].reads,
-        camera_values(recording.camera),
-        color,
-        None if color_camera is None else camera_values(color_camera),
-        recording.frame_count,
-        rate,
-        length_s,
-        len(frames),
-        *(depths.quantile_m(q) if has_readings else None for q in (0.01, 0.5, 0.99)),
-        depths.valid_share,
-        [*recording.problems, *problem],
+        name=recording.name,
+        format=reader.name,
+        reads=reader.reads,
+        camera=camera_values(recording.camera),
+        color=color,
+        color_camera=None if color_camera is None else camera_values(color_camera),
+        frames=recording.frame_count,
+        frames_per_s=rate,
+        length_s=length_s,
+        frames_looked_at=len(frames),
+        nearest_m=near_m,
+        median_m=middle_m,
+        farthest_m=far_m,
+        valid_share=depths.valid_share,
+        problems=[*recording.problems, *problem],
     )
 
 

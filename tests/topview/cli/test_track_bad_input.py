@@ -118,7 +118,7 @@ def test_frames_missing_in_the_numbering_are_named(topview, make_recording, tmp_
 def test_nobody_in_view(topview, make_recording, tmp_path):
     source = make_recording()
     ended = topview("track", source, "--out", tmp_path / "out", "--pictures")
-    told = "no person was found in 3 frames; readings lie from 3 to 3 m; if the room is not"
+    told = "no person was found in 3 frames; readings lie from 3 to 3 m; if they do not"
     assert_refused(ended, source, told)
     assert frames_written(tmp_path / "out") == [0, 1, 2]
     assert (tmp_path / "out" / "skeletons.csv").exists()

@@ -80,7 +80,7 @@ class AzureRecording(StreamRecording):
             self._has_color = color_camera is not None
             self.length_s = None if container.duration is None else container.duration / 1e6
         super().__init__(path, rig, None)
-        self.notes.lines += problems
+        self.problems += problems
 
     def images(self) -> Iterator[StoredImage]:
         with _opened(self.path) as container:
@@ -136,6 +136,7 @@ def _opened(path: Path) -> Iterator[Any]:
     check_regular(path)
     try:
         import av
+        from av.error import FFmpegError
     except ImportError:
         raise InputError(
             "Azure Kinect recordings need PyAV; install it with: pip install 'topview[mkv]'"
@@ -143,7 +144,7 @@ def _opened(path: Path) -> Iterator[Any]:
     try:
         with av.open(str(path), format="matroska") as container:
             yield container
-    except (av.FFmpegError, ValueError) as error:
+    except (FFmpegError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         reason = " ".join(str(getattr(error, "strerror", None) or error).split())

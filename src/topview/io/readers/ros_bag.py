@@ -58,7 +58,7 @@ class RosRecording(StreamRecording):
             if rig.color_camera is None and not choice.is_registered:
                 self._color = None
         super().__init__(path, rig, choice.depth.count)
-        self.notes.lines += problems
+        self.problems += problems
 
     def images(self) -> Iterator[StoredImage]:
         topics = [self._depth, *([self._color] if self._color else [])]
@@ -89,7 +89,9 @@ class _Choice:
         self._problems = problems
         topics = bag.topics
         images = [t for t in topics.values() if t.message_type in IMAGE_TYPES and t.count]
-        self._first = {t.name: bag.first(t.name) for t in images if not _INFRARED.search(t.name)}
+        self._first: dict[str, Any] = {
+            t.name: bag.first(t.name) for t in images if not _INFRARED.search(t.name)
+        }
         depths = [t for t in images if t.name in self._first and is_depth(self._first[t.name])]
         if not depths:
             held = ", ".join(f"{t.name} ({t.message_type})" for t in topics.values()) or "nothing"

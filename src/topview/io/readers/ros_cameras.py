@@ -79,7 +79,7 @@ def transform_between(transforms: Transforms, to: str, from_: str) -> NDArray[np
     steps: dict[str, dict[str, NDArray[np.float64]]] = {}
     for (parent, child), T_parent_child in transforms.items():
         steps.setdefault(child, {})[parent] = T_parent_child
-        steps.setdefault(parent, {})[child] = np.linalg.inv(T_parent_child)
+        steps.setdefault(parent, {})[child] = np.linalg.inv(T_parent_child).astype(np.float64)
     reached = {from_: np.eye(4)}
     waiting = [from_]
     while waiting and to not in reached:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -44,16 +45,14 @@ class Bag:
 
     def __init__(self, path: Path) -> None:
         self._is_ros1 = starts_with(path) == ROS1_SIGNATURE
+        try:
+            from rosbags import rosbag1, rosbag2
+        except ImportError:
+            raise InputError(
+                "ROS bags need rosbags; install it with: pip install 'topview[ros]'"
+            ) from None
+        self._store = _standard_types(self._is_ros1)
         with _unharmed():
-            try:
-                from rosbags import rosbag1, rosbag2
-                from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-            except ImportError:
-                raise InputError(
-                    "ROS bags need rosbags; install it with: pip install 'topview[ros]'"
-                ) from None
-            self._store = get_typestore(Stores.ROS1_NOETIC if self._is_ros1 else Stores.LATEST)
-            self._store.register(get_types_from_msg(TRANSFORMS, TRANSFORMS_TYPE))
             self._reader: Any = (rosbag1.Reader if self._is_ros1 else rosbag2.Reader)(path)
 
     def __enter__(self) -> Self:
@@ -95,6 +94,16 @@ class Bag:
             return self._store.deserialize_ros1(data, message_type)
         except SerdeError:
             return self._store.deserialize_ros1(data[:-TRAILING_BYTES], message_type)
+
+
+@cache
+def _standard_types(is_ros1: bool) -> Any:
+    """The definitions of standard messages; made once, as that takes longer than to read a few."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)
+    store.register(get_types_from_msg(TRANSFORMS, TRANSFORMS_TYPE))
+    return store
 
 
 def starts_with(path: Path) -> bytes | None:

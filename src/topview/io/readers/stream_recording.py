@@ -35,12 +35,9 @@ class StreamRecording(ABC):
         self.camera = rig.camera
         self.color_camera = None if rig.color_camera is None else rig.color_camera.camera
         self.notes = Notes()
+        self.problems = self.notes.lines
         self._rig = rig
         self._frame_count = frame_count
-
-    @property
-    def problems(self) -> list[str]:
-        return self.notes.lines
 
     @property
     def frame_count(self) -> int | None:
