@@ -51,8 +51,9 @@ def test_depth_comes_back_exactly_with_its_times_and_colour(tmp_path, kind):
         assert frame.color is not None
         is_seen = frame.color.any(-1)
         assert (frame.color[is_seen] == shade(index)[0, 0]).all()
-        # Points 1 m away of the first columns lie left of what the colour camera sees.
+        # Near points of the first columns lie left of what the colour camera sees.
         assert 0.5 < is_seen.mean() < 1.0
+        assert is_seen[:, 0].mean() < is_seen[:, -1].mean()
     assert recording.problems == []
     assert len(list(recording)) == 3
 
@@ -121,6 +122,9 @@ def test_a_bag_of_librealsense_with_bytes_left_over(tmp_path, trailing):
     assert recording.camera.sensor == "stereo"
     expected = (depth_mm(0) * np.float32(0.00025)).astype(np.float32)
     np.testing.assert_allclose(frame.depth_m, expected, rtol=1e-6)
+    assert frame.color is not None
+    is_seen = frame.color.any(-1)
+    assert is_seen[:, 0].mean() < is_seen[:, -1].mean()
 
 
 def test_a_lens_is_that_of_the_camera_info(tmp_path):

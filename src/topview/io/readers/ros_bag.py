@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.files import naming
+from topview.io.camera_values import INTRINSICS_KEYS
 from topview.io.readers.camera_json import MAX_BASELINE_M
 from topview.io.readers.depth import METRES_PER_MILLIMETRE
 from topview.io.readers.pairing import StoredImage
@@ -23,7 +24,13 @@ from topview.io.readers.registration import ColorCamera
 from topview.io.readers.rig import Rig
 from topview.io.readers.ros_cameras import camera_of, transform_between, transform_of
 from topview.io.readers.ros_images import image_color, image_depth_m, is_color, is_depth
-from topview.io.readers.ros_messages import BAG_SUFFIXES, Bag, Topic, starts_with
+from topview.io.readers.ros_messages import (
+    BAG_SUFFIXES,
+    TRANSFORMS_TYPE,
+    Bag,
+    Topic,
+    starts_with,
+)
 from topview.io.readers.stream_recording import StreamRecording
 from topview.records import Camera, InputError, rigid_transform
 
@@ -36,6 +43,8 @@ _EXTRINSIC: Final = re.compile(r"rotation=(.+);translation=(.+)")
 
 
 def recognises(path: Path) -> bool:
+    if (path / "depth").is_dir():  # a folder of images, whatever lies beside them
+        return False
     return starts_with(_bag_of(path)) is not None or (path / "metadata.yaml").is_file()
 
 
@@ -165,10 +174,10 @@ class _Choice:
         """None where colour is registered, or left aside because nobody knows where it was."""
         taken = self._camera(topic)
         frames = [self._first[t.name].header.frame_id.strip("/") for t in (topic, self.depth)]
-        if taken is not None and frames[0] == frames[1] and _is_same(taken, camera):
+        T = self._realsense_transform(topic) if self._is_realsense else None
+        if T is None and taken is not None and frames[0] == frames[1] and _is_same(taken, camera):
             self.is_registered = True
             return None
-        T = self._realsense_transform(topic) if self._is_realsense else None
         if T is None:
             T = transform_between(self._static_transforms(), *frames)
         why = "has no CameraInfo" if taken is None else ""
@@ -183,7 +192,10 @@ class _Choice:
 
     def _static_transforms(self) -> dict[tuple[str, str], NDArray[np.float64]]:
         transforms: dict[tuple[str, str], NDArray[np.float64]] = {}
-        for _, _, message in self._bag.messages(["/tf_static"]):
+        static = self._bag.topics.get("/tf_static")
+        if static is None or static.message_type != TRANSFORMS_TYPE:
+            return transforms
+        for _, _, message in self._bag.messages([static.name]):
             for stamped in message.transforms:
                 names = stamped.header.frame_id.strip("/"), stamped.child_frame_id.strip("/")
                 transforms[names] = transform_of(stamped.transform)
@@ -213,14 +225,7 @@ class _Choice:
 
 
 def _is_same(a: Camera, b: Camera) -> bool:
-    return (a.fx, a.fy, a.cx, a.cy, a.width, a.height) == (
-        b.fx,
-        b.fy,
-        b.cx,
-        b.cy,
-        b.width,
-        b.height,
-    )
+    return all(getattr(a, key) == getattr(b, key) for key in INTRINSICS_KEYS)
 
 
 def _depth_preference(topic: Topic) -> tuple[bool, bool, int, str]:
