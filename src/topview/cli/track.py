@@ -105,9 +105,8 @@ def track(
         warn(f"interrupted: {kept}")
         return INTERRUPTED
     if stored is None:
-        raise InputError(
-            f"{source}: none of its {recording.frame_count or ''} frames could be read"
-        )
+        count = "" if recording.frame_count is None else f"{recording.frame_count} "
+        raise InputError(f"{source}: none of its {count}frames could be read")
     if not stored.totals.people:
         why = seen.problem or f"{seen.told}; if they do not, the unit of depth is wrong"
         raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 import sys
 from collections.abc import Callable
@@ -87,6 +88,7 @@ def write_mkv(
     color: Callable[[int], bytes] | None = jpeg,
     color_codec: tuple[str, str] = ("mjpeg", "yuvj422p"),
     frames: int = 2,
+    step_ms: int = 33,
 ) -> Path:
     """As k4arecorder writes it: depth and infrared alike but for their titles."""
     options = {"allow_raw_vfw": "1"}
@@ -115,7 +117,7 @@ def write_mkv(
                 data = images[title].astype(">u2").tobytes() if title in images else b""
                 packet = av.Packet(data or (color or jpeg)(index))
                 packet.stream = stream
-                packet.pts = packet.dts = 33 * index + (5 if title == "COLOR" else 0)
+                packet.pts = packet.dts = step_ms * index + (5 if title == "COLOR" else 0)
                 packet.time_base = Fraction(1, 1000)
                 packet.is_keyframe = True
                 container.mux(packet)
@@ -203,6 +205,17 @@ def test_cut_or_spoiled_anywhere_it_is_one_line_or_the_frames_before(tmp_path, c
             counts.append(len(list(topview.open(path))))
     assert 1 in counts  # the frames before the damage
     assert capfd.readouterr().err == ""
+
+
+def test_a_file_that_ends_too_early_is_told_and_its_frames_are_kept(tmp_path):
+    path = write_mkv(tmp_path / "walk.mkv", calibration(), None, frames=3, step_ms=1000)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    recording = topview.open(path)
+    assert len(list(recording)) == 1
+    (problem,) = recording.problems[1:]
+    assert re.match(
+        r"ends after 0\.0 s of the 2\.0 s that it says; .*frames before are kept", problem
+    )
 
 
 def test_without_pyav_one_line_says_what_to_install(tmp_path, monkeypatch):

@@ -129,6 +129,11 @@ def test_times_since_1970_may_be_whole_numbers_of_any_unit(factor):
     np.testing.assert_allclose(steps, 1.0 + 1.0 / factor, atol=1e-6)
 
 
+def test_time_stamps_of_two_cameras_are_refused():
+    with pytest.raises(InputError, match=r"cam1_1305031102\.1\.png and cam2_.* of one camera only"):
+        by_time(["cam1_1305031102.1.png", "cam2_1305031102.2.png", "cam1_1305031102.3.png"])
+
+
 def test_pauses_and_images_of_the_same_time_are_one_line(write_folder, depths):
     root = write_folder(dict.fromkeys(range(6), depths[0]))
     renamed(root, "depth", ["1.00", "1.03", "1.030", "1.06", "1.09", "9.00"])

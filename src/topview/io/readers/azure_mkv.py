@@ -26,6 +26,7 @@ from topview.io.readers.stream_recording import StreamRecording
 from topview.records import InputError
 
 MATROSKA_SIGNATURE: Final = b"\x1aE\xdf\xa3"
+MOST_UNTOLD_S: Final = 0.5  # ours; of a recording's length, after its last image
 CALIBRATION_NAME: Final = "calibration.json"
 # Of raw colour: what OpenCV calls the way to RGB, rows of bytes a row of pixels, bytes a column.
 RAW_COLORS: Final[dict[str, tuple[int, float, int]]] = {
@@ -86,11 +87,16 @@ class AzureRecording(StreamRecording):
         with _opened(self.path) as container:
             tracks = _tracks(container)
             wanted = [tracks["DEPTH"], *([tracks["COLOR"]] if self._has_color else [])]
+            time_s = 0.0
             for packet in container.demux(wanted):
                 if packet.size and packet.pts is not None:
                     is_color = packet.stream.index != tracks["DEPTH"].index
                     time_s = float(packet.pts * packet.time_base)
                     yield StoredImage(time_s, is_color, bytes(packet))
+        if self.length_s is not None and self.length_s - time_s > MOST_UNTOLD_S:
+            raise InputError(
+                f"ends after {time_s:.1f} s of the {self.length_s:.1f} s that it says; {_RIGHT}"
+            )
 
     def depth_m(self, data: bytes) -> NDArray[np.float32]:
         shape = (self.camera.height, self.camera.width)

@@ -9,7 +9,7 @@ being as great as the seconds, milliseconds, microseconds or nanoseconds since 1
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import PurePath
 from statistics import median
@@ -30,16 +30,16 @@ _DIGITS_PER_UNIT: Final = {10: 0, 13: 3, 16: 6, 19: 9}  # of the time since 1970
 _RIGHT: Final = "it must be numbered from the first frame on, as 000000.png is"
 
 
-def seconds_of(name: str) -> float | None:
-    """The time that an image file is named by; None where it is named by none."""
+def _time_stamp(name: str) -> tuple[float, tuple[str, str]] | None:
+    """The seconds that an image file is named by, and what is around them; None without any."""
     stem = PurePath(name).stem
     if (match := _SECONDS.fullmatch(stem)) is not None:
-        return float(match[1] or match[2])
+        return float(match[1] or match[2]), (stem[: match.start(match.lastindex or 0)], "")
     if (match := _LAST_NUMBER.fullmatch(stem)) is None:
         return None
     number = match[2].lstrip("0")
     decimals = _DIGITS_PER_UNIT.get(len(number))
-    return None if decimals is None else int(number) / 10**decimals
+    return None if decimals is None else (int(number) / 10**decimals, (match[1], match[3]))
 
 
 def by_time(names: Iterable[str]) -> tuple[dict[str, float], list[str]] | None:
@@ -48,17 +48,32 @@ def by_time(names: Iterable[str]) -> tuple[dict[str, float], list[str]] | None:
 
     Args:
         names: of image files, with their suffixes.
+
+    Raises:
+        InputError: they are of more than one camera.
     """
     names = sorted(names)
-    seconds = {name: time_s for name in names if (time_s := seconds_of(name)) is not None}
-    if 2 * len(seconds) <= len(names):
+    stamps = {name: stamp for name in names if (stamp := _time_stamp(name)) is not None}
+    if 2 * len(stamps) <= len(names):
         return None
+    _refuse_several({around: name for name, (_, around) in reversed(stamps.items())})
     problems = [
         f"{name}: is not named by a time stamp, as most are; left out"
         for name in names
-        if name not in seconds
+        if name not in stamps
     ]
+    seconds = {name: time_s for name, (time_s, _) in stamps.items()}
     return dict(sorted(seconds.items(), key=lambda item: item[1])), few(problems)
+
+
+def _refuse_several(around: Mapping[tuple[str, str], str]) -> None:
+    """Raises InputError where names differ in what is around their numbers; one name for each."""
+    if len(around) > 1:
+        first, second = sorted(around.values())[:2]
+        raise InputError(
+            f"{first} and {second}: differ in more than their last number, that of the frame; all "
+            "names must be alike around it, and images of one camera only"
+        )
 
 
 def by_number(names: Iterable[str]) -> tuple[dict[int, str], list[str]]:
@@ -89,12 +104,7 @@ def by_number(names: Iterable[str]) -> tuple[dict[int, str], list[str]]:
             problems.append(f"{name}: has the same frame number as {taken}; left out")
     if len(stamps) > len(numbered):
         raise InputError(f"{stamps[0]}: seems to be named by a time stamp; {_RIGHT}")
-    if len(around) > 1:
-        first, second = list(around.values())[:2]
-        raise InputError(
-            f"{first} and {second}: differ in more than their last number, that of the frame; all "
-            "names must be alike around it, and images of one camera only"
-        )
+    _refuse_several(around)
     problems += [
         f"{name}: seems to be named by a time stamp; {_RIGHT}; left out" for name in stamps
     ]

@@ -48,10 +48,10 @@ def list_images(root: Path, folder: str, suffixes: tuple[str, ...]) -> ImageList
     if names and association.is_file():
         seconds, problems = _associated(association, folder, names)
         return _timed(directory, seconds, problems)
-    if (timed := by_time(names)) is not None:
-        seconds, problems = timed
-        return _timed(directory, seconds, [f"{folder}/{problem}" for problem in problems])
     try:
+        if (timed := by_time(names)) is not None:
+            seconds, problems = timed
+            return _timed(directory, seconds, [f"{folder}/{problem}" for problem in problems])
         numbered, problems = by_number(names)
     except InputError as error:
         raise InputError(f"{directory}/{error}") from None

@@ -87,7 +87,6 @@ NOT_READ: Final = {
     (".mp4", ".avi", ".mov", ".webm"): "is a video without depth; depth is needed",
     (".h5", ".hdf5"): "is HDF5, whose arrays have no common names; save the depth as .npy. ITOP's "
     "is read by `topview evaluate itop`",
-    (".ply", ".las", ".xyz"): "is an unorganized cloud; it must be an organized .pcd",
     (".svo", ".svo2"): "is a ZED recording; export depth as images with the ZED SDK",
 }
 

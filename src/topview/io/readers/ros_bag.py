@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from topview.files import naming
 from topview.io.camera_values import INTRINSICS_KEYS
-from topview.io.readers.camera_json import MAX_BASELINE_M
+from topview.io.readers.camera_json import MAX_BASELINE_M, metres_per_unit
 from topview.io.readers.depth import METRES_PER_MILLIMETRE
 from topview.io.readers.pairing import StoredImage
 from topview.io.readers.registration import ColorCamera
 from topview.io.readers.rig import Rig
-from topview.io.readers.ros_cameras import camera_of, transform_between, transform_of
+from topview.io.readers.ros_cameras import camera_of, extrinsic_of, transform_between, transform_of
 from topview.io.readers.ros_images import image_color, image_depth_m, is_color, is_depth
 from topview.io.readers.ros_messages import (
     BAG_SUFFIXES,
@@ -39,7 +39,6 @@ INFO_TYPE: Final = "sensor_msgs/msg/CameraInfo"
 _REGISTERED: Final = re.compile(r"aligned|registered")
 _INFRARED: Final = re.compile(r"infra|(^|[/_])ir([/_]|$)|confidence", re.IGNORECASE)
 _RECTIFIED: Final = re.compile(r"rect(?!.*_raw)")  # not RealSense's image_rect_raw, whose K holds
-_EXTRINSIC: Final = re.compile(r"rotation=(.+);translation=(.+)")
 
 
 def recognises(path: Path) -> bool:
@@ -140,7 +139,9 @@ class _Choice:
         sensor = self.depth.name.rsplit("/", 3)[0]
         option = f"{sensor}/option/Depth_Units/value"
         told = self._bag.first(option) if self._is_realsense else None
-        return METRES_PER_MILLIMETRE if told is None else float(told.data)
+        if told is None:
+            return METRES_PER_MILLIMETRE
+        return metres_per_unit(float(f"{told.data:.6g}"))  # of 32 bits: 0.001 is not all it has
 
     @property
     def _is_realsense(self) -> bool:
@@ -214,14 +215,7 @@ class _Choice:
         message = None if name is None else self._bag.first(name)
         if message is None or hasattr(message, "rotation"):
             return None if message is None else transform_of(message)
-        match = _EXTRINSIC.fullmatch(str(getattr(message, "data", "")))
-        if match is None:
-            return None
-        rotation, translation = (np.array(m.split(","), np.float64) for m in match.groups())
-        T = np.eye(4)
-        T[:3, :3] = rotation.reshape(3, 3).T  # by columns
-        T[:3, 3] = translation
-        return rigid_transform(T, "a transform")
+        return extrinsic_of(str(getattr(message, "data", "")))
 
 
 def _is_same(a: Camera, b: Camera) -> bool:

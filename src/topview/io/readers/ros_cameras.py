@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -18,6 +19,8 @@ ROS_MODELS: Final = {
     "Brown Conrady": "brown_conrady",
     "Inverse Brown Conrady": "inverse_brown_conrady",
 }
+
+_EXTRINSIC: Final = re.compile(r"rotation=(.+);translation=(.+)")
 
 Transforms = Mapping[tuple[str, str], NDArray[np.float64]]
 """[4, 4] T_parent_child by the names of both."""
@@ -71,6 +74,21 @@ def transform_of(message: Any) -> NDArray[np.float64]:
     except ValueError:
         raise InputError("has a rotation of zeros; it must be a quaternion") from None
     T[:3, 3] = t.x, t.y, t.z
+    return rigid_transform(T, "a transform")
+
+
+def extrinsic_of(text: str) -> NDArray[np.float64] | None:
+    """[4, 4] of what librealsense writes for ROS 2, nine numbers by columns and three; None for
+    anything else."""
+    match = _EXTRINSIC.fullmatch(text)
+    if match is None:
+        return None
+    T = np.eye(4)
+    try:
+        rotation, shift = (np.array(part.split(","), np.float64) for part in match.groups())
+        T[:3, :3], T[:3, 3] = rotation.reshape(3, 3).T, shift
+    except ValueError:
+        return None
     return rigid_transform(T, "a transform")
 
 
