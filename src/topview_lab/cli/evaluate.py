@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import msgspec
 from cyclopts import App, Parameter
 
 from topview.cli.outputs import prepare_output_file
@@ -16,6 +17,7 @@ from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.detectors import DetectorName
 from topview.detect.joints.proposers import ProposalsName
+from topview.io import write_atomically
 from topview.records import InputError
 from topview.track import Tracker, TrackerSettings
 from topview_lab.cli.simulate import CAMERAS, Size
@@ -28,9 +30,17 @@ from topview_lab.datasets import (
     find_utd_mhad,
     make_simulated,
 )
+from topview_lab.evaluate.people import (
+    ALL_KINDS,
+    PeopleJob,
+    count_by_kind,
+    count_each,
+    counts_as_json,
+    found_people_table,
+)
 from topview_lab.evaluate.predictions import Predictions, predicted_jobs
 from topview_lab.evaluate.report import print_report, write_json
-from topview_lab.evaluate.run import run_evaluation, run_jobs
+from topview_lab.evaluate.run import run_all, run_evaluation, run_jobs
 from topview_lab.metrics import Offsets
 
 DEFAULTS = TrackerSettings()
@@ -40,8 +50,8 @@ evaluate = App(name="evaluate", help="Measure the tracker against reference skel
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class EvaluateOptions:
-    """What every data set takes.
+class TrackedOptions:
+    """What everything that is tracked to be measured takes.
 
     Attributes:
         sequences: globs over the names of the sequences, separated by commas.
@@ -54,12 +64,6 @@ class EvaluateOptions:
         force: replace the file that is there.
         workers: processes, 0 for one per core; the numbers do not depend on it.
         per_sequence: add a table of the sequences, worst first.
-        detail: add tables by cause of occlusion, part, action and body, and of the confidences.
-        offsets: one constant offset per joint for the whole set, or for each person of each
-            recording.
-        predictions: measure the skeletons of these files instead of the tracker: a folder with
-            NAME.npz or NAME/skeletons.npz of each sequence, or one file.
-        map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
     """
 
     sequences: str = "*"
@@ -72,16 +76,32 @@ class EvaluateOptions:
     force: Annotated[bool, Parameter(negative="")] = False
     workers: int = 0
     per_sequence: Annotated[bool, Parameter(negative="")] = False
-    detail: Annotated[bool, Parameter(negative="")] = False
-    offsets: Offsets = "set"
-    predictions: Path | None = None
-    map: str = ""
 
     @property
     def settings(self) -> TrackerSettings:
         return TrackerSettings(
             self.method, self.detector, self.seed, 1, self.proposals, self.weights
         )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class EvaluateOptions(TrackedOptions):
+    """What every data set with skeletons takes.
+
+    Attributes:
+        detail: add tables by cause of occlusion, part, action and body, and of the confidences.
+        offsets: one constant offset per joint for the whole set, or for each person of each
+            recording.
+        predictions: measure the skeletons of these files instead of the tracker: a folder with
+            NAME.npz or NAME/skeletons.npz of each sequence, or one file.
+        map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
+    """
+
+    detail: Annotated[bool, Parameter(negative="")] = False
+    offsets: Offsets = "set"
+    predictions: Path | None = None
+    map: str = ""
 
     def made_by(self) -> dict[str, Any]:
         """What the measured skeletons come from, for the file of numbers."""
@@ -91,6 +111,7 @@ class EvaluateOptions:
 
 
 DEFAULT_OPTIONS = EvaluateOptions()
+TRACKED_OPTIONS = TrackedOptions()
 
 
 @evaluate.command
@@ -198,6 +219,38 @@ def folder(
     )
 
 
+@evaluate.command
+def people(*paths: Path, options: TrackedOptions = TRACKED_OPTIONS) -> int:
+    """Count who was found, false people and exchanged identities, by the heads.
+
+    Args:
+        paths: recordings in the folder layout, or folders of them, whose groundtruth.npz tells how
+            much of each person is hidden (person_occ_inter) and outside (person_outside).
+    """
+    if not paths:
+        raise InputError("evaluate people: no folder given; give at least one recording")
+    recordings = find_folder_recordings(paths, options.sequences)
+    if options.json is not None:
+        prepare_output_file("--json", options.json, options.force)
+    Tracker(options.settings)
+    compile_kernels()
+    jobs = [PeopleJob(recording, options.settings) for recording in recordings]
+    run = run_all(jobs, options.workers)
+    done = [outcome for outcome in run.results if outcome is not None]
+    warn(*(problem for outcome in done for problem in outcome.problems), *run.problems)
+    counts = count_by_kind(done)
+    measured = counts[ALL_KINDS].recordings
+    if measured:
+        console = plain_console()
+        console.print(found_people_table("people found", counts))
+        if options.per_sequence:
+            console.print(found_people_table("per sequence, worst first", count_each(done)))
+        if options.json is not None:
+            made = {"settings": options.settings.as_json(), "counts": counts_as_json(counts)}
+            write_atomically(options.json, msgspec.json.format(msgspec.json.encode(made)))
+    return _status(measured, len(jobs), run.interrupted)
+
+
 def _numbers(option: str, text: str) -> tuple[int, ...]:
     if not re.fullmatch("[0-9]{1,9}(,[0-9]{1,9})*", text):
         raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
@@ -239,9 +292,14 @@ def _evaluate(
         )
         if options.json is not None:
             write_json(options.json, summary, title, options.made_by(), run.problems)
-    if run.interrupted:
-        warn(f"interrupted: {measured} of {run.planned} recordings")
+    return _status(measured, run.planned, run.interrupted)
+
+
+def _status(measured: int, planned: int, interrupted: bool) -> int:
+    """Exit status after so many of the planned recordings were measured."""
+    if interrupted:
+        warn(f"interrupted: {measured} of {planned} recordings")
         return INTERRUPTED
     if not measured:
-        raise InputError(f"none of the {run.planned} recordings could be evaluated")
-    return 0 if measured == run.planned else UNUSABLE_INPUT
+        raise InputError(f"none of the {planned} recordings could be evaluated")
+    return 0 if measured == planned else UNUSABLE_INPUT

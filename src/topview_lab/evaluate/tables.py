@@ -29,7 +29,7 @@ STATE_HEADS: Final = dict(
 
 def error_table(title: str, what: str, unit: str, rows: Mapping[str, Comparison]) -> Table:
     """Mean, deviation, accuracy of each row, as they are and with the offsets out."""
-    table = _table(title, what)
+    table = empty_table(title, what)
     for variant in ("", "offset out\n"):
         for column in (f"{variant}mean", "std", f"≤ 10 {unit}"):
             table.add_column(column, justify="right")
@@ -47,7 +47,7 @@ def error_table(title: str, what: str, unit: str, rows: Mapping[str, Comparison]
 
 def within_table(rows: Mapping[str, WithinLimit]) -> Table:
     """Shares within 10 cm as depth benchmarks count them."""
-    table = _table("within 10 cm, missed people counting as wrong (mAP)", "joints")
+    table = empty_table("within 10 cm, missed people counting as wrong (mAP)", "joints")
     for column in ("share", "offset\nout", "ranked\nprecision", "offset\nout", "count"):
         table.add_column(column, justify="right")
     for name, row in rows.items():
@@ -60,7 +60,7 @@ def within_table(rows: Mapping[str, WithinLimit]) -> Table:
 def people_table(summary: Summary) -> Table:
     """Detection, identities and speed."""
     people, tracking = summary.people, summary.tracking
-    table = _table("people", "in all")
+    table = empty_table("people", "in all")
     table.add_column("", justify="right")
     rows: dict[str, str] = {
         "frames evaluated": str(people.frames),
@@ -84,7 +84,7 @@ def people_table(summary: Summary) -> Table:
 
 def found_table(rows: Mapping[str, SplitRecall]) -> Table:
     """Recall by split."""
-    table = _table("people found, by what is hidden of them", "hidden by")
+    table = empty_table("people found, by what is hidden of them", "hidden by")
     table.add_column("found", justify="right")
     table.add_column("people, summed\nover frames", justify="right")
     for name, found in rows.items():
@@ -94,7 +94,7 @@ def found_table(rows: Mapping[str, SplitRecall]) -> Table:
 
 def reliability_table(calibration: Calibration) -> Table:
     """By confidence, and by the state told."""
-    table = _table("confidence: does it hold that often?", "stated")
+    table = empty_table("confidence: does it hold that often?", "stated")
     for column in ("mean\nconfidence", "within\n10 cm", "count"):
         table.add_column(column, justify="right")
     step = 1.0 / len(calibration.bins)
@@ -110,7 +110,7 @@ def reliability_table(calibration: Calibration) -> Table:
 
 def state_table(calibration: Calibration) -> Table:
     """The predicted states of the joints in each true state."""
-    table = _table("state of joints: the reference's, and as told", "reference")
+    table = empty_table("state of joints: the reference's, and as told", "reference")
     for head in STATE_HEADS.values():
         table.add_column(head, justify="right")
     table.add_column("count", justify="right")
@@ -122,7 +122,7 @@ def state_table(calibration: Calibration) -> Table:
 
 def sequence_table(sequences: Sequence[SequenceSummary]) -> Table:
     """Worst first: by mean distance with the offsets out, those without anybody found on top."""
-    table = _table("per sequence, worst first", "sequence", gap=0)
+    table = empty_table("per sequence, worst first", "sequence", gap=0)
     for column in (
         *("mean\ncm", "offset\nout", "≤ 10\ncm", "axes\n°"),
         *("missed", "false", "swaps", "lost", "fps"),
@@ -156,7 +156,7 @@ def _badness(sequence: SequenceSummary) -> float:
     return mean_cm if isfinite(mean_cm) else float("inf")
 
 
-def _table(title: str, first_column: str, gap: int = 1) -> Table:
+def empty_table(title: str, first_column: str, gap: int = 1) -> Table:
     """An empty table; `gap`: by how much its columns stand further apart than one space."""
     table = Table(
         title=f"\n{title}",

@@ -1,28 +1,101 @@
-"""Detection of people by their heads: who was found, when, where, and under which id."""
+"""Who was found, when, and under which id, counted by people's heads.
+
+In each frame every track that is put out, one that coasts too, and the true heads of everybody in
+the room are matched one to one: fewest left over, then nearest. Somebody is due while present and
+to be seen by enough; finding somebody who is not due counts neither way. A track that matches
+nobody is false.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview_lab.metrics.matching import (
-    NOBODY,
-    count_people,
-    match_people,
-    people_distances,
-)
+from topview.records import InputError, read_only
+from topview_lab.metrics.matching import NOBODY, match_heads, people_distances
+from topview_lab.metrics.reference import SHARE_ROUNDING
+from topview_lab.metrics.statistics import share
 
+# All ours.
 HEAD_GATE_M: Final = 0.4
-"""Gate between detected and true heads (ours: two people who touch)."""
-LEAST_VISIBLE_SHARE: Final = 0.4
-"""A person counts in frames with at least this visible share (ours)."""
-HIDDEN_BELOW_SHARE: Final = 0.05
-"""A person with a smaller visible share is hidden (ours)."""
-LONGEST_HIDDEN_S: Final = 5.0
-"""After a longer occlusion a new id is allowed (ours)."""
+"""Gate between tracked and true heads: two people who touch."""
+LEAST_TO_BE_SEEN: Final = 0.3
+"""Share of a person to be seen, from which the person is due."""
+CLEARLY_TO_BE_SEEN: Final = 0.5
+"""Share from which the time runs until the person is found."""
+OUTSIDE_FROM: Final = 0.9
+"""Share outside the image from which a person is outside."""
+FORGOTTEN_AFTER_S: Final = 1.0
+"""Whoever was outside for longer may come back under another id."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrueHeads:
+    """Where people's heads truly are, and how much of the people there is to be seen.
+
+    Attributes:
+        heads_camera: [F, R, 3] metres, NaN for whoever is not in the room.
+        to_be_seen: [F, R] share that nothing hides and that lies inside of the image.
+        outside: [F, R] share that lies outside of the image.
+        is_present: [F, R] whether enough of the person is inside to be due at all.
+
+    Raises:
+        InputError: shapes that do not fit, or shares that are none.
+    """
+
+    heads_camera: NDArray[np.float64]
+    to_be_seen: NDArray[np.float64]
+    outside: NDArray[np.float64]
+    is_present: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        F, R = self.heads_camera.shape[:2]
+        for name, shape in (
+            ("heads_camera", (F, R, 3)),
+            ("to_be_seen", (F, R)),
+            ("outside", (F, R)),
+            ("is_present", (F, R)),
+        ):
+            values = getattr(self, name)
+            if values.shape != shape:
+                raise InputError(f"{name} is {values.shape}; it must be {shape}")
+            read_only(values)
+        for name in ("to_be_seen", "outside"):
+            shares = getattr(self, name)
+            if (wrong := (shares < -SHARE_ROUNDING) | (shares > 1.0 + SHARE_ROUNDING)).any():
+                raise InputError(f"{name} holds {shares[wrong][0]:g}; a share must be 0 to 1")
+
+    def of_frames(self, frames: NDArray[np.int64]) -> TrueHeads:
+        """Those of some frames.
+
+        Raises:
+            InputError: there are fewer.
+        """
+        if len(beyond := frames[frames >= len(self.heads_camera)]):
+            raise InputError(
+                f"frame {beyond[0]} was tracked; the truth has {len(self.heads_camera)} frames"
+            )
+        arrays = (self.heads_camera, self.to_be_seen, self.outside, self.is_present)
+        return TrueHeads(*(values[frames] for values in arrays))
+
+    @property
+    def is_in_room(self) -> NDArray[np.bool_]:
+        """[F, R]."""
+        return np.asarray(np.isfinite(self.heads_camera).all(axis=-1))
+
+    @property
+    def is_due(self) -> NDArray[np.bool_]:
+        """[F, R] who has to be found."""
+        return self.is_in_room & self.is_present & (self.to_be_seen >= LEAST_TO_BE_SEEN)
+
+    @property
+    def is_outside(self) -> NDArray[np.bool_]:
+        """[F, R]."""
+        return ~self.is_in_room | (self.outside >= OUTSIDE_FROM)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,17 +103,21 @@ class PersonFound:
     """How well one person was found in one recording.
 
     Attributes:
-        frames: number of frames with enough of the person visible (`LEAST_VISIBLE_SHARE`).
-        errors_m: [N] distances of the head in those frames in which the person was found.
-        wait_s: from the first such frame until the person was found, infinite if never; None if
-            there is no such frame.
-        returns: number of times that the person reappeared after an occlusion.
-        kept: number of these with the same id afterwards.
+        frames: in which the person was due.
+        errors_m: [N] distances of the head in those of them in which the person was found.
+        wait_s: from the first frame in which the person is clearly to be seen until found, infinite
+            if never, 0 if found before; None if there is no such frame.
+        swaps: times that the person went on under an id that had been another person's.
+        fragments: times that the person went on under a fresh id.
+        returns: times that the person was found again after frames without being due.
+        kept: of these, with the same id.
     """
 
     frames: int
     errors_m: NDArray[np.float64]
     wait_s: float | None
+    swaps: int
+    fragments: int
     returns: int
     kept: int
 
@@ -51,83 +128,120 @@ class PeopleFound:
 
     Attributes:
         frames: how many.
-        false: false positives, summed over frames.
-        false_hidden: those of them that were predicted for hidden people and not seen.
-        swaps: identity swaps of visible people.
+        false: tracks that match nobody, summed over frames.
         people: in the order of the truth.
     """
 
     frames: int
     false: int
-    false_hidden: int
-    swaps: int
     people: tuple[PersonFound, ...]
+
+    @property
+    def exchanges(self) -> int:
+        """Times that somebody went on under another id."""
+        return sum(person.swaps + person.fragments for person in self.people)
+
+    @property
+    def due(self) -> int:
+        """Person-frames."""
+        return sum(person.frames for person in self.people)
+
+    @property
+    def recall(self) -> float:
+        """Share of the person-frames that were due, NaN where none was."""
+        return share(sum(len(person.errors_m) for person in self.people), self.due)
 
 
 def measure_heads(
-    heads_camera: NDArray[np.float64],
-    visible: NDArray[np.float64],
-    times_s: NDArray[np.float64],
+    truth: TrueHeads,
     found_camera: NDArray[np.float64],
-    is_seen: NDArray[np.bool_],
+    ids: NDArray[np.int64],
+    times_s: NDArray[np.float64],
 ) -> PeopleFound:
     """Compare heads with the truth.
 
     Args:
-        heads_camera: [F, R, 3] metres, true centres.
-        visible: [F, R] share 0..1 of each person that neither others nor things hide and that is
-            not out of view.
+        truth: of F frames and R people.
+        found_camera: [F, S, 3] metres, NaN in slots without anybody.
+        ids: [F, S] of whoever is in each slot.
         times_s: [F].
-        found_camera: [F, P, 3] metres, by id; NaN where there is no such user.
-        is_seen: [F, P] False where a head was predicted.
     """
-    is_visible = visible >= LEAST_VISIBLE_SHARE
-    reference = np.where(is_visible[..., None], heads_camera, np.nan)[:, :, None]
-    distances_m = people_distances(reference, found_camera[:, :, None])
-    matches = match_people(distances_m, HEAD_GATE_M)
-    is_found = np.asarray(np.isfinite(found_camera).all(-1))
-    counts = count_people(matches, is_visible, is_found)
-    to_anybody = people_distances(heads_camera[:, :, None], found_camera[:, :, None])
-    is_false = is_found & (to_anybody.min(1, initial=np.inf) > HEAD_GATE_M)
-    people = tuple(
-        _person(matches[:, r], distances_m[:, r], visible[:, r], times_s)
-        for r in range(visible.shape[1])
-    )
-    return PeopleFound(
-        frames=len(times_s),
-        false=int(is_false.sum()),
-        false_hidden=int((is_false & ~is_seen).sum()),
-        swaps=counts.id_swaps,
-        people=people,
-    )
+    distances_m = people_distances(truth.heads_camera[:, :, None], found_camera[:, :, None])
+    matches = match_heads(distances_m, HEAD_GATE_M)
+    matched_ids = _ids_of(matches, ids)
+    is_due = truth.is_due
+    is_clear = is_due & (truth.to_be_seen >= CLEARLY_TO_BE_SEEN)
+    people = []
+    for r in range(matches.shape[1]):
+        due = np.flatnonzero(is_due[:, r] & (matches[:, r] != NOBODY))
+        changes = list(_changes(matched_ids[:, r], truth.is_outside[:, r], times_s))
+        others = [_first_seen(matched_ids[:, o]) for o in range(matches.shape[1]) if o != r]
+        swaps = sum(
+            any(first.get(new, frame + 1) <= frame for first in others) for frame, new in changes
+        )
+        returns, kept = _returns(matched_ids[:, r], is_due[:, r])
+        people.append(
+            PersonFound(
+                int(is_due[:, r].sum()),
+                distances_m[due, r, matches[due, r]],
+                _wait_s(matches[:, r] != NOBODY, is_clear[:, r], times_s),
+                swaps,
+                len(changes) - swaps,
+                returns,
+                kept,
+            )
+        )
+    is_found = np.isfinite(found_camera).all(axis=-1)
+    false = int(is_found.sum() - (matches != NOBODY).sum())
+    return PeopleFound(len(times_s), false, tuple(people))
 
 
-def _person(
-    matches: NDArray[np.int64],
-    distances_m: NDArray[np.float64],
-    visible: NDArray[np.float64],
-    times_s: NDArray[np.float64],
-) -> PersonFound:
-    """From [F] matches, [F, P] distances and [F] shares."""
-    shown = np.flatnonzero(visible >= LEAST_VISIBLE_SHARE)
-    found = np.flatnonzero(matches != NOBODY)
-    wait_s = None
-    if len(shown):
-        wait_s = float(times_s[found[0]] - times_s[shown[0]]) if len(found) else np.inf
-    returns, kept = _returns(matches, visible, times_s)
-    return PersonFound(len(shown), distances_m[found, matches[found]], wait_s, returns, kept)
+def _ids_of(matches: NDArray[np.int64], ids: NDArray[np.int64]) -> NDArray[np.int64]:
+    """[F, R] the ids of [F, R] matched slots, or -1."""
+    frames, people = np.nonzero(matches != NOBODY)
+    matched = np.full(matches.shape, NOBODY, np.int64)
+    matched[frames, people] = ids[frames, matches[frames, people]]
+    return matched
 
 
-def _returns(
-    matches: NDArray[np.int64], visible: NDArray[np.float64], times_s: NDArray[np.float64]
-) -> tuple[int, int]:
-    """Number of reappearances of a found person, and of those with the same id."""
+def _first_seen(ids: NDArray[np.int64]) -> dict[int, int]:
+    """The first frame of each of the [F] ids that a person had."""
+    first: dict[int, int] = {}
+    for frame in np.flatnonzero(ids != NOBODY):
+        first.setdefault(int(ids[frame]), int(frame))
+    return first
+
+
+def _changes(
+    ids: NDArray[np.int64], is_outside: NDArray[np.bool_], times_s: NDArray[np.float64]
+) -> Iterator[tuple[int, int]]:
+    """Frame and new id of each change of a person's [F] ids that a stay outside does not excuse."""
+    found = np.flatnonzero(ids != NOBODY)
+    lasts_s = np.diff(times_s, append=times_s[-1:])
+    for before, after in zip(found[:-1], found[1:], strict=True):
+        outside_s = lasts_s[before:after][is_outside[before:after]].sum()
+        if ids[before] != ids[after] and outside_s <= FORGOTTEN_AFTER_S:
+            yield int(after), int(ids[after])
+
+
+def _wait_s(
+    is_found: NDArray[np.bool_], is_clear: NDArray[np.bool_], times_s: NDArray[np.float64]
+) -> float | None:
+    """From the first frame in which a person is clearly to be seen to that in which found."""
+    if not is_clear.any():
+        return None
+    if not is_found.any():
+        return np.inf
+    return max(0.0, float(times_s[np.argmax(is_found)] - times_s[np.argmax(is_clear)]))
+
+
+def _returns(ids: NDArray[np.int64], is_due: NDArray[np.bool_]) -> tuple[int, int]:
+    """How often a person with [F] ids was due and found again after not being due; how often with
+    the same id."""
     returns = kept = 0
-    last = last_f = NOBODY
-    for f in np.flatnonzero(matches != NOBODY):
-        was_hidden = last != NOBODY and (visible[last_f:f] < HIDDEN_BELOW_SHARE).any()
-        if was_hidden and times_s[f] - times_s[last_f] <= LONGEST_HIDDEN_S:
+    found = np.flatnonzero((ids != NOBODY) & is_due)
+    for before, after in zip(found[:-1], found[1:], strict=True):
+        if not is_due[before:after].all():
             returns += 1
-            kept += matches[f] == last
-        last, last_f = matches[f], f
-    return returns, int(kept)
+            kept += int(ids[before] == ids[after])
+    return returns, kept

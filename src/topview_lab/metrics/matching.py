@@ -85,6 +85,18 @@ def _match_frame(
     return matches
 
 
+def match_heads(distances_m: NDArray[np.float64], gate_m: float) -> NDArray[np.int64]:
+    """[F, R] the slot matched to each reference person, or -1: as many as possible, then those of
+    least total distance, whoever was matched before.
+
+    Args:
+        distances_m: [F, R, S] as from `people_distances`.
+        gate_m: who are further apart are never matched.
+    """
+    matches = [_match_frame(distances, {}, gate_m) for distances in distances_m]
+    return np.array(matches, np.int64).reshape(distances_m.shape[:2])
+
+
 @dataclass(frozen=True, slots=True)
 class PeopleCounts:
     """Counts of detections and identities; they add up over recordings.

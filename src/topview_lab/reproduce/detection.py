@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from topview_lab.metrics.heads import HEAD_GATE_M, LEAST_VISIBLE_SHARE, LONGEST_HIDDEN_S
+from topview_lab.metrics.heads import FORGOTTEN_AFTER_S, HEAD_GATE_M, LEAST_TO_BE_SEEN
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.finding import (
     AUTO,
@@ -92,13 +92,13 @@ def detection(context: Context, measured: Measured) -> Section:
         title="Sections 4.1 and 5.3.1: users found",
         text=(
             "The people finder alone, on colour and depth of simulated scenes: people of all "
-            "sizes, skins and clothes among furniture. Recall: somebody counts in the frames in "
-            f"which {LEAST_VISIBLE_SHARE:.0%} or more of the body is in view and unhidden, and is "
-            f"found by a user whose head is within {HEAD_GATE_M:g} m of the true one. False: users "
-            "whose head is further than that from everybody's, per 1000 frames. Of hidden: those "
-            "of the false ones that were not seen, but expected where somebody is hidden. Within "
-            "0.5 s: people who were users so soon after they came into view. Ids kept: by people "
-            f"who were hidden for up to {LONGEST_HIDDEN_S:g} s and came back.",
+            "sizes, skins and clothes among furniture. Users and everybody in the room are matched "
+            f"one to one, heads at most {HEAD_GATE_M:g} m apart. Recall: somebody counts in the "
+            f"frames in which {LEAST_TO_BE_SEEN:.0%} or more of the body is to be seen. False: "
+            "users who match nobody, per 1000 frames. Exchanges: times that somebody goes on under "
+            f"another id without having been outside for {FORGOTTEN_AFTER_S:g} s. Within 0.5 s: "
+            "people who were users so soon after half of the body was to be seen. Ids kept: by "
+            "people who could not be seen and came back.",
             "By background: what is left out where skin is searched. By default, auto leaves out "
             "what keeps still in depth, and skin what the adaptive mixtures of Sec. 4.1 explain.",
         ),
@@ -137,7 +137,8 @@ def _verdicts(tally: Tally) -> tuple[Verdict, ...]:
         ),
         conclusion(
             "identities last while users hide each other (Sec. 4.1)",
-            tally.swaps == 0,
-            f"{tally.swaps} exchanges; {tally.kept} of {tally.returns} who were hidden kept theirs",
+            tally.exchanges == 0,
+            f"{tally.exchanges} exchanges; {tally.kept} of {tally.returns} who were hidden kept "
+            "theirs",
         ),
     )

@@ -18,7 +18,7 @@ from topview.people.settings import PeopleSettings
 from topview.people.users import User, by_depth
 from topview.records import Frame
 from topview.timing import StageClock
-from topview_lab.metrics.heads import PeopleFound, measure_heads
+from topview_lab.metrics.heads import PeopleFound, TrueHeads, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
 from topview_lab.sim.appearance import SKINS
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
@@ -161,20 +161,24 @@ def compared_with_truth(
     users: Sequence[Sequence[User]], truths: Sequence[FrameTruth], fps: float
 ) -> PeopleFound:
     """Users of F frames against their truths."""
-    ids = sorted({user.id for frame in users for user in frame})
-    found_camera = np.full((len(users), len(ids), 3), np.nan)
-    is_seen = np.zeros(found_camera.shape[:2], np.bool_)
+    slots = max(map(len, users), default=0)
+    found_camera = np.full((len(users), slots, 3), np.nan)
+    ids = np.zeros((len(users), slots), np.int64)
     for f, frame in enumerate(users):
-        for user in frame:
-            column = ids.index(user.id)
-            found_camera[f, column] = user.head_camera
-            is_seen[f, column] = user.head_is_seen
-    return measure_heads(
+        for slot, user in enumerate(frame):
+            found_camera[f, slot] = user.head_camera
+            ids[f, slot] = user.id
+    return measure_heads(true_heads(truths), found_camera, ids, np.arange(len(users)) / fps)
+
+
+def true_heads(truths: Sequence[FrameTruth]) -> TrueHeads:
+    """What F simulated frames say of where heads are and how much of people is to be seen."""
+    outside = np.array([truth.part_hidden.mean(truth.part_area).outside for truth in truths])
+    return TrueHeads(
         np.array([truth.joints[:, HEAD_JOINT] for truth in truths]),
-        np.array([visible_shares(truth) for truth in truths]),
-        np.arange(len(users)) / fps,
-        found_camera,
-        is_seen,
+        np.clip([visible_shares(truth) for truth in truths], 0.0, 1.0),
+        np.clip(outside, 0.0, 1.0),
+        np.ones(outside.shape, np.bool_),
     )
 
 

@@ -19,7 +19,7 @@ NEAR_CM: Final = 6.0
 SOON_S: Final = 0.5
 """Time within which a person in view counts as found soon (ours)."""
 HEADER: Final = (
-    "people", "frames", "recall", "false / 1000", "of hidden", "id swaps", "head, cm: median",
+    "people", "frames", "recall", "false / 1000", "exchanges", "head, cm: median",
     "90 %", "within 6 cm", "within 0.5 s", "ids kept",
 )  # fmt: skip
 
@@ -31,7 +31,7 @@ class Tally:
     Attributes:
         frames: of the recordings.
         people: everyone in them, or a subset.
-        false, false_hidden, swaps: of the recordings.
+        false, exchanges: of the recordings.
         is_of_all: False if the row is about a subset of the people, to which false positives cannot
             be assigned.
     """
@@ -39,8 +39,7 @@ class Tally:
     frames: int
     people: tuple[PersonFound, ...]
     false: int
-    false_hidden: int
-    swaps: int
+    exchanges: int
     is_of_all: bool = True
 
     @classmethod
@@ -62,8 +61,7 @@ class Tally:
                 if tone in (None, own)
             ),
             false=sum(each.false for each in found),
-            false_hidden=sum(each.false_hidden for each in found),
-            swaps=sum(each.swaps for each in found),
+            exchanges=sum(each.exchanges for each in found),
             is_of_all=tone is None,
         )
 
@@ -108,8 +106,7 @@ class Tally:
     def row(self, name: str) -> Row:
         of_recordings = (
             number(self.false_per_1000),
-            number(share(1000.0 * self.false_hidden, self.frames)),
-            str(self.swaps),
+            str(self.exchanges),
         )
         return Row((
             name,
@@ -125,5 +122,5 @@ class Tally:
         ))  # fmt: skip
 
     def as_json(self) -> dict[str, Any]:
-        names = ("recall", "false_per_1000", "swaps", "near", "soon", "returns", "kept")
+        names = ("recall", "false_per_1000", "exchanges", "near", "soon", "returns", "kept")
         return {"person_frames": self.person_frames} | {name: getattr(self, name) for name in names}

@@ -13,8 +13,8 @@ COLOR = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
 
 
 def finding(tone: str, errors_m: list[float], frames: int = 10) -> Finding:
-    person = PersonFound(frames, np.array(errors_m), 0.2, 1, 1)
-    return Finding((tone,), {"auto": PeopleFound(frames, 3, 2, 1, (person,))})
+    person = PersonFound(frames, np.array(errors_m), 0.2, 1, 0, 1, 1)
+    return Finding((tone,), {"auto": PeopleFound(frames, 3, (person,))})
 
 
 @pytest.mark.parametrize("colour", ["as it is", "none", "grey", "dark", "bright"])
@@ -55,11 +55,11 @@ def test_a_row_counts_people_and_recordings():
     both = [finding("light", [0.01] * 10), finding("dark", [0.08] * 5)]
     tally = Tally.of(both)
     assert (tally.person_frames, tally.recall, tally.false_per_1000) == (20, 0.75, 300.0)
-    assert (tally.near, tally.soon, tally.swaps) == (10 / 15, 1.0, 2)
+    assert (tally.near, tally.soon, tally.exchanges) == (10 / 15, 1.0, 2)
     assert (tally.kept, tally.returns) == (2, 2)
     dark = Tally.of(both, tone="dark")
     assert (dark.person_frames, dark.recall, dark.near) == (10, 0.5, 0.0)
-    assert dark.row("dark").cells[4:7] == ("–", "–", "–")
+    assert dark.row("dark").cells[4:6] == ("–", "–")
     assert len(dark.row("dark").cells) == len(HEADER) + 1
 
 
