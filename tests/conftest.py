@@ -61,6 +61,13 @@ def compiled() -> None:
     compile_ahead()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def compiled_once(request: pytest.FixtureRequest) -> None:
+    """Of several processes of tests one compiles; numba's cache of a kernel is for one writer."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        request.getfixturevalue("compiled")
+
+
 @pytest.fixture
 def topview(capsys: pytest.CaptureFixture[str], compiled: None) -> RunCommand:
     """Run `topview` with these arguments; stderr may hold only lines that begin with its name."""
