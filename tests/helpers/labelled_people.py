@@ -43,6 +43,7 @@ def discs(frames: int = 3, people: int = 2, seed: int = 0) -> LabelledRecording:
         depth_mm,
         masks,
         joints,
+        np.full(joints.shape[:3], np.nan, np.float32),
         np.ones((frames, people), bool),
         np.arange(1, people + 1),
         INTRINSICS,

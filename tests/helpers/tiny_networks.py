@@ -18,7 +18,7 @@ def write_network(
     *,
     modes: int = 2,
     joints: tuple[str, ...] = PROPOSED_JOINTS,
-    format: str = "topview joints 1",
+    format: str = "topview joints 2",
     pixels: int = 128,
     constant: float = 0.0,
     nan_on_people: bool = False,

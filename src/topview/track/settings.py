@@ -8,9 +8,7 @@ from typing import Any
 
 from topview.detect.detectors import DETECTORS, DetectorName
 from topview.detect.joints.proposers import (
-    AUTO,
     NETWORK,
-    NOTHING,
     ProposalsName,
     check_proposals,
     proposals_as_json,
@@ -37,9 +35,8 @@ class TrackerSettings:
             colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
-        proposals: what proposes joints to the methods that ask for it: "auto" the network, but only
-            for a method that can do nothing without, or where `weights` are given; "network" has
-            seen rendered people, "forest" is a rival's, "none" leaves the method alone.
+        proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
+            people, "forest" is a rival's, "none" leaves the method alone.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
 
@@ -52,7 +49,7 @@ class TrackerSettings:
     detector: DetectorName = "auto"
     seed: int = 0
     threads: int = 0
-    proposals: ProposalsName = AUTO
+    proposals: ProposalsName = NETWORK
     weights: Path | None = None
 
     def __post_init__(self) -> None:
@@ -71,12 +68,6 @@ class TrackerSettings:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
 
-    def proposals_for(self, needs: Needs) -> ProposalsName:
-        """What proposes joints to a method with these needs."""
-        if self.proposals != AUTO:
-            return self.proposals
-        return NETWORK if needs.joints_only or self.weights is not None else NOTHING
-
     def as_json(self, needs: Needs | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
         the weights their name and digest.
@@ -90,5 +81,5 @@ class TrackerSettings:
         named = {"method": self.method, "detector": self.detector, "seed": self.seed}
         needs = needs or method_by_name(self.method).needs
         if needs.joints:
-            named |= proposals_as_json(self.proposals_for(needs), self.weights)
+            named |= proposals_as_json(self.proposals, self.weights)
         return named

@@ -122,13 +122,12 @@ class Tracker:
         """What proposes joints to this method; None for one that does not ask."""
         settings, needs = self.settings, self.body.needs
         if needs.joints:
-            name = settings.proposals_for(needs)
-            if needs.joints_only and name == NOTHING and given is None:
+            if needs.joints_only and settings.proposals == NOTHING and given is None:
                 raise InputError(
                     f"proposals is {NOTHING}; method {self.body.name} needs proposed joints: "
                     "leave it out, or take another method"
                 )
-            return given or proposer_by_name(name, settings.weights)
+            return given or proposer_by_name(settings.proposals, settings.weights)
         if settings.weights is not None:
             raise InputError(
                 f"weights is {shown(str(settings.weights))}; method {self.body.name} asks no "

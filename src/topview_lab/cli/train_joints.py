@@ -16,10 +16,10 @@ from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
 from topview.cli.progress import progress_bar
 from topview.detect.joints import PROPOSED_JOINTS
-from topview.files import naming
 from topview.io import write_atomically
 from topview.records import InputError
-from topview_lab.training.joints.measuring import JointScores, Network, measure
+from topview_lab.training.joints.measuring import INTERVALS, JointScores, Network, measure
+from topview_lab.training.joints.pictures import AXES, draw_losses, draw_reliability
 from topview_lab.training.joints.recordings import Samples, cached, folders_in, gathered
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MOST_WINDOWS = 100_000_000
 MEASURED_WINDOWS = 1000
+TOLD_INTERVALS = (0.5, 0.9)
 
 
 def train_joints(
@@ -49,7 +50,7 @@ def train_joints(
     Args:
         folders: recordings with groundtruth.npz and mask/, or folders of such.
         out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
-            written beside it.
+            written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
         windows: to learn from, each varied anew.
         seed: of the network, the order and the variations.
@@ -72,7 +73,9 @@ def train_joints(
     network = _learn(samples, how, out, threads)
     print(f"trained on {windows} windows of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
-        _report(_scores(network, measured), len(measured.recordings))
+        scores = _scores(network, measured)
+        _report(scores, len(measured.recordings))
+        draw_reliability(scores, _beside(out, "reliability.png"))
 
 
 def _require_torch() -> None:
@@ -137,26 +140,8 @@ def _learn(samples: Samples, how: LearningSettings, out: Path, threads: int) -> 
 
         net = learn(samples, NetSettings(), how, Variation(), checkpoint, told)
     write_atomically(out, exported(net))
-    with naming(_beside(out, "losses.png")):
-        _draw(rows, _beside(out, "losses.png"))
+    draw_losses(rows, _beside(out, "losses.png"))
     return lambda images: proposed(net, images)
-
-
-def _draw(rows: list[dict[str, float]], path: Path) -> None:
-    """The terms of the loss over the windows, where matplotlib is there to draw them."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        return
-    figure = Figure(figsize=(8, 2.6), layout="constrained")
-    terms = [name for name in (rows[0] if rows else {}) if name != "windows"]
-    for place, name in enumerate(terms, 1):
-        axes = figure.add_subplot(1, len(terms), place)
-        axes.plot([row["windows"] / 1000 for row in rows], [row[name] for row in rows])
-        axes.set_title(name, fontsize=9)
-        axes.set_xlabel("thousand windows", fontsize=8)
-    FigureCanvasAgg(figure).print_figure(path, dpi=110)
 
 
 def _scores(network: Network, samples: Samples) -> JointScores:
@@ -181,6 +166,12 @@ def _report(scores: JointScores, recordings: int) -> None:
         axes = " ".join(f"{100 * share:.0f}" for share in held)
         table.add_row(name, f"{100 * mean_m:.1f}", f"{100 * within:.0f}", axes)
     plain_console().print(table)
+    for name, held in (("in view", scores.held_in_view), ("hidden", scores.held_hidden)):
+        for share in TOLD_INTERVALS:
+            axes = zip(AXES, held[INTERVALS.index(share)], strict=True)
+            said = ", ".join(f"{100 * part:.1f} % {axis}" for axis, part in axes)
+            print(f"joints {name}: of the {100 * share:.0f} % intervals hold {said}")
+    print(f"front and back told: {100 * scores.facing_told:.1f} % of those who show either")
     print(
         f"told to be a person: {100 * scores.people_told:.1f} % of the people; "
         f"told to be none: {100 * scores.things_told:.1f} % of pieces of the background"

@@ -16,7 +16,7 @@ from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
     NETWORK_ALONE,
     THESIS_RECIPE,
-    WITH_NETWORK,
+    WITHOUT_NETWORK,
     Measured,
     Run,
     Variant,
@@ -38,7 +38,7 @@ POSITION_METHODS: Final[dict[str, Variant]] = {
     "utvr, the thesis's recipe": THESIS_RECIPE,
 }
 SLOW_METHODS: Final[dict[str, Variant]] = {
-    "topview with the network": WITH_NETWORK,
+    "topview without the network": WITHOUT_NETWORK,
     "joints, the network alone": NETWORK_ALONE,
     "utvr, as printed": Variant(AS_PRINTED),
     "bPSO, as topview has it": Variant(SwarmSettings()),

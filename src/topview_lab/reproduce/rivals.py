@@ -16,7 +16,7 @@ from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
     NETWORK_ALONE,
     THESIS_RECIPE,
-    WITH_NETWORK,
+    WITHOUT_NETWORK,
     Counterpart,
     Measured,
     Run,
@@ -59,8 +59,8 @@ OURS: Final = "topview, the default"
 BPSO: Final = "bPSO, as much time as topview"
 PPSO: Final = "pPSO, as much time as topview"
 RIVALS: Final[dict[str, Rival]] = {
-    OURS: Rival(DEFAULT_VARIANT, "hands' colour helps"),
-    "topview with the network": Rival(WITH_NETWORK, "a network of rendered people"),
+    OURS: Rival(DEFAULT_VARIANT, "a network of rendered people; hands' colour helps"),
+    "topview without the network": Rival(WITHOUT_NETWORK, "hands' colour helps"),
     "joints, the network alone": Rival(NETWORK_ALONE, "a network of rendered people"),
     "utvr, the recipe of Sec. 5.3": Rival(THESIS_RECIPE),
     "bTVR, upper body (Sec. 5.1)": Rival(Variant(BtvrSettings()), "hands' colour helps"),

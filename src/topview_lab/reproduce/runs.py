@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rich.console import Console
 
-from topview.detect.joints.proposers import AUTO, ProposalsName
+from topview.detect.joints.proposers import NETWORK, NOTHING, ProposalsName
 from topview.records import Recording
 from topview.track import Tracker, TrackerSettings, TrackingResult, track_recording
 from topview.track.body_tracker import BodyMethod
@@ -29,7 +29,7 @@ class Variant:
     """A way to track: a method with its settings, and what proposes joints to it."""
 
     body: BodyMethod
-    proposals: ProposalsName = AUTO
+    proposals: ProposalsName = NETWORK
 
     @property
     def settings(self) -> TrackerSettings:
@@ -40,7 +40,7 @@ class Variant:
 
 
 DEFAULT_VARIANT = Variant(TopviewSettings())
-WITH_NETWORK = Variant(TopviewSettings(), "network")
+WITHOUT_NETWORK = Variant(TopviewSettings(), NOTHING)
 NETWORK_ALONE = Variant(JointsSettings())
 THESIS_RECIPE = Variant(UtvrSettings())
 

@@ -192,7 +192,7 @@ def test_what_a_method_does_not_ask_for_is_not_told() -> None:
     [
         (
             {"proposals": "wood"},
-            "proposals is 'wood'; it must be one of auto, network, forest, none",
+            "proposals is 'wood'; it must be one of network, forest, none",
         ),
         ({"weights": Path("w"), "proposals": "none"}, "weights is 'w' with proposals none; "),
         ({"weights": Path("w"), "proposals": "forest"}, "weights is 'w' with proposals forest; "),
@@ -210,7 +210,7 @@ def test_weights_that_nothing_reads_are_refused() -> None:
 
 def test_all_that_proposes_can_be_made(tmp_path: Path) -> None:
     write_network(tmp_path / "w.onnx")
-    made = {name: proposer_by_name(name) for name in PROPOSALS if name not in ("auto", "network")}
+    made = {name: proposer_by_name(name) for name in PROPOSALS if name != "network"}
     assert made.pop("none") is None
     assert list(map(type, made.values())).count(type(None)) == 0
     assert proposer_by_name("network", tmp_path / "w.onnx") is not None
@@ -236,11 +236,8 @@ def test_the_command_line_says_in_one_line_what_is_wrong_with_weights(
     assert "--proposals none" in told
 
 
-def test_the_network_is_taken_where_nothing_goes_without(tmp_path: Path) -> None:
-    """By itself for `joints`, and where weights are given; the default method stays without."""
-    alone, default = Needs(joints=True, joints_only=True), Needs(joints=True)
-    assert TrackerSettings().proposals_for(alone) == "network"
-    assert TrackerSettings().proposals_for(default) == "none"
-    assert TrackerSettings(weights=tmp_path / "w.onnx").proposals_for(default) == "network"
+def test_the_network_is_asked_unless_told_otherwise() -> None:
+    """By the methods that ask for joints; `joints` cannot do without."""
+    assert TrackerSettings().proposals == "network"
     with pytest.raises(InputError, match="proposals is none; method joints needs proposed joints"):
         Tracker(TrackerSettings(method="joints", proposals="none"))

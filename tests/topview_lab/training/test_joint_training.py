@@ -10,8 +10,11 @@ from labelled_people import discs, write_recording
 from topview.cli.main import main
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import silent_onnxruntime
+from topview.detect.joints.proposals import FACING_MODE
+from topview.detect.joints.windows import OWN
 from topview.records import InputError
 from topview_lab.cli import train_joints as command
+from topview_lab.training.joints.measuring import INTERVALS, facing_sine, measure
 from topview_lab.training.joints.recordings import gathered
 from topview_lab.training.joints.windows import AS_THEY_ARE, labelled_window
 
@@ -47,6 +50,37 @@ def test_what_is_learnt_is_known_afterwards(tmp_path: Path) -> None:
         for tried in (JointNet(SMALL).eval(), net)
     )
     assert after < 0.04 < before / 4
+
+
+def test_who_faces_the_camera_teaches_its_mode() -> None:
+    """Left on the image's right: facing; mirrored: turned away; sideways or unknown: both."""
+    places = torch.zeros(4, len(PROPOSED_JOINTS), 3)
+    left, right = PROPOSED_JOINTS.index("left_hip"), PROPOSED_JOINTS.index("right_hip")
+    places[0, left, 0], places[0, right, 0] = 0.1, -0.1
+    places[1] = places[0] * torch.tensor([-1.0, 1.0, 1.0])
+    places[2, left, 2], places[2, right, 2] = 0.1, -0.1
+    places[3] = places[0]
+    is_known = torch.ones(4, len(PROPOSED_JOINTS), dtype=torch.bool)
+    is_known[3, right] = is_known[3, PROPOSED_JOINTS.index("right_shoulder")] = False
+    shares = learning.mode_shares(places, is_known, sharpness=6.0)
+    torch.testing.assert_close(shares.sum(dim=1), torch.ones(4))
+    assert shares[0, FACING_MODE] > 0.99
+    torch.testing.assert_close(shares[1], shares[0].flip(0))
+    torch.testing.assert_close(shares[2:], torch.full((2, 2), 0.5))
+
+
+def test_owners_are_told_no_finer_than_the_heat_maps() -> None:
+    """Which pixels of a cell are the person's makes no difference; how many of them does."""
+    net = JointNet(SMALL).eval()
+    image = windows(1)
+    moved, fewer = image.copy(), image.copy()
+    cell = np.s_[:, OWN, 64:68, 64:68]
+    image[cell], moved[cell], fewer[cell] = 0.0, 0.0, 0.0
+    image[:, OWN, 64], moved[:, OWN, 67] = 1.0, 1.0
+    moved[:, OWN, 64], image[:, OWN, 67] = 0.0, 0.0
+    said = proposed(net, image)[0]
+    np.testing.assert_allclose(proposed(net, moved)[0], said, atol=1e-6)
+    assert not np.allclose(proposed(net, fewer)[0], said, atol=1e-6)
 
 
 def test_a_stopped_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
@@ -105,7 +139,33 @@ def test_the_command_learns_measures_and_writes(
     assert "trained on 64 windows of 1 recordings" in said
     assert "left_wrist" in said
     names = sorted(path.name.removeprefix("joints.onnx") for path in out.parent.iterdir())
-    assert names == ["", ".cache", ".checkpoint", ".losses.json", ".losses.png"]
+    beside = [".cache", ".checkpoint", ".losses.json", ".losses.png", ".reliability.png"]
+    assert names == ["", *beside]
+    assert "of the 90 % intervals hold" in said
+
+
+def test_intervals_are_counted_in_view_and_hidden_apart() -> None:
+    """A network that is right but for hidden joints, which are a scale and a half off in depth."""
+    recording = discs(2, 1)
+    hidden = np.zeros(recording.hidden.shape, np.float32)
+    hidden[..., ::2] = 0.5
+    samples = gathered([replace(recording, hidden=hidden)])
+    truths = iter(
+        labelled_window(samples, number, np.random.default_rng(0), AS_THEY_ARE)
+        for number in range(len(samples))
+    )
+
+    def network(images: np.ndarray) -> tuple[np.ndarray, ...]:
+        places = next(truths).places[None, None].copy()
+        scales = np.full(places.shape, 0.01, np.float32)
+        places[..., ::2, 2] += 0.015
+        return places, np.log(scales), np.zeros((1, 1)), np.ones(1), np.zeros((1, 32, 32))
+
+    scores = measure(network, samples, 1, lambda: None)
+    assert (scores.held_in_view == 1.0).all()
+    assert (scores.held_hidden[:, :2] == 1.0).all()
+    held = scores.held_hidden[:, 2]
+    np.testing.assert_array_equal(held, np.array(INTERVALS) > 1.0 - np.exp(-1.5))
 
 
 def test_bad_numbers_and_missing_torch_are_one_line(
@@ -121,3 +181,14 @@ def test_bad_numbers_and_missing_torch_are_one_line(
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     with pytest.raises(InputError, match="needs torch and onnx"):
         command.train_joints([tmp_path], out=out)
+
+
+def test_the_sine_says_who_faces_the_camera() -> None:
+    """Left on the image's right is 1; in the mirror -1; somebody sideways, or in parts, 0."""
+    window = labelled_window(SAMPLES, 0, np.random.default_rng(0), AS_THEY_ARE)
+    places, across = np.zeros_like(window.places), np.zeros_like(window.places)
+    across[[name.startswith("left") for name in PROPOSED_JOINTS], 0] = 0.1
+    for turned, sine in ((across, 1.0), (-across, -1.0), (across[:, ::-1], 0.0)):
+        assert facing_sine(replace(window, places=places + turned)) == pytest.approx(sine)
+    nobody = np.zeros_like(window.is_known)
+    assert facing_sine(replace(window, places=across, is_known=nobody)) == 0.0

@@ -97,6 +97,7 @@ def test_a_recording_comes_back_from_its_cache(tmp_path) -> None:
         np.testing.assert_array_equal(read.depth_mm, recording.depth_mm)
         np.testing.assert_array_equal(read.masks, recording.masks)
         np.testing.assert_array_equal(read.joints_camera, recording.joints_camera)
+        assert np.isnan(read.hidden).all()
         (folder / "camera.json").unlink(missing_ok=True)
 
 
@@ -107,6 +108,7 @@ def test_a_recording_comes_back_from_its_cache(tmp_path) -> None:
         ({"ids": np.array([7, 8])}, "no mask shows any of the ids 7, 8"),
         ({"joints": np.zeros((3, 2, 5, 3))}, r"joints is \(3, 2, 5, 3\)"),
         ({"joints": np.zeros((2, 2, 21, 3), np.float32)}, "its truth has 2 frames"),
+        ({"joint_occ_inter": np.zeros((3, 2))}, r"joint_occ_inter is \(3, 2\)"),
     ],
 )
 def test_truth_that_does_not_fit_is_named(tmp_path, truth, says) -> None:

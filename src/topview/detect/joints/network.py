@@ -31,7 +31,7 @@ Run = Callable[[list[str], dict[str, Floats]], Sequence[Any]]
 
 WEIGHTS: Final = Path(__file__).parent / "data" / "joints.onnx"
 """Those that come with the project."""
-WEIGHTS_FORMAT: Final = "topview joints 1"
+WEIGHTS_FORMAT: Final = "topview joints 2"
 """Of a weights file, in its metadata."""
 INPUT: Final = "windows"
 OUTPUTS: Final = ("places", "log_scales", "mode_logits", "person_logit")
@@ -44,6 +44,7 @@ VISIBLE_PIXELS: Final = 32  # on each side, as of the heat maps
 MOST_WEIGHTS_BYTES: Final = 2**27
 MOST_LOG_SCALE: Final = 20.0  # scales are held to e^-20 to e^20 boxes
 NEAREST_JOINT_M: Final = 0.1  # a proposed joint is no nearer to the camera
+COUNTED_SHARE: Final = 0.5  # of all scales, in the modes' weights: joints err together
 DIGEST_LETTERS: Final = 16  # of the SHA-256 that tells weights apart
 ONLY_FATAL: Final = 4  # what onnxruntime logs; errors are raised as well
 
@@ -81,7 +82,7 @@ class JointNetwork:
         places, log_scales = np.zeros((P, M, J, 3)), np.zeros((P, M, J, 3))
         weights, p_person = np.zeros((P, M)), np.zeros(P)
         places[used], log_scales[used] = answers["places"], answers["log_scales"]
-        weights[used] = softmax(answers["mode_logits"].astype(np.float64), axis=1)
+        weights[used] = mode_weights(answers["mode_logits"], answers["log_scales"])
         p_person[used] = expit(answers["person_logit"].astype(np.float64))
         middle_m = windows.middles[:, None, None, 2]
         places[..., 2] = np.maximum(places[..., 2], (NEAREST_JOINT_M - middle_m) / HALF_BOX_M)
@@ -95,6 +96,19 @@ class JointNetwork:
             p_person,
             PROPOSED_JOINTS,
         )
+
+
+def mode_weights(mode_logits: Floats, log_scales: Floats) -> NDArray[np.float64]:
+    """[P, M] how likely each whole-body mode is: what the network says of it, and how sure it is of
+    the mode's joints. A body that does not fit what is seen has wide scales, and this tells front
+    from back where a real sensor's image misleads the logits.
+
+    Args:
+        mode_logits: [P, M].
+        log_scales: [P, M, J, 3].
+    """
+    sureness = -COUNTED_SHARE * log_scales.astype(np.float64).sum(axis=(2, 3))
+    return softmax(mode_logits.astype(np.float64) + sureness, axis=1)
 
 
 def weights_as_json(weights: Path | None) -> dict[str, str]:

@@ -26,11 +26,16 @@ PROPOSED_JOINTS: Final[tuple[str, ...]] = (
 """The 21 joints that the network proposes; sides are the person's own."""
 
 
+FACED_MODES: Final = (0, 1)
+"""The network's whole-body modes: as it is if it faces the camera, and if it is turned away."""
+FACING_MODE, AWAY_MODE = FACED_MODES
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class JointProposals:
     """Where P people's joints may be, each in up to M whole-body modes.
 
-    An unused mode has weight 0 and finite values.
+    An unused mode has weight 0 and finite values. The network's modes are `FACED_MODES`.
 
     Attributes:
         positions_camera: [P, M, J, 3] metres.

@@ -10,8 +10,7 @@ from topview import laboratory
 from topview.detect.joints.proposals import JointProposer
 from topview.records import InputError, shown
 
-ProposalsName = Literal["auto", "network", "forest", "none"]
-AUTO: Final = "auto"
+ProposalsName = Literal["network", "forest", "none"]
 NETWORK: Final = "network"
 NOTHING: Final = "none"
 
@@ -23,7 +22,7 @@ PROPOSERS: Final[dict[str, tuple[str, str]]] = {
     ),
     **laboratory.RIVAL_PROPOSERS,
 }
-PROPOSALS: Final = (AUTO, *PROPOSERS, NOTHING)
+PROPOSALS: Final = (*PROPOSERS, NOTHING)
 
 
 def check_proposals(name: str, weights: Path | None) -> None:
@@ -34,7 +33,7 @@ def check_proposals(name: str, weights: Path | None) -> None:
     """
     if not isinstance(name, str) or name not in PROPOSALS:
         raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(PROPOSALS)}")
-    if weights is not None and name not in (AUTO, NETWORK):
+    if weights is not None and name != NETWORK:
         raise InputError(
             f"weights is {shown(str(weights))} with proposals {name}; weights are the network's"
         )

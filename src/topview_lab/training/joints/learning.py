@@ -19,15 +19,20 @@ from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, Dataset, Sampler
 
+from topview.detect.joints import PROPOSED_JOINTS
 from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.training.joints.net import JointNet, NetSettings
 from topview_lab.training.joints.recordings import Samples
 from topview_lab.training.joints.windows import LabelledWindow, Variation, labelled_window
 
-CHECKPOINT_FORMAT: Final = "topview joints training 1"
+CHECKPOINT_FORMAT: Final = "topview joints training 2"
 _MALLOC_PARAMETERS: Final = {-1: 2**31 - 1, -4: 0, -2: 2**28}
 """M_TRIM_THRESHOLD, M_MMAP_MAX and M_TOP_PAD of <malloc.h>."""
+_LEFT, _RIGHT = (
+    [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
+    for side in ("left", "right")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +45,9 @@ class LearningSettings:
         rate, warm_up, decay: AdamW's greatest step, share of the training until it is reached, and
             weight decay; the step then falls as a cosine does.
         average: of the weights, over about 1 / (1 - average) batches.
-        other_mode: weight of the mode that is farther off.
+        facing_sharpness: of who faces the camera: that of a logistic function of the sine between
+            the camera's direction and the line from one side to the other. Whoever stands sideways
+            teaches both modes.
         distance_weight, likelihood_weight: of the mean distance in box units, and of the Laplace
             law's negative logarithm.
         mode_weight, person_weight, visible_weight: of choosing the mode, knowing a person, and the
@@ -54,10 +61,10 @@ class LearningSettings:
     warm_up: float = 0.03
     decay: float = 0.02
     average: float = 0.999
-    other_mode: float = 0.05
+    facing_sharpness: float = 6.0
     distance_weight: float = 10.0
     likelihood_weight: float = 0.5
-    mode_weight: float = 0.1
+    mode_weight: float = 0.3
     person_weight: float = 0.3
     visible_weight: float = 0.3
     seed: int = 0
@@ -135,14 +142,10 @@ def losses(
     distance = (apart * weights).sum(dim=(2, 3))
     likelihood = ((apart / log_scales.exp() + log_scales) * weights).sum(dim=(2, 3))
     of_mode = how.distance_weight * distance + how.likelihood_weight * likelihood
-    best = of_mode.detach().argmin(dim=1)
-    share = torch.full_like(of_mode, how.other_mode / max(of_mode.shape[1] - 1, 1))
-    share.scatter_(1, best[:, None], 1.0 - how.other_mode)
-    if of_mode.shape[1] == 1:
-        share = torch.ones_like(of_mode)
+    share = mode_shares(places, is_known, how.facing_sharpness)
     has_joints = is_known.any(dim=1).float()
     taught = has_joints.sum().clamp(min=1.0)
-    choice = functional.cross_entropy(modes, best, reduction="none")
+    choice = functional.cross_entropy(modes, share, reduction="none")
     return {
         "joints": (of_mode * share).sum() / taught,
         "mode": how.mode_weight * (choice * has_joints).sum() / taught,
@@ -150,6 +153,16 @@ def losses(
         * functional.binary_cross_entropy_with_logits(person, is_person),
         "visible": how.visible_weight * functional.binary_cross_entropy_with_logits(mask, visible),
     }
+
+
+def mode_shares(places: Tensor, is_known: Tensor, sharpness: float) -> Tensor:
+    """[B, 2] how much each person's joints are those of the mode that faces the camera, and of the
+    one that is turned away; halves where no pair of shoulders or hips is known."""
+    pairs = is_known[:, _LEFT] & is_known[:, _RIGHT]
+    across = ((places[:, _LEFT] - places[:, _RIGHT]) * pairs[..., None]).sum(dim=1)
+    sine = across[:, 0] / torch.linalg.vector_norm(across[:, ::2], dim=1).clamp(min=1e-6)
+    facing = torch.sigmoid(sharpness * sine)
+    return torch.stack([facing, 1.0 - facing], dim=1)
 
 
 def learn(

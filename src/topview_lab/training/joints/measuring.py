@@ -9,19 +9,36 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.network import mode_weights
+from topview.detect.joints.proposals import FACING_MODE
 from topview.detect.joints.windows import HALF_BOX_M
 from topview_lab.training.joints.recordings import Samples
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
     WITHOUT_PERSON,
+    LabelledWindow,
     Variation,
     labelled_window,
 )
 
 NEAR_JOINT_M: Final = 0.1
-INTERVAL: Final = 0.9
-LAPLACE_INTERVAL: Final = -np.log(1.0 - INTERVAL)
-"""Half the width of the interval, in scales, that holds that share of a Laplace law."""
+INTERVALS: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+INTERVAL: Final = INTERVALS.index(0.9)
+"""The one that is told of each joint."""
+HALF_WIDTHS: Final = -np.log(1.0 - np.array(INTERVALS))
+"""Half the widths of the intervals, in scales, that hold those shares of a Laplace law."""
+CLEARLY_FACING: Final = 0.3
+"""Sine between the camera's direction and a person's shoulders and hips (ours)."""
+HIDDEN_FROM: Final = 0.3
+"""Share from which a joint is hidden by others."""
+
+_SIDES: Final = np.array(
+    [
+        [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
+        for side in ("left", "right")
+    ]
+)
 
 Network = Callable[[NDArray[np.float32]], tuple[NDArray[np.float32], ...]]
 
@@ -34,6 +51,10 @@ class JointScores:
         windows: how many.
         mean_m, within: [21] mean distance, and share within `NEAR_JOINT_M`.
         held: [21, 3] share of the 90 % intervals that hold the truth, axis by axis.
+        held_in_view, held_hidden: [10, 3] share of the `INTERVALS` of all joints that do, of those
+            that others hide less, and not less, than `HIDDEN_FROM`.
+        facing_told: share of those who clearly face the camera, or are turned away, that are told
+            to be so; NaN where nobody is.
         people_told, things_told: share of windows with one person, and without any, that are told
             so.
     """
@@ -42,6 +63,9 @@ class JointScores:
     mean_m: NDArray[np.float64]
     within: NDArray[np.float64]
     held: NDArray[np.float64]
+    held_in_view: NDArray[np.float64]
+    held_hidden: NDArray[np.float64]
+    facing_told: float
     people_told: float
     things_told: float
 
@@ -50,19 +74,23 @@ def measure(
     network: Network, samples: Samples, every: int, advance: Callable[[], None]
 ) -> JointScores:
     """Scores of every n-th sample."""
-    apart, scaled, told, things = [], [], [], []
+    apart, scaled, hidden, faced, told, things = [], [], [], [], [], []
     for number in range(0, len(samples), every):
-        image, places, is_known = _window(samples, number, AS_THEY_ARE)
-        found, log_scales, modes, person, _ = network(image[None])
-        best = int(modes[0].argmax())
-        off = np.abs(found[0, best] - places)
-        unknown = np.where(is_known, 0.0, np.nan)
+        window = _window(samples, number, AS_THEY_ARE)
+        found, log_scales, modes, person, _ = network(window.image[None])
+        best = int(mode_weights(modes, log_scales)[0].argmax())
+        sine = facing_sine(window)
+        if abs(sine) > CLEARLY_FACING:
+            faced.append((best == FACING_MODE) == (sine > 0.0))
+        off = np.abs(found[0, best] - window.places)
+        unknown = np.where(window.is_known, 0.0, np.nan)
+        hidden.append(window.hidden)
         apart.append(np.linalg.norm(off, axis=1) * HALF_BOX_M + unknown)
         scaled.append(off / np.exp(log_scales[0, best]) + unknown[:, None])
         told.append(float(person[0]) > 0.0)
-        thing, _, is_somebody = _window(samples, number, WITHOUT_PERSON)
-        if not is_somebody.any():
-            things.append(float(network(thing[None])[3][0]) < 0.0)
+        thing = _window(samples, number, WITHOUT_PERSON)
+        if not thing.is_person:
+            things.append(float(network(thing.image[None])[3][0]) < 0.0)
         advance()
     distance_m, ratio = np.array(apart), np.array(scaled)
     is_told = np.isfinite(distance_m)
@@ -71,14 +99,30 @@ def measure(
         len(distance_m),
         np.nansum(distance_m, axis=0) / counts,
         (is_told & (distance_m < NEAR_JOINT_M)).sum(axis=0) / counts,
-        (np.isfinite(ratio) & (ratio < LAPLACE_INTERVAL)).sum(axis=0) / counts[:, None],
+        (np.isfinite(ratio) & (ratio < HALF_WIDTHS[INTERVAL])).sum(axis=0) / counts[:, None],
+        _held(ratio[is_told & ~(np.array(hidden) >= HIDDEN_FROM)]),
+        _held(ratio[is_told & (np.array(hidden) >= HIDDEN_FROM)]),
+        float(np.mean(faced)) if faced else float("nan"),
         float(np.mean(told)),
         float(np.mean(things)) if things else float("nan"),
     )
 
 
-def _window(
-    samples: Samples, number: int, how: Variation
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    window = labelled_window(samples, number, np.random.default_rng(number), how)
-    return window.image, window.places, window.is_known
+def facing_sine(window: LabelledWindow) -> float:
+    """1 for whoever faces the camera, -1 for who is turned away; 0 where a shoulder or hip is not
+    known."""
+    if not window.is_known[_SIDES].all():
+        return 0.0
+    across = window.places[_SIDES[0]].sum(axis=0) - window.places[_SIDES[1]].sum(axis=0)
+    return float(across[0] / max(np.hypot(across[0], across[2]), 1e-6))
+
+
+def _held(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[10, 3] share of [N, 3] errors, in scales, within each of the `INTERVALS`; NaN of none."""
+    if not len(ratio):
+        return np.full((len(INTERVALS), 3), np.nan)
+    return (ratio[None] < HALF_WIDTHS[:, None, None]).mean(axis=1)
+
+
+def _window(samples: Samples, number: int, how: Variation) -> LabelledWindow:
+    return labelled_window(samples, number, np.random.default_rng(number), how)

@@ -2,8 +2,11 @@
 
 For each joint a heat map is spread over the window; where it is, how deep and how sure are means
 under that map, so that a place is never tied to a pixel (integral regression: Sun et al., ECCV
-2018). A body is proposed in two modes; of the better one alone is asked that it is right (multiple
-choice: Guzman-Rivera et al., NIPS 2012).
+2018). A body is proposed twice: as it is if it faces the camera, and as it is if it is turned away.
+
+Whose pixels are whose is looked at coarsely. An outline as sharp as that of a rendered mask tells,
+together with the readings that a sensor loses, on which side the hair is; no segmentation of a real
+sensor's image does.
 """
 
 from __future__ import annotations
@@ -17,6 +20,8 @@ from torch.nn import functional
 
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import VISIBLE_PIXELS
+from topview.detect.joints.proposals import FACED_MODES
+from topview.detect.joints.windows import DEPTH, OWN, WINDOW_PIXELS
 
 PLACE, LOG_SCALES = slice(0, 3), slice(3, 6)
 LOG_SCALE_RANGE = (-6.0, 0.5)  # of the box's half side: 3 mm to 2 m
@@ -29,12 +34,10 @@ class NetSettings:
     Attributes:
         widths: channels at 64, 32, 16 and 8 pixels a side.
         features: under a joint's heat map, from which its place and scales are told.
-        modes: whole bodies that are proposed.
     """
 
-    widths: tuple[int, int, int, int] = (24, 40, 80, 128)
+    widths: tuple[int, int, int, int] = (16, 32, 80, 128)
     features: int = 64
-    modes: int = 2
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -88,7 +91,7 @@ class JointNet(nn.Module):
         self.up_16 = Residual(at_16, at_16)
         self.from_16 = nn.Sequential(nn.Conv2d(at_16, at_32, 1, bias=False), nn.BatchNorm2d(at_32))
         self.up_32 = Residual(at_32, at_32)
-        joints = settings.modes * len(PROPOSED_JOINTS)
+        joints = len(FACED_MODES) * len(PROPOSED_JOINTS)
         self.heat = nn.Conv2d(at_32, joints, 1)
         self.features = nn.Sequential(
             nn.Conv2d(at_32, settings.features, 1, bias=False),
@@ -98,7 +101,7 @@ class JointNet(nn.Module):
         self.weight = nn.Parameter(0.1 * torch.randn(joints, settings.features, 6) / 8.0)
         self.bias = nn.Parameter(torch.tensor([0.0] * 3 + [-2.0] * 3).repeat(joints, 1))
         self.visible = nn.Conv2d(at_32, 1, 1)
-        self.whole = nn.Linear(at_8, settings.modes + 1)
+        self.whole = nn.Linear(at_8, len(FACED_MODES) + 1)
         places = (torch.arange(VISIBLE_PIXELS) + 0.5) * 2.0 / VISIBLE_PIXELS - 1.0
         down, right = torch.meshgrid(places, places, indexing="ij")
         self.register_buffer("grid", torch.stack([right, down]).reshape(2, -1), persistent=False)
@@ -106,7 +109,7 @@ class JointNet(nn.Module):
     def forward(self, windows: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
         """Places and log scales [B, M, 21, 3] in the box, logits of modes [B, M] and of a person
         [B], logits [B, 32, 32] of the person's visible pixels."""
-        at_32 = self.down_32(self.stem(windows))
+        at_32 = self.down_32(self.stem(_with_coarse_owners(windows)))
         at_16 = self.down_16(at_32)
         at_8 = self.down_8(at_16)
         whole = self.whole(at_8.mean(dim=(2, 3))).float()
@@ -115,7 +118,7 @@ class JointNet(nn.Module):
         up = self.from_16(self.up_16(at_16 + up))
         up = functional.interpolate(up, scale_factor=2.0, mode="nearest")
         up = self.up_32(at_32 + up)
-        M, J = self.settings.modes, len(PROPOSED_JOINTS)
+        M, J = len(FACED_MODES), len(PROPOSED_JOINTS)
         heat = torch.softmax(self.heat(up).flatten(2).float(), dim=2)
         features = self.features(up).flatten(2).float()
         with torch.autocast("cpu", enabled=False):
@@ -133,3 +136,13 @@ class JointNet(nn.Module):
             whole[:, M],
             self.visible(up).float().squeeze(1),
         )
+
+
+def _with_coarse_owners(windows: Tensor) -> Tensor:
+    """[B, 3, 128, 128] windows whose depth is as it was, and whose owners are told no finer than
+    the heat maps are."""
+    cell = WINDOW_PIXELS // VISIBLE_PIXELS
+    owners = functional.avg_pool2d(windows[:, OWN:], cell)
+    owners = functional.avg_pool2d(owners, 3, 1, 1)
+    owners = functional.interpolate(owners, scale_factor=float(cell), mode="nearest")
+    return torch.cat([windows[:, DEPTH:OWN], owners], dim=1)

@@ -26,7 +26,9 @@ WIDEST_IMAGE: Final = 400  # columns; wider ones are thinned, as a window needs 
 DEPTH_UNITS: Final = 1000.0  # of the cache, a metre
 LEAST_JOINTS: Final = 8  # with fewer known joints there is nothing to learn
 
-_ARRAYS: Final = ("depth_mm", "masks", "joints_camera", "is_present", "ids")
+_LAYOUT: Final = 2  # of the cache
+_ARRAYS: Final = ("depth_mm", "masks", "joints_camera", "hidden", "is_present", "ids")
+_HIDDEN: Final = "joint_occ_inter"
 _SIDES: Final = {"_l": "left_", "_r": "right_"}
 
 
@@ -39,6 +41,8 @@ class LabelledRecording:
         depth_mm: [F, H, W] uint16, 0 without a reading.
         masks: [F, H, W] uint8, 0 for nobody, k for person k.
         joints_camera: [F, P, 21, 3] float32 metres, `PROPOSED_JOINTS`; NaN where unknown.
+        hidden: [F, P, 21] float32 share of each joint that others and things hide, NaN where
+            unknown.
         is_present: [F, P].
         ids: [P] of the persons in `masks`.
         intrinsics: fx, fy, cx, cy in pixels.
@@ -48,6 +52,7 @@ class LabelledRecording:
     depth_mm: NDArray[np.uint16]
     masks: NDArray[np.uint8]
     joints_camera: NDArray[np.float32]
+    hidden: NDArray[np.float32]
     is_present: NDArray[np.bool_]
     ids: NDArray[np.int64]
     intrinsics: tuple[float, float, float, float]
@@ -71,7 +76,7 @@ def cached(folder: Path, cache: Path) -> LabelledRecording:
     """
     with naming(folder / "groundtruth.npz"):
         written_ns = (folder / "groundtruth.npz").stat().st_mtime_ns
-    key = hashlib.sha256(f"{folder.resolve()} {written_ns}".encode()).hexdigest()[:8]
+    key = hashlib.sha256(f"{_LAYOUT} {folder.resolve()} {written_ns}".encode()).hexdigest()[:8]
     place = cache / f"{folder.name}_{key}"
     if not (place / "complete.json").exists():
         _store(_read(folder), place)
@@ -102,7 +107,7 @@ def _read(folder: Path) -> LabelledRecording:
                 f"{folder / 'groundtruth.npz'} has no {key}; joints can be learnt from names, "
                 "joints and present (docs/joints.md)"
             )
-    joints = _our_joints(truth, folder)
+    joints, hidden = _our_joints(truth, folder)
     count = joints.shape[1]
     ids = np.asarray(truth.get("ids", np.arange(1, count + 1)), np.int64)
     frames, masks, indices, intrinsics = [], [], [], None
@@ -127,12 +132,21 @@ def _read(folder: Path) -> LabelledRecording:
             "in mask/ must be the id of its person"
         )
     return LabelledRecording(
-        folder.name, np.stack(frames), owners, joints[indices], present, ids, intrinsics
+        folder.name,
+        np.stack(frames),
+        owners,
+        joints[indices],
+        hidden[indices],
+        present,
+        ids,
+        intrinsics,
     )
 
 
-def _our_joints(truth: dict[str, NDArray[Any]], folder: Path) -> NDArray[np.float32]:
-    """[F, P, 21, 3], NaN for joints that the truth does not name."""
+def _our_joints(
+    truth: dict[str, NDArray[Any]], folder: Path
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[F, P, 21, 3] places and [F, P, 21] hidden shares, NaN for what the truth does not name."""
     names = [_our_name(str(name)) for name in truth["names"]]
     unknown = [name for name in names if name not in PROPOSED_JOINTS]
     if unknown:
@@ -147,8 +161,18 @@ def _our_joints(truth: dict[str, NDArray[Any]], folder: Path) -> NDArray[np.floa
             f"{len(names)} x 3"
         )
     joints = np.full((*given.shape[:2], len(PROPOSED_JOINTS), 3), np.nan, np.float32)
-    joints[:, :, [PROPOSED_JOINTS.index(name) for name in names]] = given
-    return joints
+    hidden = np.full(joints.shape[:3], np.nan, np.float32)
+    columns = [PROPOSED_JOINTS.index(name) for name in names]
+    joints[:, :, columns] = given
+    if _HIDDEN in truth:
+        shares = truth[_HIDDEN]
+        if shares.shape != given.shape[:3]:
+            raise InputError(
+                f"{folder / 'groundtruth.npz'}: {_HIDDEN} is {shares.shape}; it must be "
+                f"{given.shape[:3]}"
+            )
+        hidden[:, :, columns] = shares
+    return joints, hidden
 
 
 def _our_name(name: str) -> str:

@@ -41,6 +41,7 @@ Generator = np.random.Generator
 
 MIRRORED: Final = np.array([PROPOSED_JOINTS.index(other_side(n)) for n in PROPOSED_JOINTS])
 """[21] the same joint on the other side."""
+_HEAD_TOP: Final = PROPOSED_JOINTS.index("head_top")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +54,16 @@ class Variation:
         shift_m: of the box's middle.
         far_shift_share, far_shift_m: as if much more of the person were out of sight.
         company_share: another person is put beside, before or behind.
+        relief_share, relief_m: clothes stand off elsewhere; bumps of up to.
+        fat_share, thin_share: the outline is a pixel wider, or narrower.
+        lost_head_share, lost_feet_share, lost_feet_m: hair, that is not read; feet, that went with
+            the floor, up to that height.
         thing_share: a thing is put in front.
         edge_share: the image ends within the window.
         no_background_share, far_background_share: nothing but people is seen; nothing farther away.
+        ragged_share: of those without a background: something of it is left round the person.
         wrong_mask_share: the segmentation is wrong in one way or another.
+        no_mask_share: nobody knows which pixels are the person's.
         noise_share, noise_m: more noise than the recording has, up to.
         holes_share: readings are missing.
         nobody_share, several_share: what is to be looked at is no person; is more than one.
@@ -70,9 +77,18 @@ class Variation:
     company_share: float = 0.2
     thing_share: float = 0.1
     edge_share: float = 0.08
-    no_background_share: float = 0.25
+    relief_share: float = 0.5
+    relief_m: float = 0.02
+    fat_share: float = 0.25
+    thin_share: float = 0.2
+    lost_head_share: float = 0.12
+    lost_feet_share: float = 0.25
+    lost_feet_m: float = 0.15
+    no_background_share: float = 0.3
     far_background_share: float = 0.15
+    ragged_share: float = 0.6
     wrong_mask_share: float = 0.5
+    no_mask_share: float = 0.15
     noise_share: float = 0.4
     noise_m: float = 0.012
     holes_share: float = 0.4
@@ -98,6 +114,8 @@ class LabelledWindow:
         image: [3, 128, 128] as in `topview.detect.joints.Windows`.
         places: [21, 3] in the box, 0 where unknown.
         is_known: [21] whether a joint's place is known, and inside of the image.
+        hidden: [21] share of each joint that was hidden by others before the window was varied, NaN
+            where unknown.
         visible: [32, 32] share of pixels that are truly the person's.
         is_person: whether the window shows one person.
     """
@@ -105,6 +123,7 @@ class LabelledWindow:
     image: Image
     places: NDArray[np.float32]
     is_known: NDArray[np.bool_]
+    hidden: NDArray[np.float32]
     visible: Image
     is_person: bool
 
@@ -127,10 +146,14 @@ def labelled_window(
     if rng.random() < how.thing_share:
         own &= ~_put_thing_in_front(image, own, rng)
     edges = _cut_by_the_edge(image, own, rng, how)
+    _change_outline(image, rng, how)
+    _lose_ends(image, cut, rng, how)
     _change_background(image, rng, how)
     if is_person and rng.random() < how.wrong_mask_share:
         _spoil_mask(image, rng)
     _spoil_depth(image, rng, how)
+    if is_person and rng.random() < how.no_mask_share:
+        image[OWN] = 0.0
     known = cut.is_known & is_person
     known &= (cut.places[:, :2] > edges[:2]).all(axis=1) & (cut.places[:, :2] < edges[2:]).all(1)
     step = WINDOW_PIXELS // VISIBLE_PIXELS
@@ -139,6 +162,7 @@ def labelled_window(
         image,
         np.where(known[:, None], cut.places, 0.0).astype(np.float32),
         known,
+        cut.hidden,
         visible.astype(np.float32),
         is_person,
     )
@@ -150,6 +174,7 @@ class _Cut:
     image: Image
     places: Array
     is_known: NDArray[np.bool_]
+    hidden: NDArray[np.float32]
 
 
 def _cut(
@@ -184,7 +209,8 @@ def _cut(
     is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view)
     joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ R_turned_camera.T * scale
     box = Windows(image[None], turned[None], np.ones(1, bool), *recording.intrinsics)
-    return _Cut(image, box.from_camera(joints[None])[0], is_known)
+    places = box.from_camera(joints[None])[0]
+    return _Cut(image, places, is_known, np.asarray(recording.hidden[frame, person]))
 
 
 def _turned_middle(view: DepthView, middle: Array, R_turned_camera: Array) -> Array:
@@ -310,11 +336,57 @@ def _cut_by_the_edge(image: Image, own: NDArray[np.bool_], rng: Generator, how: 
     return edges
 
 
+def _change_outline(image: Image, rng: Generator, how: Variation) -> None:
+    """Let the person stand out a pixel wider, as a pattern's window reads him, or narrower."""
+    drawn = rng.random()
+    own = image[OWN]
+    around = np.ones((3, 3), np.uint8)
+    if drawn < how.fat_share:
+        nearest = cv2.erode(np.where(own > 0.0, image[DEPTH], np.float32(NO_READING)), around)
+        is_new = (own == 0.0) & (nearest < image[DEPTH])
+        image[DEPTH][is_new] = nearest[is_new]
+        own[is_new] = 1.0
+        image[OTHER][is_new] = 0.0
+    elif drawn < how.fat_share + how.thin_share:
+        lost = (own > 0.0) & (cv2.erode(own, around) == 0.0)
+        image[DEPTH][lost] = NO_READING
+        own[lost] = 0.0
+
+
+def _lose_ends(image: Image, cut: _Cut, rng: Generator, how: Variation) -> None:
+    """Lose what is on the head, as dark hair is not read, or the feet, as whoever takes away the
+    floor takes them, too; whichever way the person faces."""
+    rows, columns = np.mgrid[:WINDOW_PIXELS, :WINDOW_PIXELS]
+    lost = np.zeros(rows.shape, np.bool_)
+    if cut.is_known[_HEAD_TOP] and rng.random() < how.lost_head_share:
+        column, row = (cut.places[_HEAD_TOP, :2] + 1.0) * WINDOW_PIXELS / 2
+        reach = rng.uniform(2.0, 12.0, 2)
+        column += rng.normal(0.0, 2.0)
+        lost |= ((columns - column) / reach[0]) ** 2 + ((rows - row) / reach[1]) ** 2 < 1.0
+        lost &= rng.random(rows.shape, np.float32) < rng.uniform(0.5, 1.5)
+    if rng.random() < how.lost_feet_share and (image[OWN] > 0.0).any():
+        last = np.flatnonzero((image[OWN] > 0.0).any(axis=1))[-1]
+        height = rng.uniform(0.0, how.lost_feet_m) / HALF_BOX_M * WINDOW_PIXELS / 2
+        slope = rng.normal(0.0, 0.05)
+        lost |= rows > last - height + slope * (columns - WINDOW_PIXELS / 2)
+    lost &= image[OWN] > 0.0
+    image[DEPTH][lost] = NO_READING
+    image[OWN][lost] = 0.0
+
+
 def _change_background(image: Image, rng: Generator, how: Variation) -> None:
     """Take away the background, or what is farther away."""
     drawn = rng.random()
     nobodys = image[OWN] + image[OTHER] == 0.0
     if drawn < how.no_background_share:
+        if rng.random() < how.ragged_share:
+            size = 2 * int(rng.integers(1, 6)) + 1
+            near = cv2.boxFilter(image[OWN], -1, (size, size), normalize=False)
+            beside = cv2.boxFilter(image[DEPTH] * image[OWN], -1, (size, size), normalize=False)
+            step = np.abs(image[DEPTH] - beside / np.maximum(near, 1.0))
+            left = nobodys & (near > 0.5) & (step < rng.uniform(0.05, 0.4))
+            image[OWN][left] = 1.0
+            nobodys &= ~left
         image[DEPTH][nobodys] = NO_READING
     elif drawn < how.no_background_share + how.far_background_share:
         image[DEPTH][nobodys & (image[DEPTH] > rng.uniform(0.1, 0.9))] = NO_READING
@@ -322,7 +394,7 @@ def _change_background(image: Image, rng: Generator, how: Variation) -> None:
 
 def _spoil_mask(image: Image, rng: Generator) -> None:
     """Make one of a segmentation's mistakes: the mask grows, shrinks, takes in others or what is
-    near, loses a piece or all."""
+    near, or loses pieces."""
     own, drawn = image[OWN], rng.random()
     is_read = image[DEPTH] < NO_READING
     if drawn < 0.3:
@@ -341,14 +413,12 @@ def _spoil_mask(image: Image, rng: Generator) -> None:
         changed &= image[OTHER] == 0.0
     elif drawn < 0.65:
         changed = own + image[OTHER]
-    elif drawn < 0.95:
+    else:
         changed = own.copy()
         for _ in range(int(rng.integers(1, 4))):
             corner = rng.integers(0, WINDOW_PIXELS, 2)
             size = rng.integers(6, 40, 2)
             changed[corner[0] : corner[0] + size[0], corner[1] : corner[1] + size[1]] = 0.0
-    else:
-        changed = np.zeros_like(own)
     image[OWN] = changed
     image[OTHER] *= 1.0 - image[OWN]
 
@@ -356,6 +426,12 @@ def _spoil_mask(image: Image, rng: Generator) -> None:
 def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
     """Add noise and lose readings, as other sensors do."""
     depth = image[DEPTH]
+    if rng.random() < how.relief_share:
+        cells = int(rng.integers(5, 17))
+        bumps = rng.standard_normal((cells, cells), np.float32) * rng.uniform(0.0, how.relief_m)
+        bumps = cv2.resize(bumps, depth.shape, interpolation=cv2.INTER_LINEAR) / HALF_BOX_M
+        depth += bumps * (image[OWN] > 0.0) * (depth < NO_READING)
+        np.clip(depth, -1.0, 1.0, out=depth)
     if rng.random() < how.noise_share:
         sigma = rng.uniform(0.0, how.noise_m) / HALF_BOX_M
         noise = rng.standard_normal(depth.shape, np.float32) * np.float32(sigma)
@@ -363,7 +439,7 @@ def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
             noise = cv2.GaussianBlur(noise, (0, 0), 1.0) * 2.0
         depth[depth < NO_READING] += noise[depth < NO_READING]
         if rng.random() < 0.4:
-            step = rng.uniform(0.003, 0.02) / HALF_BOX_M
+            step = rng.uniform(0.003, 0.03) / HALF_BOX_M
             depth[:] = np.where(depth < NO_READING, np.round(depth / step) * step, depth)
         np.clip(depth, -1.0, 1.0, out=depth)
     if rng.random() < how.holes_share:
@@ -386,6 +462,7 @@ def _mirrored(window: LabelledWindow) -> LabelledWindow:
         np.ascontiguousarray(window.image[:, :, ::-1]),
         places,
         window.is_known[MIRRORED],
+        window.hidden[MIRRORED],
         np.ascontiguousarray(window.visible[:, ::-1]),
         window.is_person,
     )

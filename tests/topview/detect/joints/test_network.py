@@ -14,7 +14,12 @@ import pytest
 
 from tiny_networks import write_network
 from topview.detect.joints import PROPOSED_JOINTS, JointProposals, Windows
-from topview.detect.joints.network import JointNetwork, weights_as_json
+from topview.detect.joints.network import (
+    COUNTED_SHARE,
+    JointNetwork,
+    mode_weights,
+    weights_as_json,
+)
 from topview.detect.joints.windows import HALF_BOX_M, WINDOW_PIXELS
 from topview.kernels.threads import use_threads
 from topview.records import InputError
@@ -129,6 +134,19 @@ def test_weights_are_told_by_what_is_in_them(tmp_path: Path) -> None:
     assert weights_as_json(one)["name"] == "w.onnx"
     other = write_network(tmp_path / "a" / "w.onnx", constant=0.1)
     assert weights_as_json(one) != weights_as_json(other)
+
+
+def test_a_mode_that_is_sure_of_its_joints_is_the_likelier_one() -> None:
+    """By equal logits; the logits of all together change nothing."""
+    logits = np.zeros((1, 2), np.float32)
+    log_scales = np.full((1, 2, 21, 3), -3.0, np.float32)
+    np.testing.assert_allclose(mode_weights(logits, log_scales), 0.5)
+    log_scales[:, 1] += 0.1
+    sure, unsure = mode_weights(logits, log_scales)[0]
+    assert sure / unsure == pytest.approx(np.exp(COUNTED_SHARE * 0.1 * 63), rel=1e-4)
+    np.testing.assert_allclose(mode_weights(logits + 7, log_scales + 1)[0], (sure, unsure))
+    contrary = np.array([[0.0, 10.0]], np.float32)
+    assert mode_weights(contrary, log_scales)[0].argmax() == 1
 
 
 def test_nothing_is_said_on_the_way(tmp_path: Path) -> None:

@@ -120,8 +120,26 @@ def test_a_person_goes_on_where_proposals_end(evidence):
 def test_modes_that_hardly_count_are_no_hypotheses():
     guide = Guide(GuideSettings(least_weight=0.1))
     given = proposals([joints_of(TRUTH)] * 3, (0.9, 0.08, 0.02))
-    assert len(guide.bodies(given, MODEL)) == 1
+    assert len(guide.bodies(given, given.weights[0], MODEL)) == 1
     given = proposals([joints_of(TRUTH)] * 2, (0.5, 0.5))
-    bodies = guide.bodies(given, MODEL)
+    bodies = guide.bodies(given, given.weights[0], MODEL)
     assert len(bodies) == 2
     assert bodies[0].cost == bodies[1].cost > 0.0
+
+
+def test_one_frame_does_not_turn_a_person_round_but_several_do():
+    guide = Guide(GuideSettings())
+    first, other = (proposals([joints_of(TRUTH)] * 2, w) for w in ((0.95, 0.05), (0.05, 0.95)))
+    belief = [guide.believe(first, 1 / 30) for _ in range(5)][-1]
+    assert belief[0] > 0.95
+    assert guide.believe(other, 1 / 30)[0] > 0.5
+    belief = [guide.believe(other, 1 / 30) for _ in range(10)][-1]
+    np.testing.assert_allclose(belief.sum(), 1.0)
+    assert belief[1] > 0.95
+
+
+def test_after_a_long_time_a_frame_is_believed_as_it_is():
+    guide = Guide(GuideSettings())
+    guide.believe(proposals([joints_of(TRUTH)] * 2, (0.99, 0.01)), 1 / 30)
+    belief = guide.believe(proposals([joints_of(TRUTH)] * 2, (0.2, 0.8)), 60.0)
+    np.testing.assert_allclose(belief, (0.2, 0.8), atol=1e-6)

@@ -1,8 +1,9 @@
 """Whole-body hypotheses from proposed joints: what the search alone may not find (ours).
 
 A proposer has looked at the whole person at once. Each of its modes becomes a body, of bones that
-its joints have told over time. The joints then speak in the refinement and in the cost, each as
-loudly as its scale says, beside the surface that is seen.
+its joints have told over time. Which mode is right is believed over time, too, as nobody turns
+round between two frames. The joints then speak in the refinement and in the cost, each as loudly as
+its scale says, beside the surface that is seen.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.detect.joints import JointProposals
+from topview.filter.over_time import frames_in
 from topview.records import check_range
 from topview.track.bone_lengths import BoneLengths
 from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints, fit_joints
@@ -28,6 +31,9 @@ class GuideSettings:
         joints_cost: of joints that are one scale off, as a share of unexplained points, 0 to 10.
         mode_cost: of a mode, per logarithm of its weight, as a share of unexplained points, 0 to
             10.
+        mode_changes_hz: how often another mode becomes the right one, in a second, 0 to 30.
+        mode_evidence: how much a frame's weights of the modes tell beside those of the frames
+            before, 0 to 1; 1 were they independent.
         fit: of the body to the joints.
 
     Raises:
@@ -37,12 +43,16 @@ class GuideSettings:
     least_weight: float = 0.02
     joints_cost: float = 0.05
     mode_cost: float = 0.02
+    mode_changes_hz: float = 0.5
+    mode_evidence: float = 0.3
     fit: JointFitSettings = field(default_factory=JointFitSettings)
 
     def __post_init__(self) -> None:
         check_range(self, 0.0, 1.0, "least_weight")
         check_range(self, 0.0, 10.0, "joints_cost")
         check_range(self, 0.0, 10.0, "mode_cost")
+        check_range(self, 0.0, 30.0, "mode_changes_hz")
+        check_range(self, 0.0, 1.0, "mode_evidence")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,24 +76,42 @@ class Guide:
     def __init__(self, settings: GuideSettings) -> None:
         self.settings = settings
         self._bones = BoneLengths()
+        self._belief: NDArray[np.float64] | None = None
 
-    def model(self, proposals: JointProposals, stature_m: float) -> BodyModel:
+    def believe(self, proposals: JointProposals, elapsed_s: float) -> NDArray[np.float64]:
+        """[M] how likely each mode is after this frame, by all frames so far: a hidden Markov model
+        of which mode is right."""
+        weights = proposals.weights[0]
+        if self._belief is None or len(self._belief) != len(weights):
+            self._belief = weights
+            return weights
+        unchanged = np.exp(-self.settings.mode_changes_hz * elapsed_s)
+        predicted = unchanged * self._belief + (1.0 - unchanged) / len(weights)
+        tells = min(1.0, self.settings.mode_evidence * frames_in(elapsed_s))
+        likely = predicted * weights**tells
+        self._belief = likely / likely.sum()
+        return self._belief
+
+    def model(
+        self, proposals: JointProposals, belief: NDArray[np.float64], stature_m: float
+    ) -> BodyModel:
         """The body whose bones are those of the proposals so far; learns from the likeliest
         mode."""
-        self._bones.update(proposals, int(np.argmax(proposals.weights[0])), stature_m)
+        self._bones.update(proposals, int(np.argmax(belief)), stature_m)
         return self._bones.model(stature_m)
 
-    def bodies(self, proposals: JointProposals, model: BodyModel) -> list[ProposedBody]:
+    def bodies(
+        self, proposals: JointProposals, belief: NDArray[np.float64], model: BodyModel
+    ) -> list[ProposedBody]:
         """Every mode that counts."""
         poses = fit_joints(model, proposals, self.settings.fit).poses
         places, scales_m = body_joints(proposals)
-        weights = proposals.weights[0]
-        likely = np.flatnonzero(weights > self.settings.least_weight * weights.max())
+        likely = np.flatnonzero(belief > self.settings.least_weight * belief.max())
         return [
             ProposedBody(
                 poses[mode],
                 JointTargets(places[mode], scales_m[mode]),
-                -self.settings.mode_cost * float(np.log(weights[mode])),
+                -self.settings.mode_cost * float(np.log(belief[mode])),
             )
             for mode in likely
         ]

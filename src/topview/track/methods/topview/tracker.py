@@ -210,8 +210,9 @@ class TopviewTracker:
         the proposed joints."""
         stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
-            look = replace(look, model=self._guide.model(proposals, stature_m))
-            bodies = self._guide.bodies(proposals, look.model)
+            belief = self._guide.believe(proposals, look.elapsed_s)
+            look = replace(look, model=self._guide.model(proposals, belief, stature_m))
+            bodies = self._guide.bodies(proposals, belief, look.model)
         moving = None if self.pose is None else self._extrapolated(self.pose, look.elapsed_s)
         with look.clock.stage("refinement"):
             found = min(
