@@ -38,6 +38,10 @@ def read_true_heads(path: Path) -> TrueHeads:
         if HEAD_NAME not in names:
             raise InputError(f"names are {', '.join(names)}; {HEAD_NAME} must be among them")
         joints = arrays["joints"]
+        if joints.ndim != 4 or joints.shape[2:] != (len(names), 3):
+            raise InputError(
+                f"joints is {joints.shape}; it must be frames x people x {len(names)} x 3"
+            )
         for key in _OF_PEOPLE:
             if arrays[key].shape != joints.shape[:2]:
                 raise InputError(f"{key} is {arrays[key].shape}; it must be {joints.shape[:2]}")

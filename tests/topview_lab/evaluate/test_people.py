@@ -57,6 +57,7 @@ def test_what_is_counted_of_a_folder(tmp_path):
             r"person_occ_inter is \(4, 2\); it must be \(4, 1\)",
         ),
         ({"person_outside": np.full((F, 1), 2.0)}, "holds -0.2; a share must be 0 to 1"),
+        ({"joints": np.zeros((F, 1, 2, 3))}, r"joints is \(4, 1, 2, 3\); it must be frames x"),
         ({"present": np.ones((F, 3))}, r"present is \(4, 3\); it must be \(4, 1\)"),
     ],
 )
