@@ -79,8 +79,12 @@ class TrueHeads:
             raise InputError(
                 f"frame {beyond[0]} was tracked; the truth has {len(self.heads_camera)} frames"
             )
-        arrays = (self.heads_camera, self.to_be_seen, self.outside, self.is_present)
-        return TrueHeads(*(values[frames] for values in arrays))
+        return TrueHeads(
+            self.heads_camera[frames],
+            self.to_be_seen[frames],
+            self.outside[frames],
+            self.is_present[frames],
+        )
 
     @property
     def is_in_room(self) -> NDArray[np.bool_]:

@@ -89,8 +89,9 @@ class Guide:
         predicted = unchanged * self._belief + (1.0 - unchanged) / len(weights)
         tells = min(1.0, self.settings.mode_evidence * frames_in(elapsed_s))
         likely = predicted * weights**tells
-        self._belief = likely / likely.sum()
-        return self._belief
+        belief = likely / likely.sum()
+        self._belief = belief
+        return belief
 
     def model(
         self, proposals: JointProposals, belief: NDArray[np.float64], stature_m: float
