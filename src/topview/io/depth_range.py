@@ -35,8 +35,9 @@ class DepthRange:
         self._sums_m = np.zeros(_BINS)
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
-        """Count a frame's readings."""
-        self.add(frame.depth_m)
+        """Count a frame's readings where nobody is found; elsewhere nobody asks for them."""
+        if not people:
+            self.add(frame.depth_m)
 
     def add(self, depth_m: NDArray[np.float32]) -> None:
         """Count the readings of an image [H, W] in metres, 0 where there is none."""

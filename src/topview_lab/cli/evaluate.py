@@ -230,10 +230,8 @@ def people(*paths: Path, options: TrackedOptions = TRACKED_OPTIONS) -> int:
     if not paths:
         raise InputError("evaluate people: no folder given; give at least one recording")
     recordings = find_folder_recordings(paths, options.sequences)
-    if options.json is not None:
-        prepare_output_file("--json", options.json, options.force)
-    Tracker(options.settings)
-    compile_kernels()
+    _check_output(options)
+    _check_tracker(options)
     jobs = [PeopleJob(recording, options.settings) for recording in recordings]
     run = run_all(jobs, options.workers)
     done = [outcome for outcome in run.results if outcome is not None]
@@ -264,14 +262,24 @@ def _pairs(text: str) -> dict[str, str]:
     return {theirs.strip(): ours.strip() for theirs, ours in pairs}
 
 
+def _check_output(options: TrackedOptions) -> None:
+    """Not to find out after the last recording."""
+    if options.json is not None:
+        prepare_output_file("--json", options.json, options.force)
+
+
+def _check_tracker(options: TrackedOptions) -> None:
+    """What cannot be used is told once, not for each recording."""
+    Tracker(options.settings)
+    compile_kernels()
+
+
 def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
-    if options.json is not None:  # not to find out after the last recording
-        prepare_output_file("--json", options.json, options.force)
+    _check_output(options)
     if options.predictions is None:
-        Tracker(options.settings)  # what cannot be used is told once, not for each recording
-        compile_kernels()
+        _check_tracker(options)
         run = run_evaluation(recordings, options.settings, options.workers)
     else:
         predictions = Predictions(options.predictions, _pairs(options.map))

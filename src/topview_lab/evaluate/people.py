@@ -16,9 +16,9 @@ from topview.track.run import track_recording
 from topview.track.settings import TrackerSettings
 from topview_lab.datasets.folder import GROUNDTRUTH, FolderRecording
 from topview_lab.datasets.true_heads import HEAD_NAME, read_true_heads
-from topview_lab.evaluate.run import Track
+from topview_lab.evaluate.run import Track, tracked_whole
 from topview_lab.evaluate.tables import empty_table, number, percent
-from topview_lab.metrics.heads import PeopleFound, measure_heads
+from topview_lab.metrics.heads import PeopleFound, due_of, measure_heads, recall_of
 from topview_lab.metrics.statistics import share
 
 ALL_KINDS = "all"
@@ -52,10 +52,7 @@ class PeopleJob:
         try:
             recording = self.recording.open()
             truth = read_true_heads(self.recording.path / GROUNDTRUTH)
-            result = self.track(recording, self.settings)
-            if result.interrupted:
-                raise KeyboardInterrupt
-            tracked = result.skeletons
+            tracked = tracked_whole(recording, self.settings, self.track).skeletons
             found = measure_heads(
                 truth.of_frames(tracked.frame_index),
                 tracked_heads(tracked),
@@ -104,11 +101,10 @@ def count_found(found: Sequence[PeopleFound]) -> PeopleCount:
     median_s, late_s = (
         np.quantile(waits_s, (0.5, 0.95), method="inverted_cdf") if waits_s else (float("nan"),) * 2
     )
-    due = sum(each.due for each in found)
     return PeopleCount(
         recordings=len(found),
-        due=due,
-        recall=share(sum(len(person.errors_m) for person in people), due),
+        due=due_of(people),
+        recall=recall_of(people),
         false_per_1000=share(1000.0 * sum(e.false for e in found), sum(e.frames for e in found)),
         swaps=sum(person.swaps for person in people),
         fragments=sum(person.fragments for person in people),

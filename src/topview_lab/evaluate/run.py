@@ -67,23 +67,25 @@ class Job:
         try:
             recording = self.recording.open()
             if isinstance(recording, KnowsReference):
-                result = self._tracked(recording)
+                result = tracked_whole(recording, self.settings, self.track)
                 reference = recording.reference()
             else:  # the reference first: it may be unreadable
                 reference = self.recording.reference()
                 check_same_frames(recording, reference)
-                result = self._tracked(recording)
+                result = tracked_whole(recording, self.settings, self.track)
             errors = measure_sequence(result.skeletons, reference, name, result.seconds)
         except InputError as error:
             return Outcome(None, (f"{name}: {error}",))
         problems = tuple(f"{name}: {problem}" for problem in recording.problems)
         return Outcome(errors, problems)
 
-    def _tracked(self, recording: Recording) -> TrackingResult:
-        result = self.track(recording, self.settings)
-        if result.interrupted:
-            raise KeyboardInterrupt
-        return result
+
+def tracked_whole(recording: Recording, settings: TrackerSettings, track: Track) -> TrackingResult:
+    """A recording that was tracked to its end; Ctrl-C ends all that is measured."""
+    result = track(recording, settings)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    return result
 
 
 def run_evaluation(

@@ -8,7 +8,7 @@ nobody is false.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import InputError, read_only
-from topview_lab.metrics.matching import NOBODY, match_heads, people_distances
+from topview_lab.metrics.matching import NOBODY, match_heads, people_distances, people_matched
 from topview_lab.metrics.reference import SHARE_ROUNDING
 from topview_lab.metrics.statistics import share
 
@@ -148,12 +148,22 @@ class PeopleFound:
     @property
     def due(self) -> int:
         """Person-frames."""
-        return sum(person.frames for person in self.people)
+        return due_of(self.people)
 
     @property
     def recall(self) -> float:
         """Share of the person-frames that were due, NaN where none was."""
-        return share(sum(len(person.errors_m) for person in self.people), self.due)
+        return recall_of(self.people)
+
+
+def due_of(people: Iterable[PersonFound]) -> int:
+    """Person-frames that had to be found."""
+    return sum(person.frames for person in people)
+
+
+def recall_of(people: Sequence[PersonFound]) -> float:
+    """Share of them that were, NaN where there was none."""
+    return share(sum(len(person.errors_m) for person in people), due_of(people))
 
 
 def measure_heads(
@@ -172,14 +182,15 @@ def measure_heads(
     """
     distances_m = people_distances(truth.heads_camera[:, :, None], found_camera[:, :, None])
     matches = match_heads(distances_m, HEAD_GATE_M)
-    matched_ids = _ids_of(matches, ids)
-    is_due = truth.is_due
+    matched_ids = people_matched(matches, ids)
+    firsts = [_first_seen(own) for own in matched_ids.T]
+    is_due, is_outside = truth.is_due, truth.is_outside
     is_clear = is_due & (truth.to_be_seen >= CLEARLY_TO_BE_SEEN)
     people = []
     for r in range(matches.shape[1]):
         due = np.flatnonzero(is_due[:, r] & (matches[:, r] != NOBODY))
-        changes = list(_changes(matched_ids[:, r], truth.is_outside[:, r], times_s))
-        others = [_first_seen(matched_ids[:, o]) for o in range(matches.shape[1]) if o != r]
+        changes = list(_changes(matched_ids[:, r], is_outside[:, r], times_s))
+        others = [*firsts[:r], *firsts[r + 1 :]]
         swaps = sum(
             any(first.get(new, frame + 1) <= frame for first in others) for frame, new in changes
         )
@@ -198,14 +209,6 @@ def measure_heads(
     is_found = np.isfinite(found_camera).all(axis=-1)
     false = int(is_found.sum() - (matches != NOBODY).sum())
     return PeopleFound(len(times_s), false, tuple(people))
-
-
-def _ids_of(matches: NDArray[np.int64], ids: NDArray[np.int64]) -> NDArray[np.int64]:
-    """[F, R] the ids of [F, R] matched slots, or -1."""
-    frames, people = np.nonzero(matches != NOBODY)
-    matched = np.full(matches.shape, NOBODY, np.int64)
-    matched[frames, people] = ids[frames, matches[frames, people]]
-    return matched
 
 
 def _first_seen(ids: NDArray[np.int64]) -> dict[int, int]:

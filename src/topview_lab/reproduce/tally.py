@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview_lab.metrics.heads import PersonFound
+from topview_lab.metrics.heads import PersonFound, due_of, recall_of
 from topview_lab.metrics.statistics import CM_PER_M, share
 from topview_lab.reproduce.finding import AUTO, Finding
 from topview_lab.reproduce.section import Row, number, percent
@@ -67,11 +67,11 @@ class Tally:
 
     @property
     def person_frames(self) -> int:
-        return sum(person.frames for person in self.people)
+        return due_of(self.people)
 
     @property
     def recall(self) -> float:
-        return share(sum(len(person.errors_m) for person in self.people), self.person_frames)
+        return recall_of(self.people)
 
     @property
     def false_per_1000(self) -> float:

@@ -28,7 +28,7 @@ PROPOSED_JOINTS: Final[tuple[str, ...]] = (
 
 FACED_MODES: Final = (0, 1)
 """The network's whole-body modes: as it is if it faces the camera, and if it is turned away."""
-FACING_MODE, AWAY_MODE = FACED_MODES
+FACING_MODE: Final = FACED_MODES[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,20 +19,21 @@ from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from topview.detect.joints import PROPOSED_JOINTS
 from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.training.joints.net import JointNet, NetSettings
 from topview_lab.training.joints.recordings import Samples
-from topview_lab.training.joints.windows import LabelledWindow, Variation, labelled_window
+from topview_lab.training.joints.windows import (
+    SHOULDERS_AND_HIPS,
+    LabelledWindow,
+    Variation,
+    labelled_window,
+)
 
 CHECKPOINT_FORMAT: Final = "topview joints training 2"
 _MALLOC_PARAMETERS: Final = {-1: 2**31 - 1, -4: 0, -2: 2**28}
 """M_TRIM_THRESHOLD, M_MMAP_MAX and M_TOP_PAD of <malloc.h>."""
-_LEFT, _RIGHT = (
-    [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
-    for side in ("left", "right")
-)
+_LEFT, _RIGHT = SHOULDERS_AND_HIPS.tolist()
 
 
 @dataclass(frozen=True, slots=True)

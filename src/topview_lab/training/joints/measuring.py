@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import mode_weights
 from topview.detect.joints.proposals import FACING_MODE
 from topview.detect.joints.windows import HALF_BOX_M
 from topview_lab.training.joints.recordings import Samples
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
+    SHOULDERS_AND_HIPS,
     WITHOUT_PERSON,
     LabelledWindow,
     Variation,
@@ -32,13 +32,6 @@ CLEARLY_FACING: Final = 0.3
 """Sine between the camera's direction and a person's shoulders and hips (ours)."""
 HIDDEN_FROM: Final = 0.3
 """Share from which a joint is hidden by others."""
-
-_SIDES: Final = np.array(
-    [
-        [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
-        for side in ("left", "right")
-    ]
-)
 
 Network = Callable[[NDArray[np.float32]], tuple[NDArray[np.float32], ...]]
 
@@ -111,9 +104,11 @@ def measure(
 def facing_sine(window: LabelledWindow) -> float:
     """1 for whoever faces the camera, -1 for who is turned away; 0 where a shoulder or hip is not
     known."""
-    if not window.is_known[_SIDES].all():
+    if not window.is_known[SHOULDERS_AND_HIPS].all():
         return 0.0
-    across = window.places[_SIDES[0]].sum(axis=0) - window.places[_SIDES[1]].sum(axis=0)
+    across = window.places[SHOULDERS_AND_HIPS[0]].sum(axis=0) - window.places[
+        SHOULDERS_AND_HIPS[1]
+    ].sum(axis=0)
     return float(across[0] / max(np.hypot(across[0], across[2]), 1e-6))
 
 

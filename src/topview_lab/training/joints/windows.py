@@ -41,6 +41,13 @@ Generator = np.random.Generator
 
 MIRRORED: Final = np.array([PROPOSED_JOINTS.index(other_side(n)) for n in PROPOSED_JOINTS])
 """[21] the same joint on the other side."""
+SHOULDERS_AND_HIPS: Final = np.array(
+    [
+        [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
+        for side in ("left", "right")
+    ]
+)
+"""[2, 2] shoulder and hip of the left, and of the right: the line across tells who faces where."""
 _HEAD_TOP: Final = PROPOSED_JOINTS.index("head_top")
 
 
