@@ -106,9 +106,8 @@ def facing_sine(window: LabelledWindow) -> float:
     known."""
     if not window.is_known[SHOULDERS_AND_HIPS].all():
         return 0.0
-    across = window.places[SHOULDERS_AND_HIPS[0]].sum(axis=0) - window.places[
-        SHOULDERS_AND_HIPS[1]
-    ].sum(axis=0)
+    left, right = window.places[SHOULDERS_AND_HIPS].sum(axis=1)
+    across = left - right
     return float(across[0] / max(np.hypot(across[0], across[2]), 1e-6))
 
 
