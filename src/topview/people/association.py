@@ -1,193 +1,217 @@
-"""Which head is whose, from frame to frame."""
+"""Which head is whose: one assignment over log-likelihood ratios."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import exp, log
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.head_template import HeadTemplate, track_head
+from topview.detect.head_template import track_head
 from topview.detect.heads import HeadCandidate
-from topview.people.doubts import (
-    ALIKE,
-    COVERED,
-    is_no_head,
-    is_unlike,
-    likeness,
-    slips,
-)
+from topview.people.appearance import clothes_under, head_colors_against, unlikeness
 from topview.people.height import sunk_m
-from topview.people.identity import KnownUser, assign
-from topview.people.looks import colors_of_head
-from topview.people.present import SAME_HEAD_M, SUSPECT, Present, reached
-from topview.people.roll import Roll
 from topview.people.scene import Scene
-from topview.people.settings import PeopleSettings
-from topview.people.unseen import miss
+from topview.people.track import Track
 
 Vector = NDArray[np.float64]
-Distance = NDArray[np.float32]
 
-# Ours: a head that scores this (`KnownUser.score`) is not doubted.
-SURE_SCORE = 0.75
-# Ours: of one who was hidden for longer the head's looks of then are no more followed.
-FOLLOWED_S = 0.5
-# Ours: how much more confidence makes a head out of something else on a body.
-MUCH_MORE = 0.12
-# Ours: a head is this near to the height that its stature gives, and what is so much lower was not.
-UPRIGHT_M, SUNK_M = 0.1, 0.25
-# Ours: a head that is not where it was expected may be so much lower.
-LOWER_M = 0.3
-
-
-def find_again(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
-    """Tell everybody on the roll where the head is now, and find their bodies; gives the detected
-    heads that nobody took."""
-    known, time_s = roll.known, scene.time_s
-    options, scores = _options(roll, scene, heads)
-    bodies: dict[int, Distance] = {}
-    taken: set[int] = set()
-    present = Present()
-    for turn in _turns(known, time_s):
-        now = scores.copy()
-        now[:, _are_near(options, present.heads)] = -np.inf
-        matches = {turn[row]: column for row, column in assign(now[turn]).items()}
-        for index in sorted(turn, key=lambda i: -now[i, matches[i]] if i in matches else 0.0):
-            user = known[index]
-            head = options[matches[index]] if index in matches else None
-            if head is not None and _continues(scene, user, head, present, roll.settings):
-                user.see(head, HeadTemplate.of(scene.cloud, head.center_camera), time_s)
-                bodies[index] = roll.body_of(scene, user)
-                present.add(user.head_camera, bodies[index])
-                taken.add(matches[index])
-        for index in turn:
-            if index not in bodies:
-                bodies[index] = miss(roll, scene, known[index])
-                if time_s - known[index].seen_s < FOLLOWED_S:
-                    present.add(known[index].head_camera, bodies[index])
-    roll.bodies = [bodies[index] for index in range(len(known))]
-    return [head for i, head in enumerate(heads) if i not in taken]
+# All ours. Density of things that look like heads, per cubic metre.
+CLUTTER_PER_M3: Final = 0.3
+# And of new people who appear in the middle of the picture where another is missed.
+NEW_PER_M3: Final = 0.003
+# A head in plain view is missed in this share of frames.
+MISSED: Final = 0.05
+# Log-likelihood ratios of a candidate without and with all marks of a head; of one with the colours
+# of the head against the body's; and of clothes that are alike and not.
+UNLIKE_HEAD, LIKE_HEAD = -2.0, 2.0
+COLOR_WEIGHT, CLOTHES_WEIGHT = 4.0, 10.0
+# The unlikeness of clothes between that of one person and that of two.
+SAME_CLOTHES: Final = 0.45
+# Nobody becomes taller: a head above the stature, besides an error, by so much is unlikely.
+TALLER_M: Final = 0.04
+# A head that something comes to cover does not move down, but what is seen of it does.
+COVERED, SLIP_M, SLIP_M_PER_S = 0.15, 0.02, 0.3
+SLIPPED: Final = 8.0
+# On somebody else's body, so near to the head, is no other head, if it is not a good one.
+OWN_HEAD_M, OWN_HEAD, GOOD_HEAD = 0.4, 6.0, 0.75
+# A head this near to where it is expected, and as sure, is not searched for again.
+AT_ONCE_M, AT_ONCE = 0.06, 0.75
+# Of one who was hidden for longer the head's shape of then is no more followed.
+FOLLOWED_S: Final = 0.5
+# Less likely places are not looked at.
+FARTHEST: Final = -8.0
+# Two heads' centres are farther apart.
+SAME_HEAD_M: Final = 0.2
 
 
-def _are_near(heads: Sequence[HeadCandidate], places: Sequence[Vector]) -> NDArray[np.bool_]:
-    """[heads] which of them are at one of the places, [3] each."""
-    if not heads or not places:
-        return np.zeros(len(heads), np.bool_)
-    centers = np.array([head.center_camera for head in heads])
-    offsets_m = np.linalg.norm(centers[:, None] - np.array(places), axis=-1)
-    return offsets_m.min(1) < SAME_HEAD_M
+def associate(
+    tracks: Sequence[Track],
+    scene: Scene,
+    heads: Sequence[HeadCandidate],
+    log_odds_of: Callable[[HeadCandidate], float],
+) -> tuple[dict[int, HeadCandidate], list[HeadCandidate]]:
+    """The head of each track that has one, by the track's index; and the detected heads that nobody
+    took.
 
-
-def _options(
-    roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]
-) -> tuple[list[HeadCandidate], NDArray[np.float64]]:
-    """The heads, and what each user's head looked like, found again; with [users, options] how well
-    each continues each user."""
-    known, time_s, options = roll.known, scene.time_s, list(heads)
-    scores = [user.scores(heads, scene.up_camera, time_s) for user in known]
-    own: list[tuple[int, float]] = []
-    for index, user in enumerate(known):
-        is_lost = time_s - user.seen_s > FOLLOWED_S
-        if is_lost or max(scores[index], default=-np.inf) > SURE_SCORE:
-            continue
-        expected, colors = user.predicted(time_s), colors_of_head(roll, scene, user)
-        head = track_head(
-            scene.cloud, user.view, expected, scene.up_camera, user.step_s(time_s), colors
-        )
-        if head is not None:
-            options.append(head)
-            own.append((index, user.score(head, scene.up_camera, time_s)))
-    table = np.full((len(known), len(options)), -np.inf)
-    table[:, : len(heads)] = np.reshape(scores, (len(known), len(heads)))
-    for column, (index, score) in enumerate(own, start=len(heads)):
-        table[index, column] = score
-    return options, table
-
-
-def _turns(known: Sequence[KnownUser], time_s: float) -> list[list[int]]:
-    """In which order users find their heads again: whoever is hidden takes nobody's who is not, and
-    who may be furniture comes last."""
-
-    def rank(user: KnownUser) -> int:
-        if user.is_suspect:
-            return 3
-        if user.confidence_now > 0.0:
-            return 0
-        return 1 if time_s - user.seen_s < FOLLOWED_S else 2
-
-    ranks = [rank(user) for user in known]
-    return [[i for i, own in enumerate(ranks) if own == turn] for turn in sorted(set(ranks))]
-
-
-def _continues(
-    scene: Scene, user: KnownUser, head: HeadCandidate, present: Present, settings: PeopleSettings
-) -> bool:
-    """Whether the best head for a user is the user's."""
-    if present.owns(scene, head, settings.new_confidence):
-        return False
-    if user.was_hidden(scene.time_s) and (
-        is_unlike(scene, user, head) or present.person_under(scene, head, settings) is None
-    ):
-        return False
-    return not slips(scene, user, head) and not is_no_head(scene, user, head)
-
-
-def correct(roll: Roll, scene: Scene, heads: Sequence[HeadCandidate]) -> list[HeadCandidate]:
-    """Where something higher on a user's body looks much more like a head, for long enough, than
-    what has been followed: that is the head; somewhat lower too, where the expected place is in
-    view and the head is not there. Gives the heads that are left."""
-    left = list(heads)
-    for index, (user, body) in enumerate(roll):
-        rivals = _rivals(roll, scene, user, body, left)
-        if user.rival_since_s is None or not rivals:
-            user.rival_since_s = scene.time_s if rivals else None
-        elif scene.time_s - user.rival_since_s >= roll.settings.new_s:
-            user.jump(
-                rivals[0], HeadTemplate.of(scene.cloud, rivals[0].center_camera), scene.time_s
-            )
-            roll.bodies[index] = roll.body_of(scene, user)
-            left.remove(rivals[0])
-    return left
-
-
-def _rivals(
-    roll: Roll, scene: Scene, user: KnownUser, body: Distance, heads: Sequence[HeadCandidate]
-) -> list[HeadCandidate]:
-    """Those that may rather be the user's head than what is followed."""
-    sure = roll.others_of(user)
-    # Heads may be near to each other in a hug, but are no two heads of one.
-    others = Present(bodies=[body for _, body in sure])
-    return [
+    Args:
+        tracks: as they were in the last frame.
+        scene: of this frame.
+        heads: that are detected.
+        log_odds_of: of a person's body below a head that nobody else explains.
+    """
+    options = [*heads]
+    scores = np.full((len(tracks), len(heads) + len(tracks)), -np.inf)
+    missed = np.array([_missed(track, scene) for track in tracks])
+    for row, track in enumerate(tracks):
+        others = [*tracks[:row], *tracks[row + 1 :]]
+        for column, head in enumerate(heads):
+            scores[row, column] = _ratio(track, others, scene, head, log_odds_of)
+        followed = _followed(track, others, scene, heads, scores[row])
+        if followed is not None:
+            scores[row, len(options)] = _ratio(track, others, scene, followed, log_odds_of)
+            options.append(followed)
+    gains = scores[:, : len(options)] - missed[:, None]
+    matches = assign(np.where(gains > 0.0, gains, -np.inf))
+    taken: dict[int, HeadCandidate] = {}
+    for row, column in sorted(matches.items(), key=lambda match: -scores[match]):
+        head = options[column]
+        if all(_apart_m(head, other) > SAME_HEAD_M for other in taken.values()):
+            taken[row] = head
+    left = [
         head
         for head in heads
-        if _is_better(scene, user, head, roll.settings.new_confidence)
-        and _is_high_enough(scene, user, head)
-        and not is_no_head(scene, user, head)
-        and reached(scene, head.center_camera, body) < np.inf
-        and all(
-            np.linalg.norm(head.center_camera - other.head_camera) > SAME_HEAD_M
-            for other, _ in sure
-        )
-        and others.person_under(scene, head, roll.settings) is not None
+        if all(head is not other and _apart_m(head, other) > SAME_HEAD_M for other in taken.values())
     ]
+    return taken, left
 
 
-def _is_high_enough(scene: Scene, user: KnownUser, head: HeadCandidate) -> bool:
-    """Whether a head is no lower than what is followed; it may be somewhat where that is not seen,
-    and neither hidden nor of other colours than this."""
-    up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
-    if up_m > 0.0 or user.confidence_now > 0.0:
-        return up_m > 0.0
-    is_covered = scene.covered_share(user.head_camera) > COVERED
-    return up_m > -LOWER_M and (not is_covered or likeness(scene, user, head) > ALIKE)
+def _missed(track: Track, scene: Scene) -> float:
+    """Log-likelihood of no measurement: unlikely of a head that is in plain view."""
+    is_free = 1.0 - scene.covered_share(track.expected(scene.time_s).position_camera)
+    if track.places is not None:
+        return 0.0
+    return log(1.0 - (1.0 - MISSED) * is_free)
 
 
-def _is_better(scene: Scene, user: KnownUser, head: HeadCandidate, new_confidence: float) -> bool:
-    """Whether a head looks much more like a user's than what is followed; not quite as much if it
-    is where that of one of this stature would be, and what is followed is far below."""
-    up_m = float((head.center_camera - user.head_camera) @ scene.up_camera)
-    below_m = sunk_m(scene, head.center_camera, user.height)
-    if below_m is not None and up_m > SUNK_M and abs(below_m) < UPRIGHT_M:
-        return head.confidence > SUSPECT
-    return head.confidence > max(user.confidence_now + MUCH_MORE, new_confidence)
+def _ratio(
+    track: Track,
+    others: Sequence[Track],
+    scene: Scene,
+    head: HeadCandidate,
+    log_odds_of: Callable[[HeadCandidate], float],
+) -> float:
+    """Log-likelihood ratio of a head: this track's against clutter or somebody new."""
+    center = head.center_camera
+    if track.places is not None:
+        ratio = track.places.log_density(scene, center, track.unseen_s(scene.time_s))
+        if ratio < FARTHEST:
+            return -np.inf
+        by_shape = log_odds_of(head)
+        ratio += by_shape - log(CLUTTER_PER_M3 + NEW_PER_M3 * exp(min(by_shape, 50.0)))
+        ratio += _by_clothes(track, others, scene, head)
+    else:
+        ratio = track.expected(scene.time_s).log_density(center) - log(CLUTTER_PER_M3)
+        if ratio < FARTHEST:
+            return -np.inf
+        ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
+    ratio += _by_stature(track, scene, head) + _by_colors(track, others, scene, head)
+    ratio -= OWN_HEAD * _is_anothers(others, scene, head)
+    return ratio - SLIPPED * _slips(track, scene, head)
+
+
+def _by_stature(track: Track, scene: Scene, head: HeadCandidate) -> float:
+    below_m = sunk_m(scene, head.center_camera, track.height)
+    return 0.0 if below_m is None else -0.5 * (min(below_m, 0.0) / TALLER_M) ** 2
+
+
+def _by_colors(
+    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
+) -> float:
+    colors = head_colors_against(track, others, scene)
+    share = None if colors is None else colors.share_at(scene.cloud, head.center_camera)
+    return 0.0 if share is None else COLOR_WEIGHT * (share - 0.5)
+
+
+def _by_clothes(
+    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
+) -> float:
+    if track.clothes is None:
+        return 0.0
+    near = [other.place_camera for other in others if other.is_seen]
+    worn = clothes_under(scene, head.center_camera, near)
+    if worn is None:
+        return 0.0
+    return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(track.clothes, worn))
+
+
+def _is_anothers(others: Sequence[Track], scene: Scene, head: HeadCandidate) -> bool:
+    """Whether a head that is not a good one lies on the body of another whose head is seen."""
+    if head.confidence >= GOOD_HEAD:
+        return False
+    row, column, in_view = scene.cloud.pixel_of(head.center_camera)
+    return bool(in_view) and any(
+        other.is_seen and other.body_m is not None and other.body_m[row, column] < OWN_HEAD_M
+        for other in others
+    )
+
+
+def _slips(track: Track, scene: Scene, head: HeadCandidate) -> bool:
+    """Whether a head seems to move down as something comes before it."""
+    if track.places is not None:
+        return False
+    expected = track.expected(scene.time_s).position_camera
+    down_m = -float((head.center_camera - expected) @ scene.up_camera)
+    step_s = scene.time_s - track.time_s
+    if down_m < SLIP_M + SLIP_M_PER_S * step_s:
+        return False
+    above = head.center_camera + down_m * scene.up_camera
+    return max(scene.covered_share(expected), scene.covered_share(above)) > COVERED
+
+
+def _followed(
+    track: Track,
+    others: Sequence[Track],
+    scene: Scene,
+    heads: Sequence[HeadCandidate],
+    scores: NDArray[np.float64],
+) -> HeadCandidate | None:
+    """The head found again by its shape, where none that was detected is as good."""
+    if track.unseen_s(scene.time_s) > FOLLOWED_S:
+        return None
+    expected = track.expected(scene.time_s).position_camera
+    if heads:
+        best = heads[int(np.argmax(scores[: len(heads)]))]
+        off_m = float(np.linalg.norm(best.center_camera - expected))
+        if off_m < AT_ONCE_M and best.confidence > AT_ONCE:
+            return None
+    return track_head(
+        scene.cloud,
+        track.view,
+        expected,
+        scene.up_camera,
+        max(scene.time_s - track.time_s, 0.0),
+        head_colors_against(track, others, scene),
+    )
+
+
+def assign(scores: NDArray[np.float64]) -> dict[int, int]:
+    """Row to column of the assignment with the highest sum of [tracks, heads] scores; pairs whose
+    score is -inf are never made."""
+    if not scores.size or not np.isfinite(scores).any():
+        return {}
+    from scipy.optimize import linear_sum_assignment  # slow; not before it is needed
+
+    # A pair that must not be made is worth no more than none at all.
+    rows, columns = linear_sum_assignment(np.where(np.isfinite(scores), -scores, 0.0))
+    return {
+        int(row): int(column)
+        for row, column in zip(rows, columns, strict=True)
+        if np.isfinite(scores[row, column])
+    }
+
+
+def _apart_m(one: HeadCandidate, other: HeadCandidate) -> float:
+    return float(np.linalg.norm(one.center_camera - other.center_camera))

@@ -1,8 +1,11 @@
-"""From depth frames to users: who is there, where the head is, and which points are whose."""
+"""Who is there: one recursion over tracks, from depth frames to people with their pixels.
+
+Each frame: predict, detect, associate, update or coast, spawn, segment, confirm, end.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,32 +15,36 @@ from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.detectors import head_detector
 from topview.detect.faces_and_hands import SkinDetections
-from topview.detect.heads import HeadCandidate, Hints, refine_center
+from topview.detect.heads import HeadCandidate, Hints, head_evidence, refine_center
 from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
-from topview.people.association import correct, find_again
+from topview.people.appearance import EVERY_S, with_appearance
+from topview.people.association import associate
 from topview.people.background import Background
+from topview.people.bodies import body_of, left_of, masks_of, over_body, union_of, with_pieces
 from topview.people.colors import hands_in, skin_share
+from topview.people.existence import Existence, Refusal, is_put_out
+from topview.people.features import Features, features_of
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.height import PRIOR_HEIGHT_M, measured_height
-from topview.people.identity import PAUSE_S, KnownUser
-from topview.people.looks import EVERY_S, learn_heads, tell_apart
-from topview.people.newcomers import UNMOVED, Newcomers
-from topview.people.pieces import Pieces
-from topview.people.present import Present, Refusal
-from topview.people.roll import Roll
+from topview.people.motion import PAUSE_S
 from topview.people.scene import Scene
-from topview.people.segmentation import full_pixels, split_by_overview, split_users
+from topview.people.segmentation import body_distance, full_pixels
 from topview.people.settings import PeopleSettings
+from topview.people.spawning import is_free, rejoined, room_left_of
+from topview.people.told import NOTHING_TOLD, Told
+from topview.people.track import Track
 from topview.people.users import HandCandidate, User, by_depth
-from topview.records import Frame, InputError, Person
+from topview.records import Frame, InputError
 from topview.timing import StageClock
 
-__all__ = ["PeopleFinder", "PeopleSettings"]
+__all__ = ["Found", "PeopleFinder", "PeopleSettings"]
 
 Distance = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-Vector = NDArray[np.float64]
+
+# Ours: a head is in view of which no more than this is hidden.
+IN_VIEW = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,22 +55,25 @@ class Found:
         scene: what the depth shows.
         skin_detections: None if colour is not used.
         users: nearest first.
-        refusals: heads that have not been made users, and why.
+        refusals: heads that are nobody's yet, and why.
+        tracks: all, after this frame.
     """
 
     scene: Scene
     skin_detections: SkinDetections | None
     users: tuple[User, ...]
     refusals: tuple[Refusal, ...]
+    tracks: tuple[Track, ...]
 
 
 class PeopleFinder:
-    """Finds people in one frame after the other, and knows them again.
+    """Tracks people from one frame to the next, and says which pixels are whose.
 
     Attributes:
         settings: what it was made with.
         clock: seconds spent in each stage of each frame.
         found: all about the last frame; None before the first.
+        doubtful: whether this is a person is to be told with the next frame: an id below 0.
     """
 
     def __init__(
@@ -72,14 +82,15 @@ class PeopleFinder:
         self.settings = settings or PeopleSettings()
         self.clock = StageClock()
         self.found: Found | None = None
+        self.doubtful: User | None = None
         self._detector = detector or head_detector(self.settings.detector, self.clock)
         # What looks at colours, if the detector does.
         self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
-        self._roll = Roll(self.settings)
-        self._newcomers = Newcomers(self.settings, self._background)
+        self._existence = Existence(self.settings.people)
         self._looks = Turns(EVERY_S)
+        self._next_key = 1
 
     @property
     def floor(self) -> FloorPlane | None:
@@ -96,30 +107,35 @@ class PeopleFinder:
         """The hands that the last frame's colours show, whosesoever they are."""
         return hands_in(self.skin_detections)
 
-    def update(self, image: Pyramid, tracked: Sequence[Person] = ()) -> list[User]:
-        """The people in the next frame; `tracked` as they were in the last one."""
-        roll = self._roll
+    def update(self, image: Pyramid, told: Told = NOTHING_TOLD) -> list[User]:
+        """The people in the next frame; `told` what is known of the last one's bodies."""
+        last = None if self.found is None else self.found.scene
+        before = () if self.found is None else self.found.tracks
         with self.clock.stage("scene"):
             scene = self._look(image)
         with self.clock.stage("heads"):
-            heads = self._detect(scene)
+            heads = self._detect(scene, before)
         with self.clock.stage("users"):
-            heads = find_again(roll, scene, heads)
-            sees_color, is_time = (
-                self.skin_detections is not None,
-                self._looks.due(scene.time_s) > 0,
-            )
-            if sees_color:
-                learn_heads(roll, scene, is_time)
-            tell_apart(scene, roll.known, sees_color, is_time)
-            heads = correct(roll, scene, heads)
-            self._newcomers.judge(roll, scene)
-            self._newcomers.welcome(roll, scene, heads)
-            users, suspects = self._users(scene, tracked)
-            roll.dismiss(scene)
+            is_time = self._looks.due(scene.time_s) > 0
+            log_odds_of = _ShapeOdds(scene, before, self._existence, self.settings)
+            taken, left = associate(before, scene, heads, log_odds_of)
+            tracks = self._moved(before, taken, scene, last, told)
+            tracks, left = rejoined(tracks, scene, left, self._features, self._existence)
+            tracks = self._with_evidence(tracks, scene, last, told, is_time)
+            tracks, refusals = self._spawned(tracks, scene, left, told)
+            tracks = with_appearance(tracks, scene, is_time)
+            tracks = self._segmented(tracks, scene, told)
+            tracks = self._ended(self._existence.confirmed(tracks, scene, told.has_network), scene)
+            users = self._users(tracks, scene)
         self._learn_room(scene, users)
-        refusals = (*self._newcomers.refusals, *suspects)
-        self.found = Found(scene, self.skin_detections, tuple(by_depth(users)), refusals)
+        doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]
+        self.found = Found(
+            scene,
+            self.skin_detections,
+            tuple(by_depth(users)),
+            (*refusals, *doubts),
+            tuple(tracks),
+        )
         self.clock.end_frame()
         return users
 
@@ -128,63 +144,136 @@ class PeopleFinder:
         is_background = self._background.is_seen_in(cloud.depth_m, cloud.camera.noise)
         return Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
 
-    def _detect(self, scene: Scene) -> list[HeadCandidate]:
-        """Detected heads, centred on their points, best first; those whose torso has no reading
-        come last, if they stand on legs."""
+    def _detect(self, scene: Scene, before: Sequence[Track]) -> list[HeadCandidate]:
+        """Detected heads, centred on their points, best first."""
         if self.found is None and self._detector.needs_color and scene.cloud.frame.color is None:
             raise InputError(
                 f"detector is {self.settings.detector}, but the recording has no colour; "
                 'it must be "auto" or "depth"'
             )
-        expected = [user.predicted(scene.time_s) for user in self._roll.known]
+        expected = [track.expected(scene.time_s).position_camera for track in before]
         hints = Hints(expected, scene.is_free_standing)
-        candidates = self._detector.detect(scene.cloud, scene.up_camera, hints)
-        nobody = Present()
-        centers = [
-            refine_center(scene.cloud, candidate.center_camera, scene.up_camera)
-            for candidate in candidates
-        ]
-        heads = [
-            replace(candidate, center_camera=center)
-            for center, candidate in zip(centers, candidates, strict=True)
-            if center is not None
-        ]
+        heads = []
+        for head in self._detector.detect(scene.cloud, scene.up_camera, hints):
+            center = refine_center(scene.cloud, head.center_camera, scene.up_camera)
+            if center is not None:
+                heads.append(replace(head, center_camera=center))
+        return heads
+
+    def _moved(
+        self,
+        before: Sequence[Track],
+        taken: Mapping[int, HeadCandidate],
+        scene: Scene,
+        last: Scene | None,
+        told: Told,
+    ) -> list[Track]:
+        """The tracks in this frame, by the heads that they have taken or by their bodies."""
+        after = []
+        for index, track in enumerate(before):
+            told_camera = told.head_of(track, before, scene.time_s - track.time_s)
+            head = taken.get(index)
+            if head is not None:
+                track = track.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
+            else:
+                track = track.coasted(scene)
+            track = replace(track, body_m=body_of(scene, track, self.settings, last))
+            after.append((track, told_camera))
+        seen = [track for track, _ in after if track.is_seen]
+        elapsed_s = 0.0 if last is None else scene.time_s - last.time_s
         return [
-            head
-            for head in heads
-            if not head.torso_is_unread
-            or nobody.person_under(scene, head, self.settings) is not None
+            track if track.is_seen else over_body(scene, track, seen, told_camera, elapsed_s)
+            for track, told_camera in after
         ]
 
-    def _with_pieces(self, scene: Scene) -> list[Distance]:
-        """The bodies with the limbs that are cut off from them; the rest is learnt as the room's,
-        if it is steady."""
-        is_somebodys = np.zeros(scene.cloud.depth_m.shape, np.bool_)
-        for body in self._roll.bodies:
-            is_somebodys |= np.isfinite(body)
-        pieces = Pieces.of(scene, is_somebodys, self.settings.pieces)
-        whole = [
-            pieces.joined_to(body, user.head_camera, max(user.height.height_m, PRIOR_HEIGHT_M))
-            if user.seen_s == scene.time_s
-            else body
-            for user, body in self._roll
-        ]
-        for body in whole:
-            is_somebodys |= np.isfinite(body)
+    def _features(self, scene: Scene, head: HeadCandidate, tracks: Sequence[Track]) -> Features:
+        """Of a head and what of the body below it is nobody else's."""
+        body = body_distance(
+            scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
+        )
+        return features_of(scene, head, left_of(body, tracks))
+
+    def _with_evidence(
+        self,
+        tracks: Sequence[Track],
+        scene: Scene,
+        last: Scene | None,
+        told: Told,
+        is_time: bool,
+    ) -> list[Track]:
+        """The tracks, with what this frame, and the network in the last one, tell of them."""
+        elapsed_s = 0.0 if last is None else min(max(scene.time_s - last.time_s, 0.0), PAUSE_S)
+        after = []
+        for track in tracks:
+            evidence = track.evidence
+            if is_time or not track.id:
+                head = _head_in_view(scene, track)
+                others = [other for other in tracks if other.key != track.key]
+                if head is not None and track.body_m is not None:
+                    shape = features_of(scene, head, left_of(track.body_m, others))
+                    way_m = float(np.linalg.norm(track.place_camera - track.born_camera))
+                    evidence = evidence.with_shape(shape, way_m, scene.time_s)
+            log_odds = told.log_odds_of(track, tracks)
+            if log_odds is not None:
+                evidence = evidence.with_network(log_odds, elapsed_s)
+            since_s = track.shadow_since_s if track.shadow_since_s is not None else scene.time_s
+            is_shadow = told.is_shadow(track, tracks)
+            after.append(
+                replace(track, evidence=evidence, shadow_since_s=since_s if is_shadow else None)
+            )
+        return after
+
+    def _spawned(
+        self,
+        tracks: Sequence[Track],
+        scene: Scene,
+        heads: Sequence[HeadCandidate],
+        told: Told,
+    ) -> tuple[list[Track], list[Refusal]]:
+        """The tracks and those of new heads; and the heads that have none."""
+        after, refusals = list(tracks), []
+        for head in sorted(heads, key=lambda head: -head.confidence):
+            reason = is_free(scene, head, after, told)
+            features = self._features(scene, head, after) if reason is None else None
+            if features is not None and self._existence.may_be(features):
+                track = Track.born(self._next_key, scene.cloud, head, features)
+                body = body_of(scene, track, self.settings, None)
+                is_rest = room_left_of(scene, track, body)
+                self._background.learn(scene.cloud.depth_m, is_rest)
+                body[is_rest] = np.inf
+                self._background.forget(body < np.inf)
+                after.append(replace(track, body_m=body))
+                self._next_key += 1
+            elif features is not None:
+                reason = self._existence.likelihood.worst_of(features)
+            if reason is not None:
+                refusals.append(Refusal(head, reason))
+        return after, refusals
+
+    def _segmented(self, tracks: Sequence[Track], scene: Scene, told: Told) -> list[Track]:
+        """The tracks, each with the pixels that are its own; the rest is learnt as the room's, if
+        it is steady."""
+        whole = with_pieces(scene, tracks, self.settings)
         cloud = scene.cloud
-        self._background.update(cloud.depth_m, is_somebodys, scene.time_s, cloud.camera.noise)
-        return whole
-
-    def _split(self, scene: Scene, joints_camera: Sequence[Vector | None]) -> list[Mask]:
-        """[h, w] per known user: whose each pixel is."""
-        known, settings = self._roll.known, self.settings.segmentation
-        bodies = self._for_somebody_first(self._with_pieces(scene))
-        if not settings.by_overview:
-            return split_users(scene, bodies, joints_camera, settings)
-        radii_m = [
-            settings.core_radius * max(user.height.height_m, PRIOR_HEIGHT_M) for user in known
+        self._background.update(
+            cloud.depth_m, union_of(scene, whole), scene.time_s, cloud.camera.noise
+        )
+        masks = masks_of(scene, whole, told, self.settings.segmentation)
+        return [
+            replace(track, body_m=np.where(is_own, track.body_m, np.float32(np.inf)))
+            for track, is_own in zip(whole, masks, strict=True)
         ]
-        return split_by_overview(scene, bodies, [user.head_camera for user in known], radii_m)
+
+    def _ended(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
+        """Those that go on; what is probably furniture is learnt as the room's."""
+        after = []
+        for track in tracks:
+            if self._existence.is_room(track, scene):
+                is_body = union_of(scene, [track])
+                self._background.learn(scene.cloud.depth_m, is_body)
+            elif not self._existence.has_ended(track, scene):
+                after.append(track)
+        return after
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""
@@ -195,59 +284,81 @@ class PeopleFinder:
             is_somebodys.ravel()[user.pixels] = True
         self._skin.update_background(is_somebodys)
 
-    def _for_somebody_first(self, bodies: list[Distance]) -> list[Distance]:
-        """The bodies; of those who may be furniture, or an arm, only what nobody else reaches."""
-        known = self._roll.known
-        somebodys = [body for user, body in zip(known, bodies, strict=True) if not user.is_suspect]
-        if not somebodys:
-            return bodies
-        is_somebodys = np.isfinite(np.minimum.reduce(somebodys))
-        return [
-            body if not user.is_suspect else np.where(is_somebodys, np.float32(np.inf), body)
-            for user, body in zip(known, bodies, strict=True)
-        ]
-
-    def _frontal(self, frame: Frame) -> list[KnownUser]:
-        """Those whose face a detector of faces finds; who is looked at in turn is whose skin does
-        not tell yet."""
+    def _frontal(self, tracks: Sequence[Track], frame: Frame) -> set[int]:
+        """Keys of those whose face a detector of faces finds; who is looked at in turn is whose
+        skin does not tell yet."""
         if self._skin is None:
-            return []
-        asked = [
-            user
-            for user in self._roll.known
-            if user.seen_s == frame.timestamp_s and not user.face.is_known
-        ]
-        told = self._skin.check_faces_in_turn(frame, [user.head_camera for user in asked])
-        return [asked[index] for index, is_frontal in told if is_frontal]
+            return set()
+        asked = [track for track in tracks if track.is_seen and not track.face.is_known]
+        told = self._skin.check_faces_in_turn(frame, [track.place_camera for track in asked])
+        return {asked[index].key for index, is_frontal in told if is_frontal}
 
-    def _users(self, scene: Scene, tracked: Sequence[Person]) -> tuple[list[User], list[Refusal]]:
-        """What the tracker is told, and who is in doubt; loose limbs are not remembered."""
-        roll, frame = self._roll, scene.cloud.frame
-        is_pause = roll.elapsed_s(scene) > PAUSE_S
-        joints = {person.id: person.joints_camera for person in tracked if not is_pause}
-        masks = self._split(scene, [joints.get(user.id) for user in roll.known])
-        roll.remember(scene, masks)
-        frontal = self._frontal(frame)
-        users: list[User] = []
-        suspects: list[Refusal] = []
-        for user, is_users in zip(roll.known, masks, strict=True):
-            is_seen = user.seen_s == scene.time_s
-            if is_seen:
-                user.height.add(measured_height(scene, user.head_camera, is_users), scene.time_s)
-            if user.is_suspect:
-                head = HeadCandidate(user.head_camera, user.confidence_now)
-                suspects.append(Refusal(head, UNMOVED))
-                continue
-            skin = skin_share(self.skin_detections, frame, user.head_camera) if is_seen else None
-            users.append(
-                User(
-                    user.id,
-                    user.head_camera.copy(),
-                    is_seen,
-                    user.height.height_m,
-                    user.height.is_measured,
-                    full_pixels(scene, is_users),
-                    user.face.update(skin, user in frontal, scene.time_s),
-                )
-            )
-        return users, suspects
+    def _turn_of(self, track: Track) -> tuple[float, float, int]:
+        """In which order the network is asked: who was not yet, and is likely, first."""
+        return track.evidence.asked_s, -track.existence(self._existence.likelihood), track.key
+
+    def _users(self, tracks: Sequence[Track], scene: Scene) -> list[User]:
+        """What the tracker of bodies is told; and who is most in doubt."""
+        frame = scene.cloud.frame
+        confirmed = [track for track in tracks if track.id]
+        frontal = self._frontal(confirmed, frame)
+        users = []
+        for track in confirmed:
+            is_users = union_of(scene, [track])
+            skin = None
+            if track.is_seen:
+                measured_m = measured_height(scene, track.place_camera, is_users)
+                track.height.add(measured_m, scene.time_s)
+                skin = skin_share(self.skin_detections, frame, track.place_camera)
+            face_share = track.face.update(skin, track.key in frontal, scene.time_s)
+            if is_put_out(track, scene):
+                users.append(_user(scene, track, track.id, is_users, face_share))
+        doubts = [track for track in tracks if not track.id and track.is_seen]
+        doubts.sort(key=self._turn_of)
+        self.doubtful = None
+        if doubts:
+            is_own = union_of(scene, doubts[:1])
+            self.doubtful = _user(scene, doubts[0], doubts[0].told_as, is_own, None)
+        return users
+
+
+def _head_in_view(scene: Scene, track: Track) -> HeadCandidate | None:
+    """A track's head as it looks; None where it is not in view."""
+    if track.is_seen:
+        return HeadCandidate(track.place_camera, track.confidence)
+    if scene.covered_share(track.place_camera) > IN_VIEW:
+        return None
+    evidence = head_evidence(scene.cloud, track.place_camera[None], scene.up_camera)
+    return HeadCandidate(track.place_camera, float(evidence.confidence[0]))
+
+
+def _user(
+    scene: Scene, track: Track, id: int, is_users: Mask, face_share: float | None
+) -> User:
+    return User(
+        id,
+        track.place_camera.copy(),
+        track.is_seen,
+        track.height.height_m,
+        track.height.is_measured,
+        full_pixels(scene, is_users),
+        face_share,
+    )
+
+
+@dataclass(slots=True, eq=False)
+class _ShapeOdds:
+    """Log-odds, by shape, that what nobody explained in the last frame is a person below a head."""
+
+    scene: Scene
+    before: Sequence[Track]
+    existence: Existence
+    settings: PeopleSettings
+
+    def __call__(self, head: HeadCandidate) -> float:
+        body = body_distance(
+            self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
+        )
+        seen = [track for track in self.before if track.is_seen]
+        features = features_of(self.scene, head, left_of(body, seen))
+        return self.existence.likelihood.log_odds_of(np.append(features, (0.5, 0.0)))

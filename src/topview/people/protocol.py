@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Protocol
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.faces_and_hands import SkinDetections
 from topview.people.floor import FloorPlane
+from topview.people.told import NOTHING_TOLD, Told
 from topview.people.users import HandCandidate, User
-from topview.records import Person
 from topview.timing import StageClock
-
 
 class Finder(Protocol):
     """Finds people in one frame after the other, segments them, and knows them again."""
@@ -37,10 +35,15 @@ class Finder(Protocol):
         ...
 
     @property
+    def doubtful(self) -> User | None:
+        """Of whom the finder wants to know whether it is a person: an id below 0; or nobody."""
+        ...
+
+    @property
     def found(self) -> Any:
         """All that is known of the last frame, for pictures of it."""
         ...
 
-    def update(self, image: Pyramid, tracked: Sequence[Person] = ()) -> list[User]:
-        """The people in the next frame; `tracked` as they were in the last one."""
+    def update(self, image: Pyramid, told: Told = NOTHING_TOLD) -> list[User]:
+        """The people in the next frame; `told` is what is known of the last one."""
         ...

@@ -183,6 +183,13 @@ class Scene:
         height_m = float(point_camera @ self.up_camera)
         return height_m if self.floor is None else height_m + self.floor.distance_m
 
+    def point_at(
+        self, overview_m: NDArray[np.float64], height_m: float
+    ) -> NDArray[np.float64]:
+        """[..., 3] points at [..., 2] places of the overview, so high along up."""
+        above_camera_m = height_m if self.floor is None else height_m - self.floor.distance_m
+        return overview_m @ self.basis_camera + above_camera_m * self.up_camera
+
     def is_empty_at(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether a head's place is seen to be in free space."""
         depth_m, in_view = self.cloud.lookup(point_camera)

@@ -20,6 +20,7 @@ from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.people.protocol import Finder
+from topview.people.told import Told
 from topview.people.users import HandCandidate, User, by_depth, label_image
 from topview.records import Frame, InputError, Person, shown
 from topview.timing import StageClock
@@ -80,6 +81,7 @@ class Tracker:
         self._areas = UserAreas()
         self._tracks: dict[int, PersonTrack] = {}
         self._people: list[Person] = []
+        self._proposed: dict[int, JointProposals] = {}
         self._last: Frame | None = None
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
@@ -99,7 +101,8 @@ class Tracker:
         threads = use_threads(self.settings.threads)
         image = Pyramid(frame)
         with self.clock.stage("people"):
-            users = by_depth(self.finder.update(image, self._people))
+            told = Told.of(self._people, self._proposed, self._proposer is not None)
+            users = by_depth(self.finder.update(image, told))
             labels = label_image(users, image.frame.depth_m.shape)
         self._count_light()
         scene = self._scene(image, labels, users, hands)
@@ -180,18 +183,24 @@ class Tracker:
     def _proposals(
         self, image: Pyramid, labels: NDArray[np.int32], users: Sequence[User]
     ) -> dict[int, JointProposals]:
-        """Of each user's joints, by id."""
-        if self._proposer is None or not users:
+        """Of each user's joints, by id; those of somebody in doubt are only for the finder."""
+        self._proposed = {}
+        doubtful = self.finder.doubtful
+        asked = [user.id for user in ([*users, doubtful] if doubtful else users)]
+        if self._proposer is None or not asked:
             return {}
         with self.clock.stage("windows"):
-            windows = cut_windows(image.full, labels, [user.id for user in users])
+            if doubtful is not None:
+                labels = label_image([*users, doubtful], labels.shape)
+            windows = cut_windows(image.full, labels, asked)
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
-        return {
-            user.id: proposals.of_person(index)
-            for index, user in enumerate(users)
+        self._proposed = {
+            id: proposals.of_person(index)
+            for index, id in enumerate(asked)
             if proposals.weights[index].any()
         }
+        return {id: own for id, own in self._proposed.items() if id > 0}
 
     def _track_of(self, user: User, threads: int) -> PersonTrack:
         """The track of a user, made where there is none yet."""

@@ -1,0 +1,200 @@
+"""What people look like: the colours of their clothes and of their heads (ours; the thesis knows
+people by place, and by skin alone)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.head_colors import HeadColors
+from topview.people.height import sunk_m
+from topview.people.scene import Scene
+from topview.people.track import Track
+
+Vector = NDArray[np.float64]
+Colors = NDArray[np.float32]
+
+# All ours. The clothes that are looked at: so far below the head's centre, and so far aside; in a
+# window that is as wide.
+CHEST_BELOW_M, CHEST_ASIDE_M, WINDOW_M = (0.2, 0.65), 0.16, 0.4
+# Less of them tells nothing.
+LEAST_M2: Final = 0.02
+# Lightness and chromaticities (red and green of all) in so many steps each, and their ranges.
+STEPS, RANGES = (6, 16, 16), (0.0, 256.0, 0.0, 1.0, 0.0, 1.0)
+# Whose heads are this near to each other may be taken for one another, until they are so far apart
+# again; they are compared where they are no nearer than the third.
+TOGETHER_M, PARTED_M, JUDGED_M = 0.5, 1.4, 0.3
+# Appearance is learnt while nobody is nearer.
+APART_M: Final = 0.7
+# A new look goes into the remembered one by this share, so many seconds one after the other.
+RATE, EVERY_S = 0.3, 1 / 6
+# By so much two must be less like themselves than like each other, to have been exchanged.
+CLEARLY: Final = 0.4
+# From this confidence on, and so near to where the stature puts it, a head is taken for what it is.
+SURE_HEAD, NEAR_STATURE_M = 0.75, 0.12
+
+
+def clothes_under(
+    scene: Scene, head_camera: Vector, others_camera: Sequence[Vector]
+) -> Colors | None:
+    """Histogram, of sum 1, of the colours of the clothes under a head [3]; None where too few of
+    them are seen. What is nearer to `others_camera`, [3] each, is not looked at."""
+    every = scene.cloud.color
+    window = _window(scene, head_camera)
+    if every is None or window is None:
+        return None
+    aside_m = scene.aside_of(head_camera, window)
+    below_m = scene.height_of(head_camera) - scene.heights_m[window]
+    is_chest = (aside_m < CHEST_ASIDE_M) & (scene.cloud.depth_m[window] > 0.0)
+    is_chest &= (below_m > CHEST_BELOW_M[0]) & (below_m < CHEST_BELOW_M[1])
+    for other in others_camera:
+        is_chest &= aside_m <= scene.aside_of(other, window)
+    if np.count_nonzero(is_chest) * scene.cloud.pixel_m(head_camera) ** 2 < LEAST_M2:
+        return None
+    return _histogram(every[window][is_chest].astype(np.float32))
+
+
+def _histogram(rgb: NDArray[np.float32]) -> Colors:
+    """Of [N, 3] colours."""
+    total = rgb.sum(1) + 1.0
+    channels = [total / 3.0, rgb[:, 0] / total, rgb[:, 1] / total]
+    counts = cv2.calcHist(
+        [np.ascontiguousarray(channel[:, None]) for channel in channels],
+        [0, 1, 2], None, list(STEPS), list(RANGES),
+    )  # fmt: skip
+    return np.asarray(counts / max(float(counts.sum()), 1.0), np.float32)
+
+
+def _window(scene: Scene, head_camera: Vector) -> tuple[slice, slice] | None:
+    """The pixels among which the clothes under a head are, None if they are out of view."""
+    camera, (x, y, z) = scene.cloud.camera, head_camera.tolist()
+    if z <= 0.1:
+        return None
+    column, row = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+    aside_px, down_px = WINDOW_M * camera.fx / z, CHEST_BELOW_M[1] * camera.fy / z
+    top, bottom = max(int(row), 0), min(int(row + down_px) + 2, camera.height)
+    left, right = max(int(column - aside_px), 0), min(int(column + aside_px) + 2, camera.width)
+    return np.s_[top:bottom, left:right] if top < bottom and left < right else None
+
+
+def unlikeness(one: Colors, other: Colors) -> float:
+    """0 of like colours, 1 of such that have nothing in common (Bhattacharyya's coefficient)."""
+    return 1.0 - float(np.sqrt(one * other).sum())
+
+
+def head_colors_against(track: Track, others: Sequence[Track], scene: Scene) -> HeadColors | None:
+    """What colours a track's head has, and neither the own body nor people near by; None while that
+    is not known."""
+    if track.head_colors is None or scene.cloud.frame.color is None:
+        return None
+    near = [
+        other.head_colors
+        for other in others
+        if other.head_colors is not None and apart_m(track, other) < APART_M
+    ]
+    return track.head_colors.against(near)
+
+
+def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> list[Track]:
+    """The tracks, with what they look like if it is time to learn that; those who met, and wear
+    each other's clothes now, exchange their identities."""
+    if scene.cloud.frame.color is None:
+        return list(tracks)
+    people = [track for track in tracks if track.id]
+    known = {track.key: track for track in _with_company(people)}
+    if is_time or any(track.company for track in known.values()):
+        worn = {
+            key: clothes_under(
+                scene,
+                track.place_camera,
+                [other.place_camera for other in known.values() if other.key != key],
+            )
+            for key, track in known.items()
+            if track.is_seen
+        }
+        for one, other in combinations(worn, 2):
+            _resolve(known, one, other, worn)
+        if is_time:
+            _learn_clothes(known, worn)
+    after = [known.get(track.key, track) for track in tracks]
+    return [_with_head_colors(track, scene, people, is_time) for track in after]
+
+
+def apart_m(one: Track, other: Track) -> float:
+    """Between two heads."""
+    return float(np.linalg.norm(one.place_camera - other.place_camera))
+
+
+def nearest_m(track: Track, others: Sequence[Track]) -> float:
+    """To the nearest other head."""
+    apart = (apart_m(track, other) for other in others if other.key != track.key)
+    return min(apart, default=np.inf)
+
+
+def _learn_clothes(known: dict[int, Track], worn: Mapping[int, Colors | None]) -> None:
+    people = list(known.values())
+    for key, colors in worn.items():
+        track = known[key]
+        if colors is not None and not track.company and nearest_m(track, people) > APART_M:
+            before = colors if track.clothes is None else track.clothes
+            clothes = np.asarray(before + RATE * (colors - before), np.float32)
+            known[key] = replace(track, clothes=clothes)
+
+
+def _with_head_colors(
+    track: Track, scene: Scene, people: Sequence[Track], is_time: bool
+) -> Track:
+    """With the colours of the head, where it is what it seems to be."""
+    is_wanted = track.head_colors is None or (is_time and track.id > 0)
+    if not is_wanted or track.confidence < SURE_HEAD or nearest_m(track, people) < APART_M:
+        return track
+    assert track.body_m is not None
+    below_m = sunk_m(scene, track.place_camera, track.height)
+    if below_m is not None and abs(below_m) > NEAR_STATURE_M:
+        return track
+    now = HeadColors.of(scene.cloud, track.place_camera, track.body_m)
+    if now is None:
+        return track
+    before = track.head_colors
+    return replace(track, head_colors=now if before is None else before.learn(now))
+
+
+def _with_company(people: Sequence[Track]) -> list[Track]:
+    """Who may be taken for one another: those who are close together while one is not seen."""
+    company = {track.key: set(track.company) & {o.key for o in people} for track in people}
+    for one, other in combinations(people, 2):
+        away_m = apart_m(one, other)
+        if away_m < TOGETHER_M and not (one.is_seen and other.is_seen):
+            company[one.key].add(other.key)
+            company[other.key].add(one.key)
+        elif away_m > PARTED_M:
+            company[one.key].discard(other.key)
+            company[other.key].discard(one.key)
+    return [replace(track, company=frozenset(company[track.key])) for track in people]
+
+
+def _resolve(
+    known: dict[int, Track], one_key: int, other_key: int, worn: Mapping[int, Colors | None]
+) -> None:
+    """Exchange two who wear each other's clothes; part them where the clothes tell."""
+    one, other = known[one_key], known[other_key]
+    ones, others = worn[one_key], worn[other_key]
+    if other_key not in one.company or apart_m(one, other) < JUDGED_M:
+        return
+    if ones is None or others is None or one.clothes is None or other.clothes is None:
+        return
+    as_are = unlikeness(one.clothes, ones) + unlikeness(other.clothes, others)
+    exchanged = unlikeness(one.clothes, others) + unlikeness(other.clothes, ones)
+    if abs(as_are - exchanged) < CLEARLY:
+        return
+    one = replace(one, company=one.company - {other_key})
+    other = replace(other, company=other.company - {one_key})
+    if as_are > exchanged:
+        one, other = one.as_person(other), other.as_person(one)
+    known[one_key], known[other_key] = one, other

@@ -1,0 +1,174 @@
+"""Which points are each track's body, and what they tell where the head is not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.people.height import PRIOR_HEIGHT_M, sunk_m
+from topview.people.pieces import Pieces
+from topview.people.places import ALIKE_S
+from topview.people.scene import Scene
+from topview.people.segmentation import (
+    Memory,
+    SegmentationSettings,
+    body_distance,
+    split_by_overview,
+    split_users,
+)
+from topview.people.settings import PeopleSettings
+from topview.people.told import Told
+from topview.people.track import Track
+
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+# All ours. A limb whose connection with the body is hidden seems further away from the head by this
+# much in each second, until it is out of reach.
+FADING_M_PER_S: Final = 1.5
+# What stands under a head that something hides is its body, where the place is as certain.
+CERTAIN: Final = 0.8
+# Of whom more than this is seen is there, though the head is hidden.
+SHOWN_M2: Final = 0.03
+# The trunk is between these shares of the stature; so much of it, in columns as high, tells where
+# the head is, but for so much.
+TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
+# A head that the body tracker told is so exact.
+TOLD_SIGMA_M: Final = 0.1
+# Where nothing hides a head that is not made out, for so long, nobody is there.
+BENT_S: Final = 3.0
+# Who comes to be hidden seems to slide down by so much before the head is missed.
+SLID_M: Final = 0.35
+
+
+def stature_m(track: Track) -> float:
+    """The stature for which a body is searched: reach costs nothing."""
+    return max(track.height.height_m, PRIOR_HEIGHT_M)
+
+
+def body_of(
+    scene: Scene, track: Track, settings: PeopleSettings, last: Scene | None
+) -> Distance:
+    """[h, w] how far each pixel of a track's body is from the head (`body_distance`)."""
+    memory = None
+    if track.body_m is not None and last is not None:
+        faded_m = FADING_M_PER_S * max(scene.time_s - last.time_s, 0.0) * track.is_seen
+        memory = Memory(track.body_m, last.cloud.depth_m, faded_m)
+    is_sure = track.certainty > CERTAIN
+    is_hidden = not track.is_seen and is_sure and scene.is_hidden_at(track.place_camera)
+    return body_distance(
+        scene,
+        track.place_camera,
+        stature_m(track),
+        settings.segmentation,
+        memory,
+        from_head=track.is_seen or is_hidden,
+    )
+
+
+def left_of(body: Distance, others: Sequence[Track]) -> Distance:
+    """[h, w] what of a body is not nearer to another's head."""
+    own = body.copy()
+    for other in others:
+        if other.body_m is not None:
+            np.copyto(own, np.inf, where=other.body_m < body)
+    return own
+
+
+def over_body(
+    scene: Scene,
+    track: Track,
+    seen: Sequence[Track],
+    told_camera: Vector | None,
+    elapsed_s: float,
+) -> Track:
+    """A track whose head is not seen, at the place that its body tells: by the head [3] of the body
+    fitted in the last frame, or else by its trunk. What is nearer to the head of another, who is
+    seen, is not its own."""
+    assert track.body_m is not None
+    body = left_of(track.body_m, [other for other in seen if other.id])
+    area_m2 = np.count_nonzero(body < np.inf) * scene.cloud.pixel_m(track.place_camera) ** 2
+    track = replace(track, body_m2=area_m2)
+    places = track.places
+    if places is None or area_m2 < SHOWN_M2:
+        return track
+    if told_camera is not None:
+        share = min(elapsed_s / ALIKE_S, 1.0)
+        height_m = places.height_m + share * (scene.height_of(told_camera) - places.height_m)
+        place = scene.overview_of(told_camera)
+        return track.placed(scene, places.drawn_to(place, height_m, TOLD_SIGMA_M, elapsed_s))
+    if places.outside > 0.5:
+        return track
+    is_bent = track.unseen_s(scene.time_s) < BENT_S
+    trunk = _trunk(scene, track, body)
+    if trunk is None or not (is_bent or scene.covered_share(track.place_camera) > 0.5):
+        return track
+    below_m = sunk_m(scene, track.place_camera, track.height)
+    height_m = places.height_m
+    if below_m is not None and 0.0 < below_m < SLID_M and scene.is_hidden_at(track.place_camera):
+        height_m += below_m
+    return track.placed(scene, places.drawn_to(trunk, height_m, TRUNK_SIGMA_M, elapsed_s))
+
+
+def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:
+    """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
+    low_m, high_m = (share * track.height.height_m for share in TRUNK)
+    is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
+    pixel_m = scene.cloud.pixel_m(track.place_camera)
+    is_trunk &= np.count_nonzero(is_trunk, axis=0) * pixel_m > COLUMN_M
+    if np.count_nonzero(is_trunk) * pixel_m**2 < TRUNK_M2:
+        return None
+    return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
+
+
+def with_pieces(
+    scene: Scene, tracks: Sequence[Track], settings: PeopleSettings
+) -> list[Track]:
+    """The tracks with the limbs that the image cuts off from their bodies."""
+    pieces = Pieces.of(scene, union_of(scene, tracks), settings.pieces)
+    return [
+        replace(track, body_m=pieces.joined_to(track.body_m, track.place_camera, stature_m(track)))
+        if track.is_seen and track.body_m is not None
+        else track
+        for track in tracks
+    ]
+
+
+def union_of(scene: Scene, tracks: Sequence[Track]) -> Mask:
+    """[h, w] what is anybody's."""
+    is_somebodys = np.zeros(scene.cloud.depth_m.shape, np.bool_)
+    for track in tracks:
+        if track.body_m is not None:
+            is_somebodys |= track.body_m < np.inf
+    return is_somebodys
+
+
+def masks_of(
+    scene: Scene, tracks: Sequence[Track], told: Told, settings: SegmentationSettings
+) -> list[Mask]:
+    """[h, w] for each track: the pixels that are its own."""
+    bodies = _people_first(tracks)
+    if settings.by_overview:
+        radii_m = [settings.core_radius * stature_m(track) for track in tracks]
+        heads_camera = [track.place_camera for track in tracks]
+        return split_by_overview(scene, bodies, heads_camera, radii_m)
+    joints_camera = [told.joints_of(track.id) for track in tracks]
+    return split_users(scene, bodies, joints_camera, settings)
+
+
+def _people_first(tracks: Sequence[Track]) -> list[Distance]:
+    """Their bodies; of those that are not confirmed only what nobody who is reaches."""
+    bodies = [track.body_m for track in tracks if track.body_m is not None]
+    confirmed = [body for track, body in zip(tracks, bodies, strict=True) if track.id]
+    if not confirmed:
+        return bodies
+    is_somebodys = np.isfinite(np.minimum.reduce(confirmed))
+    return [
+        body if track.id else np.where(is_somebodys, np.float32(np.inf), body)
+        for track, body in zip(tracks, bodies, strict=True)
+    ]

@@ -1,0 +1,115 @@
+"""Who is a person, and who has gone: thresholds on one probability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from topview.detect.heads import HeadCandidate
+from topview.people.bodies import SHOWN_M2
+from topview.people.features import Features
+from topview.people.likelihood import Evidence, Likelihood, probability, shipped_likelihood
+from topview.people.scene import Scene
+from topview.people.track import Track
+
+# All ours. A track is a person's from this probability of existence on, once its head has been seen
+# for so long (at once in the very first frame).
+CONFIRMED, NEW_TRACK_S = 0.9, 0.05
+# Below it a confirmed one ends; and one that is not confirmed.
+ENDED, REFUSED = 0.1, 0.05
+# One that is not confirmed ends, too, when its head has not been seen for so long.
+LOST_S: Final = 0.3
+# One that follows what belongs to another ends after so long.
+SHADOW_S: Final = 0.25
+# What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
+ROOM_S, ROOM = 5.0, 0.5
+# Somebody is put out while near to the place that is told with this probability.
+TOLD: Final = 0.5
+# Why heads are refused, besides what their bodies lack.
+OWN_HEAD, NEW, TOO_NEAR = "on somebody's body", "just come", "too near to another head"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refusal:
+    """A head that is nobody's yet, and why, in a few words."""
+
+    head: HeadCandidate
+    reason: str
+
+
+class Existence:
+    """Confirms tracks and ends them.
+
+    Args:
+        most: people at the same time; None for any number.
+        likelihood: of a person; the shipped one if None.
+    """
+
+    def __init__(self, most: int | None = None, likelihood: Likelihood | None = None) -> None:
+        self.likelihood = likelihood or shipped_likelihood()
+        self._most = most
+        self._next_id = 1
+        self._is_first = True
+
+    def confirmed(
+        self, tracks: Sequence[Track], scene: Scene, has_network: bool
+    ) -> list[Track]:
+        """The tracks, with identities for those who have come to be people, likeliest first; where
+        a network is asked, not before it has answered."""
+        ready = [
+            track
+            for track in tracks
+            if not track.id
+            and self._is_ready(track, scene)
+            and (track.evidence.asked_s > 0.0 or not has_network)
+        ]
+        ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
+        places = len(ready) if self._most is None else self._most - sum(t.id > 0 for t in tracks)
+        ids: dict[int, int] = {}
+        for track in ready[: max(places, 0)]:
+            ids[track.key] = self._next_id
+            self._next_id += 1
+        self._is_first = False
+        return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
+
+    def _is_ready(self, track: Track, scene: Scene) -> bool:
+        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+        is_person = track.existence(self.likelihood) > CONFIRMED
+        return track.is_seen and is_long_enough and is_person
+
+    def has_ended(self, track: Track, scene: Scene) -> bool:
+        """Whether it is too unlikely to be followed."""
+        if not track.id and track.unseen_s(scene.time_s) > LOST_S:
+            return True
+        if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
+            return True
+        return track.existence(self.likelihood) < (ENDED if track.id else REFUSED)
+
+    def is_room(self, track: Track, scene: Scene) -> bool:
+        """Whether it is probably a part of the room."""
+        is_old = scene.time_s - track.born_s > ROOM_S
+        return not track.id and is_old and track.existence(self.likelihood) < ROOM
+
+    def may_be(self, features: Features) -> bool:
+        """Whether a new head with [S] features is worth following."""
+        return self._new_odds(features) > REFUSED
+
+    def _new_odds(self, features: Features) -> float:
+        return probability(Evidence.starting_with(features, 0.0).log_odds(self.likelihood))
+
+    def refusal_of(self, track: Track) -> Refusal:
+        """Why a track is not confirmed."""
+        is_person = track.existence(self.likelihood) > CONFIRMED
+        reason = NEW if is_person else self.likelihood.worst_of(track.evidence.features)
+        return Refusal(HeadCandidate(track.place_camera, track.confidence), reason)
+
+
+def is_put_out(track: Track, scene: Scene) -> bool:
+    """Whether it can be told where a confirmed person is."""
+    if track.places is None:
+        return track.id > 0
+    if track.places.outside > TOLD and not scene.is_above(track.place_camera):
+        return False
+    is_certain = track.presence * track.certainty > TOLD
+    return track.id > 0 and (track.body_m2 > SHOWN_M2 or is_certain)

@@ -1,0 +1,171 @@
+"""What tells a person from furniture, in a handful of numbers about a head and the body below it.
+
+Each is about 0 for a person in plain view and has no unit; `Likelihood` weighs them.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, head_evidence
+from topview.kernels.bodies import measure_body, share_within
+from topview.people.legs import stands_on_legs
+from topview.people.scene import Scene
+from topview.people.surfaces import jump_of
+
+Distance = NDArray[np.float32]
+Features = NDArray[np.float64]
+
+FEATURES: Final = (
+    "unlike a head",
+    "not upright",
+    "head and chest too small",
+    "head and chest too large",
+    "rough outline",
+    "no torso",
+    "too low",
+    "too high",
+    "too much above the head",
+    "too large",
+    "too short",
+    "too spread out",
+    "as slim as a post",
+    "flat",
+    "no torso read",
+    "cut by the border",
+    "has not moved",
+    "has not moved for long",
+)
+"""What is wrong where a feature is large, in their order; those of one frame are `SHAPE`."""
+SHAPE: Final = FEATURES[:-2]
+
+# Sizes of people: NASA-STD-3000 and Table 3.1, ours where not said. How far over the surface from
+# the head's centre the bust and the torso reach.
+BUST_REACH_M, TORSO_REACH_M = 0.3, 0.55
+# What is so far over the head's top is higher than the head.
+OVER_HEAD_M: Final = 0.1
+# Smaller jumps than between limbs count as roughness.
+ROUGH_M: Final = 0.03
+# The visible area of head and shoulders of an adult in front view, and the factor by which children
+# and side views differ.
+BUST_M2, BUST_FACTOR = 0.085, 1.6
+# A disc has an outline of 1.8, head and shoulders one of up to 3 (pixels on edges over root of all).
+OUTLINE: Final = 2.6
+# A disc of this radius fits into a child's torso, seen from the side.
+TORSO_M: Final = 0.09
+# From this top of the head down a grown person sits, and up to this top people grow.
+LOW_M, HIGH_M, STEP_M = 1.25, 1.95, 0.15
+# Two raised arms, and a big person in front view.
+RAISED_M2, LARGE_M2 = 0.09, 0.8
+# So far down is the body seen at least, and so much of it is within reach, seen from above.
+SHORT_M, ASIDE_M = 0.6, 0.8
+# How far below the top a head and a chest are at their broadest.
+HEAD_BAND_M, CHEST_BAND_M = (0.05, 0.20), (0.25, 0.50)
+# A chest is this many times as broad as its head, from the side 1.3 times.
+CHEST_SHARE: Final = 1.6
+# Relief of head and chest; and the share of a reading's noise that is left in means of 3 x 3 pixels.
+RELIEF_M, NOISE_LEFT = 0.02, 0.55
+# Fewer pixels say nothing about relief.
+LEAST_PIXELS: Final = 8
+# A head this near to the border may be cut.
+BORDER_M: Final = 0.2
+# No feature counts for more.
+MOST: Final = 4.0
+
+
+def features_of(scene: Scene, head: HeadCandidate, own: Distance) -> Features:
+    """[S] `SHAPE` of a head and of what of the body below it (`body_distance`, [h,
+    w]) is nobody else's."""
+    if head.torso_is_unread and stands_on_legs(scene, head, own):
+        return np.zeros(len(SHAPE))
+    top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
+    cloud = scene.cloud
+    area_m2, above_m2, bust_m2, bottom_m, edges, torso_m = measure_body(
+        own, cloud.depth_m, scene.heights_m, scene.inset_m, cloud.camera.fx,
+        top_m + OVER_HEAD_M, BUST_REACH_M, TORSO_REACH_M, jump_of(cloud.camera.noise, ROUGH_M),
+    )  # fmt: skip
+    upright = head_evidence(cloud, head.center_camera[None], scene.up_camera).confidence[0]
+    bust = float(np.log(max(bust_m2, 1e-4) / BUST_M2) / np.log(BUST_FACTOR))
+    has_floor = scene.floor is not None
+    is_body = own < np.inf
+    right, forward = scene.overview_of(head.center_camera).tolist()
+    near = share_within(scene.overview_m, is_body, right, forward, ASIDE_M) if area_m2 else 0.0
+    values = np.array(
+        [
+            (1.0 - head.confidence) / 0.2,
+            (1.0 - upright) / 0.4,
+            -bust,
+            bust,
+            edges - OUTLINE,
+            1.0 - torso_m / TORSO_M,
+            (LOW_M - top_m) / STEP_M * has_floor,
+            (top_m - HIGH_M) / STEP_M * has_floor,
+            above_m2 / RAISED_M2,
+            np.log(max(area_m2, 1e-4) / LARGE_M2),
+            (SHORT_M - (top_m - bottom_m)) / 0.2 if area_m2 else MOST,
+            (1.0 - near) / 0.1,
+            *_shape(scene, own, top_m, head),
+            float(head.torso_is_unread),
+            1.0 - _to_border_m(scene, head.center_camera) / BORDER_M,
+        ]
+    )
+    return np.clip(values, 0.0, MOST)
+
+
+def _shape(
+    scene: Scene, own: Distance, top_m: float, head: HeadCandidate
+) -> tuple[float, float]:
+    """How slim and how flat it is."""
+    below_top_m = np.where(own < np.inf, top_m - scene.heights_m, np.float32(-1.0))
+    chest_m, head_m = (_breadth(scene, below_top_m, band) for band in (CHEST_BAND_M, HEAD_BAND_M))
+    slim = CHEST_SHARE - chest_m / max(head_m, 1e-3)
+    noise_m = float(scene.cloud.camera.noise.sigma_m(head.center_camera[2]))
+    relief_m = _relief_m(scene, own < TORSO_REACH_M) - NOISE_LEFT * noise_m
+    return slim / 0.3, 1.0 - relief_m / RELIEF_M
+
+
+def _to_border_m(scene: Scene, point_camera: NDArray[np.float64]) -> float:
+    """From a [3] point to the nearer side of the picture."""
+    x, _, z = point_camera.tolist()
+    camera = scene.cloud.camera
+    column = x / z * camera.fx + camera.cx
+    return min(column, camera.width - 1.0 - column) * z / camera.fx
+
+
+def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
+    """Mean breadth of what is seen in a band of heights; metres."""
+    is_band = (band_m[0] < below_top_m) & (below_top_m < band_m[1])
+    area_m2 = (scene.cloud.depth_m[is_band] / scene.cloud.camera.fx) ** 2
+    return float(area_m2.sum()) / (band_m[1] - band_m[0])
+
+
+def _relief_m(scene: Scene, is_body: NDArray[np.bool_]) -> float:
+    """Standard deviation from the plane that fits best, in the mean of 3 x 3 pixels; metres.
+
+    The depth's inverse is linear over a plane's image. The outline is left out.
+    """
+    rows, columns = (np.flatnonzero(is_body.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return 0.0
+    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    is_own = cv2.copyMakeBorder(
+        is_body[window].astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0
+    )
+    is_inner = cv2.erode(is_own, np.ones((3, 3), np.uint8))[1:-1, 1:-1] > 0
+    if np.count_nonzero(is_inner) < LEAST_PIXELS:
+        return 0.0
+    depth_m = scene.cloud.depth_m[window]
+    v, u = np.nonzero(is_inner)
+    seen = depth_m[is_inner].astype(np.float64)
+    design = np.stack([u, v, np.ones(len(u))], axis=1)
+    plane, *_ = np.linalg.lstsq(design, 1.0 / seen)
+    off_m = np.zeros(is_inner.shape)
+    off_m[is_inner] = (1.0 / seen - design @ plane) * seen**2
+    around = cv2.blur(off_m, (3, 3)) / np.maximum(
+        cv2.blur(is_inner.astype(np.float64), (3, 3)), 0.1
+    )
+    return float(around[is_inner].std())

@@ -1,0 +1,134 @@
+"""How likely what was seen of a track is, of a person against furniture; fitted, not chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import resources
+from math import exp
+from typing import Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.filter.over_time import share_after
+from topview.people.features import FEATURES, Features
+from topview.people.motion import PAUSE_S
+
+LIKELIHOOD_FILE: Final = "likelihood.json"
+# All ours. Over how many seconds evidence is averaged, and how far the head of somebody who moves
+# has gone, besides some jitter.
+EVIDENCE_MEMORY_S: Final = 2.0
+JITTER_M, MOVED_M = 0.06, 0.25
+# Nobody stands as still for so long.
+LONG_S: Final = 8.0
+# The network's log-odds count no more than this, frame by frame.
+MOST_LOG_ODDS: Final = 5.0
+
+
+class Likelihood(msgspec.Struct, frozen=True):
+    """Log-likelihood ratios of a person against furniture, fitted by `topview train-people`.
+
+    Attributes:
+        source: what it was fitted on.
+        bias: log-odds of a person by shape where no feature speaks against it.
+        weights: of `FEATURES`: by how much each lowers the log-odds.
+        joint_bias, by_shape, by_network: log-odds where the joint network has looked at the window:
+            the bias, and what those by shape and those of the network (`p_person`) count.
+    """
+
+    source: str
+    bias: float
+    weights: dict[str, float]
+    joint_bias: float
+    by_shape: float
+    by_network: float
+
+    def log_odds_of(self, features: Features) -> float:
+        """By shape and motion, of [F] `FEATURES`."""
+        return self.bias - float(self._vector @ features)
+
+    def worst_of(self, features: Features) -> str:
+        """The name of the feature that speaks most against a person."""
+        return FEATURES[int(np.argmax(self._vector[: len(features)] * features))]
+
+    @property
+    def _vector(self) -> NDArray[np.float64]:
+        return _vector(tuple(self.weights[name] for name in FEATURES))
+
+
+@cache
+def _vector(weights: tuple[float, ...]) -> NDArray[np.float64]:
+    return np.array(weights)
+
+
+@cache
+def shipped_likelihood() -> Likelihood:
+    """The one that the package carries."""
+    text = resources.files(__package__).joinpath(LIKELIHOOD_FILE).read_bytes()
+    return msgspec.json.decode(text, type=Likelihood)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What has been seen of a track, averaged over the last seconds.
+
+    Attributes:
+        features: [F] mean of `FEATURES`.
+        seen_s: how long it has been looked at, up to the memory's length.
+        looked_s: when it was last looked at.
+        network: mean log-odds of `p_person`.
+        asked_s: how long the network has looked.
+    """
+
+    features: Features
+    seen_s: float = 0.0
+    looked_s: float = 0.0
+    network: float = 0.0
+    asked_s: float = 0.0
+
+    @classmethod
+    def starting_with(cls, shape: Features, time_s: float) -> Evidence:
+        """With [S] features of the first frame."""
+        return cls(np.append(shape, (1.0, 0.0)), looked_s=time_s)
+
+    def with_shape(self, shape: Features, way_m: float, time_s: float) -> Evidence:
+        """With [S] features of another frame, and how far the head is from where it was first
+        seen."""
+        elapsed_s = min(max(time_s - self.looked_s, 0.0), PAUSE_S)
+        before, still = self.features[:-2], self.features[-2]
+        mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
+        still = min(still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
+        seen_s = self.seen_s + elapsed_s
+        features = np.append(mean, (still, still * min(seen_s / LONG_S, 1.0)))
+        return replace(self, features=features, seen_s=seen_s, looked_s=time_s)
+
+    def with_network(self, log_odds: float, elapsed_s: float) -> Evidence:
+        """With what the network said of another frame."""
+        now = min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+        share = share_of_new(self.asked_s, elapsed_s) if self.asked_s else 1.0
+        mean = self.network + share * (now - self.network)
+        return replace(self, network=mean, asked_s=self.asked_s + elapsed_s)
+
+    def log_odds(self, likelihood: Likelihood) -> float:
+        """That it is a person's."""
+        by_shape = likelihood.log_odds_of(self.features)
+        if not self.asked_s:
+            return by_shape
+        return (
+            likelihood.joint_bias
+            + likelihood.by_shape * by_shape
+            + likelihood.by_network * self.network
+        )
+
+
+def share_of_new(before_s: float, elapsed_s: float) -> float:
+    """In a mean over all that was seen, and after `EVIDENCE_MEMORY_S` one that forgets."""
+    over_all = elapsed_s / max(before_s + elapsed_s, 1e-9) if before_s + elapsed_s else 1.0
+    return max(over_all, share_after(elapsed_s, EVIDENCE_MEMORY_S))
+
+
+def probability(log_odds: float) -> float:
+    """0..1."""
+    return 1.0 / (1.0 + exp(-min(max(log_odds, -50.0), 50.0)))

@@ -1,0 +1,164 @@
+"""Where somebody may be whose head is not seen: samples of the place, and what is seen there.
+
+Free space that is seen where somebody should be speaks against it; a place behind cover, or out of
+the picture, does not. So the samples that are left say where the person is, how sure that is, and
+whether the person is there at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import log, pi
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HEAD_RADIUS_M
+from topview.filter.particles import generator, systematic_resample, time_key
+from topview.people.motion import PAUSE_S, Motion
+from topview.people.scene import Scene
+
+Vector = NDArray[np.float64]
+
+# All ours.
+SAMPLES: Final = 64
+# How different a hidden person's velocity may be from that of the walk that was seen, and how it
+# comes to change; half of the samples walk on, half stop: over which times their walks fade.
+SPEED_M_PER_S: Final = 0.35
+SPEED_CHANGE: Final = 0.6  # m/s per root of a second
+SPEED_MEMORY_S: Final = np.where(np.arange(SAMPLES) % 2, 4.0, 0.4)
+# How soon it is noticed that a head is not where it would be seen, per second: in free space; at a
+# surface that is no head; behind cover; and how soon somebody out of the picture has gone for good.
+FREE_PER_S, SURFACE_PER_S, HIDDEN_PER_S, OUTSIDE_PER_S = 15.0, 2.0, 0.02, 0.1
+# What random numbers are for.
+BEGIN, STEP, RESAMPLE = range(3)
+# A head that comes back is this far from one of the samples.
+SPREAD_M: Final = 0.2
+# Up and down it is as far from where it was last seen, and farther by this for each second.
+RISE_M, RISE_M_PER_S = 0.06, 0.03
+# For so long an error of where a body is seen stays the same.
+ALIKE_S: Final = 0.15
+# Samples that are all less likely than this were wrong: they are moved.
+LEAST_LIKELY: Final = 1e-3
+# "There" is no farther away than this; two people who touch are.
+NEAR_M: Final = 0.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Samples of the place of one head on the overview.
+
+    Attributes:
+        overview_m: [K, 2] metres to the right and forward.
+        velocity: [K, 2] metres per second.
+        memory_s: [K] over which the velocity fades.
+        weights: [K], which sum to 1.
+        height_m: of the head, along up.
+        presence: probability that the person is at one of the places, and not gone.
+        outside: share of the places that are out of the picture.
+    """
+
+    overview_m: Vector
+    velocity: Vector
+    memory_s: Vector
+    weights: Vector
+    height_m: float
+    presence: float = 1.0
+    outside: float = 0.0
+
+    @classmethod
+    def around(cls, scene: Scene, motion: Motion, key: int) -> Places:
+        """Of a head that was seen until now; `key` tells one track's random numbers from
+        another's."""
+        noise = _generator(scene, key, BEGIN).standard_normal((SAMPLES, 4))
+        overview_m = scene.overview_of(motion.position_camera)
+        velocity = scene.overview_of(motion.walk)
+        return cls(
+            overview_m + motion.sigma_m * noise[:, :2],
+            velocity + SPEED_M_PER_S * noise[:, 2:],
+            SPEED_MEMORY_S,
+            np.full(SAMPLES, 1.0 / SAMPLES),
+            scene.height_of(motion.position_camera),
+        )
+
+    def seen(self, scene: Scene, elapsed_s: float, key: int) -> Places:
+        """Some time later, with what the scene shows at each of them."""
+        step_s = min(max(elapsed_s, 0.0), PAUSE_S)
+        kept = np.exp(-step_s / self.memory_s)[:, None]
+        noise = SPEED_CHANGE * np.sqrt(step_s) * _generator(scene, key, STEP).standard_normal(
+            (SAMPLES, 2)
+        )
+        overview_m = self.overview_m + step_s * self.velocity
+        moved = replace(self, overview_m=overview_m, velocity=kept * self.velocity + noise)
+        depth_m, z_m, is_inside = moved._looked_up(scene)
+        is_read = is_inside & (depth_m > 0.0)
+        is_hidden = is_read & (depth_m < z_m - 2 * HEAD_RADIUS_M)
+        is_surface = is_read & ~is_hidden & (depth_m < z_m + 2 * HEAD_RADIUS_M)
+        rates = np.where(
+            is_inside,
+            np.where(is_hidden, HIDDEN_PER_S, np.where(is_surface, SURFACE_PER_S, FREE_PER_S)),
+            OUTSIDE_PER_S,
+        )
+        likely = self.weights * np.exp(-rates * step_s)
+        left = float(likely.sum())
+        presence = self.presence * left / (1.0 - self.presence + self.presence * left)
+        weights = likely / max(left, 1e-300)
+        outside = float(weights[~is_inside].sum())
+        if 1.0 / float(weights @ weights) > 0.5 * SAMPLES:
+            return replace(moved, weights=weights, presence=presence, outside=outside)
+        kept_ones = systematic_resample(weights, SAMPLES, _generator(scene, key, RESAMPLE))
+        return Places(
+            moved.overview_m[kept_ones],
+            moved.velocity[kept_ones],
+            self.memory_s[kept_ones],
+            np.full(SAMPLES, 1.0 / SAMPLES),
+            self.height_m,
+            presence,
+            outside,
+        )
+
+    def drawn_to(
+        self, overview_m: Vector, height_m: float, sigma_m: float, elapsed_s: float
+    ) -> Places:
+        """Where the body is seen, the head is over it ([2] metres) but for an error, which is much
+        the same from frame to frame: so somebody is there."""
+        offsets = self.overview_m - overview_m
+        squares = np.einsum("ij,ij->i", offsets, offsets) / sigma_m**2
+        likely = self.weights * np.exp(-0.5 * squares * min(elapsed_s / ALIKE_S, 1.0))
+        total = float(likely.sum())
+        if total < LEAST_LIKELY:
+            shifted = self.overview_m + (overview_m - self.weights @ self.overview_m)
+            return replace(self, overview_m=shifted, height_m=height_m, presence=1.0)
+        return replace(self, weights=likely / total, height_m=height_m, presence=1.0)
+
+    def best(self, scene: Scene) -> tuple[Vector, float]:
+        """[3] the head's most likely place, and the probability that it is no farther than `NEAR_M`
+        from there."""
+        offsets = self.overview_m[:, None] - self.overview_m
+        is_near = np.einsum("ijk,ijk->ij", offsets, offsets) < NEAR_M**2
+        share = is_near @ self.weights
+        best = int(np.argmax(share))
+        mean = (self.weights * is_near[best]) @ self.overview_m / share[best]
+        return scene.point_at(mean, self.height_m), float(share[best])
+
+    def log_density(self, scene: Scene, head_camera: Vector, unseen_s: float) -> float:
+        """Of a head measured at [3], per cubic metre."""
+        offsets = scene.overview_of(head_camera) - self.overview_m
+        squares = np.einsum("ij,ij->i", offsets, offsets) / SPREAD_M**2
+        across = float(self.weights @ np.exp(-0.5 * squares)) / (2.0 * pi * SPREAD_M**2)
+        rise_m = RISE_M + RISE_M_PER_S * unseen_s
+        up = (scene.height_of(head_camera) - self.height_m) / rise_m
+        return log(max(across, 1e-300)) - 0.5 * up**2 - 0.5 * log(2.0 * pi * rise_m**2)
+
+    def _looked_up(self, scene: Scene) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+        """[K] the depth seen in the direction of each place, its own depth, and whether it is in
+        the picture."""
+        points = scene.point_at(self.overview_m, self.height_m)
+        depth_m, is_inside = scene.cloud.lookup(points.T)
+        return depth_m, points[:, 2], is_inside & (points[:, 2] > HEAD_RADIUS_M)
+
+
+def _generator(scene: Scene, key: int, purpose: int) -> np.random.Generator:
+    """Of random numbers that belong to a track, a moment and what they are for."""
+    return generator(0, key, time_key(scene.time_s), purpose)

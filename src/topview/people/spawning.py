@@ -1,0 +1,111 @@
+"""Where a new track may begin, and where a track begins anew at another head."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.heads import HeadCandidate
+from topview.people.association import SAME_HEAD_M
+from topview.people.existence import NEW_TRACK_S, OWN_HEAD, TOO_NEAR, Existence
+from topview.people.features import FEATURES, Features
+from topview.people.scene import Scene
+from topview.people.told import Told
+from topview.people.track import Track
+
+Mask = NDArray[np.bool_]
+FeaturesOf = Callable[[Scene, HeadCandidate, Sequence[Track]], Features]
+
+# All ours. Two heads, seen from above; a shoulder is nearer to its own head.
+LEAST_APART_M: Final = 0.33
+# From this confidence on what is followed is the head; and how much more makes a head of something
+# else on the body.
+SURE_HEAD, MUCH_MORE = 0.75, 0.12
+# A head that is not where it was expected may be so much lower.
+LOWER_M: Final = 0.3
+# What stands right under a head is the person's, even if the rest hangs together with a wall.
+UNDER_HEAD_M: Final = 0.26
+SPREAD_FEATURES: Final = tuple(
+    FEATURES.index(name) for name in ("too large", "too spread out", "too much above the head")
+)
+
+
+def is_free(
+    scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: Told
+) -> str | None:
+    """Why a head cannot be a new one's, whatever its body looks like; None if it can."""
+    if tracks:
+        heads = np.array([track.place_camera for track in tracks])
+        aside_m = np.hypot(*scene.overview_of(head.center_camera - heads).T)
+        if aside_m.min() < LEAST_APART_M:
+            return TOO_NEAR
+    if any(track.confidence < SURE_HEAD and reaches(scene, track, head) for track in tracks):
+        return OWN_HEAD  # it may be the track's own (`rejoined`)
+    if told.claims(head.center_camera, tracks):
+        return OWN_HEAD
+    return None
+
+
+def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
+    """Whether a head is on a track's body."""
+    row, column, in_view = scene.cloud.pixel_of(head.center_camera)
+    return bool(in_view) and track.body_m is not None and bool(track.body_m[row, column] < np.inf)
+
+
+def room_left_of(scene: Scene, track: Track, body: NDArray[np.float32]) -> Mask:
+    """[h, w] what of a new track's body, [h, w], is held for the room until it moves: where that is
+    no person's, only what stands right under the head is."""
+    if not track.evidence.features[list(SPREAD_FEATURES)].any():
+        return np.zeros(body.shape, np.bool_)
+    return (body < np.inf) & ~scene.is_under(track.place_camera, UNDER_HEAD_M)
+
+
+def rejoined(
+    tracks: Sequence[Track],
+    scene: Scene,
+    heads: Sequence[HeadCandidate],
+    features_of: FeaturesOf,
+    existence: Existence,
+) -> tuple[list[Track], list[HeadCandidate]]:
+    """The tracks, those at another head whose body has had one that looks much more like it for
+    long enough; and the heads that are left."""
+    after, left = [], list(heads)
+    for track in tracks:
+        others = [other for other in tracks if other.key != track.key and other.id]
+        rival = next(
+            (
+                head
+                for head in left
+                if _is_better(scene, track, head)
+                and reaches(scene, track, head)
+                and all(_away_m(other, head) > SAME_HEAD_M for other in others)
+                and existence.may_be(features_of(scene, head, others))
+            ),
+            None,
+        )
+        if rival is None:
+            after.append(replace(track, rival_since_s=None))
+        elif track.rival_since_s is None:
+            after.append(replace(track, rival_since_s=scene.time_s))
+        elif scene.time_s - track.rival_since_s < NEW_TRACK_S:
+            after.append(track)
+        else:
+            after.append(track.restarted(scene.cloud, rival))
+            left.remove(rival)
+    return after, left
+
+
+def _is_better(scene: Scene, track: Track, head: HeadCandidate) -> bool:
+    """Whether a head looks much more like the track's than what is followed, and is no lower; it
+    may be somewhat where that is not seen."""
+    up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
+    least_m = 0.0 if track.is_seen else -LOWER_M
+    return up_m > least_m and head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
+
+
+def _away_m(track: Track, head: HeadCandidate) -> float:
+    return float(np.linalg.norm(track.place_camera - head.center_camera))

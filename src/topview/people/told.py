@@ -1,0 +1,126 @@
+"""What a tracker of bodies, and the joint network that it asks, tell of the last frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.joints.proposals import JointProposals
+from topview.people.track import Track
+from topview.records import Person
+
+Vector = NDArray[np.float64]
+
+HEAD: Final = "head"
+# All ours. A network that takes a window for a person's by this probability, and is no less exact
+# than this (Laplace's scale), knows where the head is.
+SURE, SURE_M = 0.5, 0.12
+# A head that it sees so far from the track's is another's, as is one so near to another track's.
+ELSEWHERE_M, ANOTHERS_M = 0.4, 0.25
+# The log-odds of a person where the head that the network sees is another's.
+ELSEWHERE: Final = -4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ToldHead:
+    """What the joint network said of one window.
+
+    Attributes:
+        p_person: probability that it shows a person.
+        head_camera: [3] metres.
+        is_sure: whether the network knows where the head is.
+    """
+
+    p_person: float
+    head_camera: Vector
+    is_sure: bool
+
+    @classmethod
+    def of(cls, proposals: JointProposals) -> ToldHead:
+        """Of one person's proposals."""
+        mode, head = int(np.argmax(proposals.weights[0])), proposals.joint_names.index(HEAD)
+        p_person = float(proposals.p_person[0])
+        is_sure = p_person > SURE and proposals.scales_m[0, mode, head].max() < SURE_M
+        return cls(p_person, proposals.positions_camera[0, mode, head], bool(is_sure))
+
+    @property
+    def log_odds(self) -> float:
+        """Of a person."""
+        return float(np.log(max(self.p_person, 1e-6)) - np.log(max(1.0 - self.p_person, 1e-6)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Told:
+    """What is known of the last frame.
+
+    Attributes:
+        people: as they were tracked.
+        heads: what the network said, by the id of a user or of who is doubtful
+            (`Finder.doubtful`).
+        has_network: whether a network is asked about everybody.
+    """
+
+    people: Sequence[Person] = ()
+    heads: Mapping[int, ToldHead] = field(default_factory=dict)
+    has_network: bool = False
+
+    @classmethod
+    def of(
+        cls, people: Sequence[Person], proposals: Mapping[int, JointProposals], has_network: bool
+    ) -> Told:
+        """Of people as they were tracked, and of joints that were proposed, by id."""
+        heads = {id: ToldHead.of(own) for id, own in proposals.items()}
+        return cls(people, heads, has_network)
+
+    def joints_of(self, id: int) -> Vector | None:
+        """[J, 3] of a person, None where none is told."""
+        return next((person.joints_camera for person in self.people if person.id == id), None)
+
+    def head_of(self, track: Track, tracks: Sequence[Track], elapsed_s: float) -> Vector | None:
+        """[3] a track's head, if the network knows it and it is not another's; now, as the track
+        has gone on for so long."""
+        head = self.heads.get(track.told_as)
+        if head is None or not head.is_sure or _is_anothers(head, track, tracks):
+            return None
+        return head.head_camera + elapsed_s * track.motion.velocity
+
+    def is_shadow(self, track: Track, tracks: Sequence[Track]) -> bool:
+        """Whether what is followed as a head belongs to somebody whose head is seen elsewhere."""
+        head = self.heads.get(track.told_as)
+        return track.is_seen and head is not None and _is_anothers(head, track, tracks)
+
+    def claims(self, head_camera: Vector, tracks: Sequence[Track]) -> bool:
+        """Whether a head at [3] is, for the network, that of one of the people."""
+        told = (self.heads.get(track.id) for track in tracks if track.id)
+        return any(
+            head is not None
+            and head.is_sure
+            and bool(np.linalg.norm(head.head_camera - head_camera) < ANOTHERS_M)
+            for head in told
+        )
+
+    def log_odds_of(self, track: Track, tracks: Sequence[Track]) -> float | None:
+        """That a track is a person; None where nothing is told."""
+        head = self.heads.get(track.told_as)
+        if head is None:
+            return None
+        away_m = float(np.linalg.norm(head.head_camera - track.place_camera))
+        is_elsewhere = away_m > ELSEWHERE_M or _is_anothers(head, track, tracks)
+        return min(head.log_odds, ELSEWHERE) if is_elsewhere else head.log_odds
+
+
+def _is_anothers(head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
+    """Whether a head that was told for one track is nearer to another's that is seen."""
+    own_m = float(np.linalg.norm(head.head_camera - track.place_camera))
+    return any(
+        np.linalg.norm(head.head_camera - other.place_camera) < min(ANOTHERS_M, own_m)
+        for other in tracks
+        if other.key != track.key and other.id and other.is_seen
+    )
+
+
+NOTHING_TOLD: Final = Told()

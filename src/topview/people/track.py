@@ -1,0 +1,196 @@
+"""What is known of one person, or of what may be one; it does not change, each frame makes a new
+one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.cloud import Cloud
+from topview.detect.head_colors import HeadColors
+from topview.detect.head_template import HeadTemplate
+from topview.detect.heads import HeadCandidate
+from topview.people.colors import FaceMemory
+from topview.people.features import Features
+from topview.people.height import HeightEstimate
+from topview.people.likelihood import Evidence, Likelihood, probability
+from topview.people.motion import PAUSE_S, Motion
+from topview.people.places import Places
+from topview.people.scene import Scene
+
+Vector = NDArray[np.float64]
+
+# Ours: how a head looks is learnt anew from this confidence on, which one that hangs down has.
+VIEW_FROM: Final = 0.25
+# Ours: what the network says is so far away, for so long, is not the head.
+TOLD_OFF_M, TOLD_OFF_S = 0.18, 0.08
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """The state of one track after a frame.
+
+    Attributes:
+        key: number of the track, from 1 in the order of birth.
+        motion: of the head when it was last seen.
+        view: what the head looked like then.
+        evidence: what tells whether it is a person.
+        height, face: stature, and how much of the face is seen of late.
+        born_camera: [3] where the head was first seen.
+        born_s, seen_s, time_s: when it was first and last seen; time of this state.
+        id: of the person, from 1; 0 while it is not confirmed.
+        confidence: that what is followed is the head, 0 while it is not seen.
+        places: where the head may be while it is not seen; None while it is.
+        place_camera: [3] the head's centre: seen, or the most likely place.
+        certainty: probability that it is near `place_camera`.
+        clothes: histogram of their colours, None while unknown.
+        head_colors: None while unknown.
+        company: keys of tracks for which it may have been taken of late.
+        body_m: [h, w] how far its pixels were from the head in the last frame, None before.
+        body_m2: area of what is seen of it.
+        rival_since_s: since when something else on the body has looked more like its head.
+        off_since_s: since when the joint network has said that the head is elsewhere.
+        shadow_since_s: since when what is followed has belonged to another.
+    """
+
+    key: int
+    motion: Motion
+    view: HeadTemplate
+    evidence: Evidence
+    height: HeightEstimate
+    face: FaceMemory
+    born_camera: Vector
+    born_s: float
+    seen_s: float
+    time_s: float
+    place_camera: Vector
+    id: int = 0
+    confidence: float = 0.0
+    places: Places | None = None
+    certainty: float = 1.0
+    clothes: NDArray[np.float32] | None = None
+    head_colors: HeadColors | None = None
+    company: frozenset[int] = frozenset()
+    body_m: NDArray[np.float32] | None = None
+    body_m2: float = 0.0
+    rival_since_s: float | None = None
+    off_since_s: float | None = None
+    shadow_since_s: float | None = None
+
+    @classmethod
+    def born(cls, key: int, cloud: Cloud, head: HeadCandidate, features: Features) -> Track:
+        """A head that nobody explains."""
+        center, time_s = head.center_camera, cloud.frame.timestamp_s
+        return cls(
+            key,
+            Motion.starting_at(center),
+            HeadTemplate.of(cloud, center),
+            Evidence.starting_with(features, time_s),
+            HeightEstimate(),
+            FaceMemory(),
+            center,
+            time_s,
+            time_s,
+            time_s,
+            center,
+            confidence=head.confidence,
+        )
+
+    @property
+    def told_as(self) -> int:
+        """The id by which it is known outside: below 0 while it is not confirmed."""
+        return self.id or -self.key
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the head is."""
+        return self.places is None
+
+    @property
+    def presence(self) -> float:
+        """Probability that it has not gone."""
+        return 1.0 if self.places is None else self.places.presence
+
+    def existence(self, likelihood: Likelihood) -> float:
+        """Probability that it is a person, and there."""
+        return probability(self.evidence.log_odds(likelihood)) * self.presence
+
+    def unseen_s(self, time_s: float) -> float:
+        """For how long the head has not been seen."""
+        return max(time_s - self.seen_s, 0.0)
+
+    def expected(self, time_s: float) -> Motion:
+        """The head's motion, predicted from when it was last seen."""
+        return self.motion.predicted(time_s - self.seen_s)
+
+    def updated(self, cloud: Cloud, head: HeadCandidate) -> Track:
+        """With a measured head."""
+        time_s, center = cloud.frame.timestamp_s, head.center_camera
+        is_back = self.unseen_s(time_s) > PAUSE_S
+        motion = Motion.starting_at(center) if is_back else self.expected(time_s).updated(center)
+        view = HeadTemplate.of(cloud, center) if head.confidence > VIEW_FROM else self.view
+        return replace(
+            self,
+            motion=motion,
+            view=view,
+            seen_s=time_s,
+            time_s=time_s,
+            confidence=head.confidence,
+            places=None,
+            place_camera=center,
+            certainty=1.0,
+        )
+
+    def corrected(self, cloud: Cloud, told_camera: Vector | None) -> Track:
+        """At the head [3] that the joint network told, if another place has been followed for long
+        enough."""
+        time_s = cloud.frame.timestamp_s
+        is_off = told_camera is not None and bool(
+            np.linalg.norm(told_camera - self.place_camera) > TOLD_OFF_M
+        )
+        if told_camera is None or not is_off:
+            return replace(self, off_since_s=None)
+        if self.off_since_s is None:
+            return replace(self, off_since_s=time_s)
+        if time_s - self.off_since_s < TOLD_OFF_S:
+            return self
+        head = HeadCandidate(told_camera, self.confidence)
+        return replace(self.restarted(cloud, head), off_since_s=None)
+
+    def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
+        """What was followed was not the head; this is."""
+        motion = self.motion.restarted(head.center_camera)
+        there = replace(self, motion=motion, seen_s=cloud.frame.timestamp_s, rival_since_s=None)
+        return there.updated(cloud, head)
+
+    def as_person(self, other: Track) -> Track:
+        """The same head and body, with the identity of another and what is known of that person."""
+        return replace(
+            self,
+            id=other.id,
+            height=other.height,
+            face=other.face,
+            clothes=other.clothes,
+            head_colors=other.head_colors,
+        )
+
+    def coasted(self, scene: Scene) -> Track:
+        """Without a measured head."""
+        before = self.places or Places.around(scene, self.motion, self.key)
+        places = before.seen(scene, scene.time_s - self.time_s, self.key)
+        return self.placed(scene, places)
+
+    def placed(self, scene: Scene, places: Places) -> Track:
+        """With other samples of where the head may be."""
+        place_camera, certainty = places.best(scene)
+        return replace(
+            self,
+            time_s=scene.time_s,
+            confidence=0.0,
+            places=places,
+            place_camera=place_camera,
+            certainty=certainty,
+        )
