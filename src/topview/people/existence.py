@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from topview.detect.heads import HeadCandidate
 from topview.people.bodies import SHOWN_M2
 from topview.people.features import Features
@@ -13,13 +16,19 @@ from topview.people.likelihood import Evidence, Likelihood, probability, shipped
 from topview.people.scene import Scene
 from topview.people.track import Track
 
-# All ours. A track is a person's from this probability of existence on, once its head has been seen
+Vector = NDArray[np.float64]
+
+# All ours. Two heads, seen from above; a shoulder is nearer to its own head.
+LEAST_APART_M: Final = 0.33
+# A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
 # Below it a confirmed one ends; and one that is not confirmed.
 ENDED, REFUSED = 0.1, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 LOST_S: Final = 0.3
+# A confirmed one that is so new ends below this.
+NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
 # What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
@@ -56,13 +65,14 @@ class Existence:
         self, tracks: Sequence[Track], scene: Scene, has_network: bool
     ) -> list[Track]:
         """The tracks, with identities for those who have come to be people, likeliest first; where
-        a network is asked, not before it has answered."""
+        a network is asked, not before it has answered, but in the very first frame."""
         ready = [
             track
             for track in tracks
             if not track.id
             and self._is_ready(track, scene)
-            and (track.evidence.asked_s > 0.0 or not has_network)
+            and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
+            and not is_too_near(track.place_camera, [t for t in tracks if t.id], scene)
         ]
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
         places = len(ready) if self._most is None else self._most - sum(t.id > 0 for t in tracks)
@@ -84,7 +94,9 @@ class Existence:
             return True
         if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
             return True
-        return track.existence(self.likelihood) < (ENDED if track.id else REFUSED)
+        is_new = scene.time_s - track.born_s < NEW_S
+        least = REFUSED if not track.id else DOUBTED if is_new else ENDED
+        return track.existence(self.likelihood) < least
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
@@ -103,6 +115,15 @@ class Existence:
         is_person = track.existence(self.likelihood) > CONFIRMED
         reason = NEW if is_person else self.likelihood.worst_of(track.evidence.features)
         return Refusal(HeadCandidate(track.place_camera, track.confidence), reason)
+
+
+def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> bool:
+    """Whether a head [3] is so near to another that both cannot be heads, seen from above."""
+    if not tracks:
+        return False
+    heads_camera = np.array([track.place_camera for track in tracks])
+    aside_m = np.hypot(*scene.overview_of(head_camera - heads_camera).T)
+    return bool(aside_m.min() < LEAST_APART_M)
 
 
 def is_put_out(track: Track, scene: Scene) -> bool:

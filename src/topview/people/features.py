@@ -37,6 +37,7 @@ FEATURES: Final = (
     "flat",
     "no torso read",
     "cut by the border",
+    "somebody else's",
     "has not moved",
     "has not moved for long",
 )
@@ -77,9 +78,9 @@ BORDER_M: Final = 0.2
 MOST: Final = 4.0
 
 
-def features_of(scene: Scene, head: HeadCandidate, own: Distance) -> Features:
-    """[S] `SHAPE` of a head and of what of the body below it (`body_distance`, [h,
-    w]) is nobody else's."""
+def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance) -> Features:
+    """[S] `SHAPE` of a head over a body (`body_distance`, [h, w]); `own` is what of it is nobody
+    else's."""
     if head.torso_is_unread and stands_on_legs(scene, head, own):
         return np.zeros(len(SHAPE))
     top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
@@ -111,6 +112,7 @@ def features_of(scene: Scene, head: HeadCandidate, own: Distance) -> Features:
             *_shape(scene, own, top_m, head),
             float(head.torso_is_unread),
             1.0 - _to_border_m(scene, head.center_camera) / BORDER_M,
+            1.0 - np.count_nonzero(is_body) / max(np.count_nonzero(body < np.inf), 1),
         ]
     )
     return np.clip(values, 0.0, MOST)

@@ -45,6 +45,8 @@ Mask = NDArray[np.bool_]
 
 # Ours: a head is in view of which no more than this is hidden.
 IN_VIEW = 0.15
+# Ours: so many who may be people are told of.
+MOST_DOUBTS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +75,8 @@ class PeopleFinder:
         settings: what it was made with.
         clock: seconds spent in each stage of each frame.
         found: all about the last frame; None before the first.
-        doubtful: whether this is a person is to be told with the next frame: an id below 0.
+        doubtful: who may be people, with ids below 0; whether the first is, is to be told with the
+            next frame.
     """
 
     def __init__(
@@ -82,7 +85,7 @@ class PeopleFinder:
         self.settings = settings or PeopleSettings()
         self.clock = StageClock()
         self.found: Found | None = None
-        self.doubtful: User | None = None
+        self.doubtful: tuple[User, ...] = ()
         self._detector = detector or head_detector(self.settings.detector, self.clock)
         # What looks at colours, if the detector does.
         self._skin = self._detector.colors
@@ -191,7 +194,7 @@ class PeopleFinder:
         body = body_distance(
             scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
         )
-        return features_of(scene, head, left_of(body, tracks))
+        return features_of(scene, head, body, left_of(body, tracks))
 
     def _with_evidence(
         self,
@@ -210,7 +213,8 @@ class PeopleFinder:
                 head = _head_in_view(scene, track)
                 others = [other for other in tracks if other.key != track.key]
                 if head is not None and track.body_m is not None:
-                    shape = features_of(scene, head, left_of(track.body_m, others))
+                    own = left_of(track.body_m, others)
+                    shape = features_of(scene, head, track.body_m, own)
                     way_m = float(np.linalg.norm(track.place_camera - track.born_camera))
                     evidence = evidence.with_shape(shape, way_m, scene.time_s)
             log_odds = told.log_odds_of(track, tracks)
@@ -315,10 +319,10 @@ class PeopleFinder:
                 users.append(_user(scene, track, track.id, is_users, face_share))
         doubts = [track for track in tracks if not track.id and track.is_seen]
         doubts.sort(key=self._turn_of)
-        self.doubtful = None
-        if doubts:
-            is_own = union_of(scene, doubts[:1])
-            self.doubtful = _user(scene, doubts[0], doubts[0].told_as, is_own, None)
+        self.doubtful = tuple(
+            _user(scene, track, track.told_as, union_of(scene, [track]), None)
+            for track in doubts[:MOST_DOUBTS]
+        )
         return users
 
 
@@ -360,5 +364,5 @@ class _ShapeOdds:
             self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
         )
         seen = [track for track in self.before if track.is_seen]
-        features = features_of(self.scene, head, left_of(body, seen))
-        return self.existence.likelihood.log_odds_of(np.append(features, (0.5, 0.0)))
+        features = features_of(self.scene, head, body, left_of(body, seen))
+        return self.existence.likelihood.log_odds_of(np.append(features, (0.0, 0.0)))

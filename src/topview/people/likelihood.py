@@ -21,8 +21,8 @@ LIKELIHOOD_FILE: Final = "likelihood.json"
 # has gone, besides some jitter.
 EVIDENCE_MEMORY_S: Final = 2.0
 JITTER_M, MOVED_M = 0.06, 0.25
-# Nobody stands as still for so long.
-LONG_S: Final = 8.0
+# After so long a person has moved, likely and almost surely.
+SOON_S, LONG_S = 1.0, 8.0
 # The network's log-odds count no more than this, frame by frame.
 MOST_LOG_ODDS: Final = 5.0
 
@@ -76,13 +76,15 @@ class Evidence:
 
     Attributes:
         features: [F] mean of `FEATURES`.
-        seen_s: how long it has been looked at, up to the memory's length.
+        still: 1 while the head has not moved, 0 once it has gone some way.
+        seen_s: how long it has been looked at.
         looked_s: when it was last looked at.
         network: mean log-odds of `p_person`.
         asked_s: how long the network has looked.
     """
 
     features: Features
+    still: float = 1.0
     seen_s: float = 0.0
     looked_s: float = 0.0
     network: float = 0.0
@@ -91,18 +93,19 @@ class Evidence:
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
         """With [S] features of the first frame."""
-        return cls(np.append(shape, (1.0, 0.0)), looked_s=time_s)
+        return cls(np.append(shape, (0.0, 0.0)), looked_s=time_s)
 
     def with_shape(self, shape: Features, way_m: float, time_s: float) -> Evidence:
         """With [S] features of another frame, and how far the head is from where it was first
         seen."""
         elapsed_s = min(max(time_s - self.looked_s, 0.0), PAUSE_S)
-        before, still = self.features[:-2], self.features[-2]
+        before = self.features[:-2]
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
-        still = min(still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
+        still = min(self.still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
         seen_s = self.seen_s + elapsed_s
-        features = np.append(mean, (still, still * min(seen_s / LONG_S, 1.0)))
-        return replace(self, features=features, seen_s=seen_s, looked_s=time_s)
+        waited = [min(seen_s / wait_s, 1.0) for wait_s in (SOON_S, LONG_S)]
+        features = np.append(mean, still * np.array(waited))
+        return replace(self, features=features, still=still, seen_s=seen_s, looked_s=time_s)
 
     def with_network(self, log_odds: float, elapsed_s: float) -> Evidence:
         """With what the network said of another frame."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from topview.camera.pyramid import Pyramid
@@ -35,8 +36,9 @@ class Finder(Protocol):
         ...
 
     @property
-    def doubtful(self) -> User | None:
-        """Of whom the finder wants to know whether it is a person: an id below 0; or nobody."""
+    def doubtful(self) -> Sequence[User]:
+        """Who may be people, with ids below 0: of the first the finder wants to know whether it
+        is."""
         ...
 
     @property

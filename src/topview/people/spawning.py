@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
 from topview.people.association import SAME_HEAD_M
-from topview.people.existence import NEW_TRACK_S, OWN_HEAD, TOO_NEAR, Existence
+from topview.people.existence import (
+    NEW_TRACK_S,
+    OWN_HEAD,
+    TOO_NEAR,
+    Existence,
+    is_too_near,
+)
 from topview.people.features import FEATURES, Features
 from topview.people.scene import Scene
 from topview.people.told import Told
@@ -20,9 +26,7 @@ from topview.people.track import Track
 Mask = NDArray[np.bool_]
 FeaturesOf = Callable[[Scene, HeadCandidate, Sequence[Track]], Features]
 
-# All ours. Two heads, seen from above; a shoulder is nearer to its own head.
-LEAST_APART_M: Final = 0.33
-# From this confidence on what is followed is the head; and how much more makes a head of something
+# All ours. From this confidence on what is followed is the head; and how much more makes a head of something
 # else on the body.
 SURE_HEAD, MUCH_MORE = 0.75, 0.12
 # A head that is not where it was expected may be so much lower.
@@ -38,11 +42,8 @@ def is_free(
     scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: Told
 ) -> str | None:
     """Why a head cannot be a new one's, whatever its body looks like; None if it can."""
-    if tracks:
-        heads = np.array([track.place_camera for track in tracks])
-        aside_m = np.hypot(*scene.overview_of(head.center_camera - heads).T)
-        if aside_m.min() < LEAST_APART_M:
-            return TOO_NEAR
+    if is_too_near(head.center_camera, tracks, scene):
+        return TOO_NEAR
     if any(track.confidence < SURE_HEAD and reaches(scene, track, head) for track in tracks):
         return OWN_HEAD  # it may be the track's own (`rejoined`)
     if told.claims(head.center_camera, tracks):

@@ -186,12 +186,12 @@ class Tracker:
         """Of each user's joints, by id; those of somebody in doubt are only for the finder."""
         self._proposed = {}
         doubtful = self.finder.doubtful
-        asked = [user.id for user in ([*users, doubtful] if doubtful else users)]
+        asked = [user.id for user in [*users, *doubtful[:1]]]
         if self._proposer is None or not asked:
             return {}
         with self.clock.stage("windows"):
-            if doubtful is not None:
-                labels = label_image([*users, doubtful], labels.shape)
+            if doubtful:
+                labels = label_image([*users, *doubtful], (labels.shape[0], labels.shape[1]))
             windows = cut_windows(image.full, labels, asked)
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)

@@ -178,4 +178,4 @@ def encode(
     offset = np.clip((seen_m - middle_m) / HALF_BOX_M, -1.0, 1.0)
     image[DEPTH] = np.where(is_read, offset, NO_READING)
     image[OWN] = is_read & (owners == person)
-    image[OTHER] = is_read & (owners != person) & (owners > 0)
+    image[OTHER] = is_read & (owners != person) & (owners != 0)
