@@ -147,9 +147,7 @@ def _learn_clothes(known: dict[int, Track], worn: Mapping[int, Colors | None]) -
             known[key] = replace(track, clothes=clothes)
 
 
-def _with_head_colors(
-    track: Track, scene: Scene, people: Sequence[Track], is_time: bool
-) -> Track:
+def _with_head_colors(track: Track, scene: Scene, people: Sequence[Track], is_time: bool) -> Track:
     """With the colours of the head, where it is what it seems to be."""
     is_wanted = track.head_colors is None or (is_time and track.id > 0)
     if not is_wanted or track.confidence < SURE_HEAD or nearest_m(track, people) < APART_M:

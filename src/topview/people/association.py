@@ -83,7 +83,9 @@ def associate(
     left = [
         head
         for head in heads
-        if all(head is not other and _apart_m(head, other) > SAME_HEAD_M for other in taken.values())
+        if all(
+            head is not other and _apart_m(head, other) > SAME_HEAD_M for other in taken.values()
+        )
     ]
     return taken, left
 
@@ -127,17 +129,13 @@ def _by_stature(track: Track, scene: Scene, head: HeadCandidate) -> float:
     return 0.0 if below_m is None else -0.5 * (min(below_m, 0.0) / TALLER_M) ** 2
 
 
-def _by_colors(
-    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
-) -> float:
+def _by_colors(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:
     colors = head_colors_against(track, others, scene)
     share = None if colors is None else colors.share_at(scene.cloud, head.center_camera)
     return 0.0 if share is None else COLOR_WEIGHT * (share - 0.5)
 
 
-def _by_clothes(
-    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
-) -> float:
+def _by_clothes(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:
     if track.clothes is None:
         return 0.0
     near = [other.place_camera for other in others if other.is_seen]

@@ -51,9 +51,7 @@ def stature_m(track: Track) -> float:
     return max(track.height.height_m, PRIOR_HEIGHT_M)
 
 
-def body_of(
-    scene: Scene, track: Track, settings: PeopleSettings, last: Scene | None
-) -> Distance:
+def body_of(scene: Scene, track: Track, settings: PeopleSettings, last: Scene | None) -> Distance:
     """[h, w] how far each pixel of a track's body is from the head (`body_distance`)."""
     memory = None
     if track.body_m is not None and last is not None:
@@ -126,9 +124,7 @@ def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:
     return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
 
 
-def with_pieces(
-    scene: Scene, tracks: Sequence[Track], settings: PeopleSettings
-) -> list[Track]:
+def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings) -> list[Track]:
     """The tracks with the limbs that the image cuts off from their bodies."""
     pieces = Pieces.of(scene, union_of(scene, tracks), settings.pieces)
     return [

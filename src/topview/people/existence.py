@@ -61,9 +61,7 @@ class Existence:
         self._next_id = 1
         self._is_first = True
 
-    def confirmed(
-        self, tracks: Sequence[Track], scene: Scene, has_network: bool
-    ) -> list[Track]:
+    def confirmed(self, tracks: Sequence[Track], scene: Scene, has_network: bool) -> list[Track]:
         """The tracks, with identities for those who have come to be people, likeliest first; where
         a network is asked, not before it has answered, but in the very first frame."""
         ready = [

@@ -54,7 +54,7 @@ ROUGH_M: Final = 0.03
 # The visible area of head and shoulders of an adult in front view, and the factor by which children
 # and side views differ.
 BUST_M2, BUST_FACTOR = 0.085, 1.6
-# A disc has an outline of 1.8, head and shoulders one of up to 3 (pixels on edges over root of all).
+# Pixels on edges over the root of all: of a disc 1.8, of head and shoulders up to 3.
 OUTLINE: Final = 2.6
 # A disc of this radius fits into a child's torso, seen from the side.
 TORSO_M: Final = 0.09
@@ -68,7 +68,7 @@ SHORT_M, ASIDE_M = 0.6, 0.8
 HEAD_BAND_M, CHEST_BAND_M = (0.05, 0.20), (0.25, 0.50)
 # A chest is this many times as broad as its head, from the side 1.3 times.
 CHEST_SHARE: Final = 1.6
-# Relief of head and chest; and the share of a reading's noise that is left in means of 3 x 3 pixels.
+# Relief of head and chest; the share of the noise that is left in means of 3 x 3 pixels.
 RELIEF_M, NOISE_LEFT = 0.02, 0.55
 # Fewer pixels say nothing about relief.
 LEAST_PIXELS: Final = 8
@@ -118,9 +118,7 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
     return np.clip(values, 0.0, MOST)
 
 
-def _shape(
-    scene: Scene, own: Distance, top_m: float, head: HeadCandidate
-) -> tuple[float, float]:
+def _shape(scene: Scene, own: Distance, top_m: float, head: HeadCandidate) -> tuple[float, float]:
     """How slim and how flat it is."""
     below_top_m = np.where(own < np.inf, top_m - scene.heights_m, np.float32(-1.0))
     chest_m, head_m = (_breadth(scene, below_top_m, band) for band in (CHEST_BAND_M, HEAD_BAND_M))

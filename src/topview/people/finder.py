@@ -15,7 +15,13 @@ from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.detectors import head_detector
 from topview.detect.faces_and_hands import SkinDetections
-from topview.detect.heads import HeadCandidate, Hints, head_evidence, refine_center
+from topview.detect.heads import (
+    HeadCandidate,
+    Hints,
+    head_evidence,
+    refine_center,
+    torso_is_unread,
+)
 from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
 from topview.people.appearance import EVERY_S, with_appearance
@@ -145,7 +151,11 @@ class PeopleFinder:
     def _look(self, image: Pyramid) -> Scene:
         cloud = Cloud.of(image)
         is_background = self._background.is_seen_in(cloud.depth_m, cloud.camera.noise)
-        return Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
+        scene = Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
+        is_looked_at = self.settings.areas.looked_at(scene)
+        if is_looked_at is None:
+            return scene
+        return replace(scene, is_free_standing=scene.is_free_standing & is_looked_at)
 
     def _detect(self, scene: Scene, before: Sequence[Track]) -> list[HeadCandidate]:
         """Detected heads, centred on their points, best first."""
@@ -159,7 +169,7 @@ class PeopleFinder:
         heads = []
         for head in self._detector.detect(scene.cloud, scene.up_camera, hints):
             center = refine_center(scene.cloud, head.center_camera, scene.up_camera)
-            if center is not None:
+            if center is not None and self.settings.areas.hold(scene, center):
                 heads.append(replace(head, center_camera=center))
         return heads
 
@@ -191,9 +201,7 @@ class PeopleFinder:
 
     def _features(self, scene: Scene, head: HeadCandidate, tracks: Sequence[Track]) -> Features:
         """Of a head and what of the body below it is nobody else's."""
-        body = body_distance(
-            scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
-        )
+        body = body_distance(scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation)
         return features_of(scene, head, body, left_of(body, tracks))
 
     def _with_evidence(
@@ -328,17 +336,16 @@ class PeopleFinder:
 
 def _head_in_view(scene: Scene, track: Track) -> HeadCandidate | None:
     """A track's head as it looks; None where it is not in view."""
-    if track.is_seen:
-        return HeadCandidate(track.place_camera, track.confidence)
-    if scene.covered_share(track.place_camera) > IN_VIEW:
-        return None
-    evidence = head_evidence(scene.cloud, track.place_camera[None], scene.up_camera)
-    return HeadCandidate(track.place_camera, float(evidence.confidence[0]))
+    center, confidence = track.place_camera, track.confidence
+    if not track.is_seen:
+        if scene.covered_share(center) > IN_VIEW:
+            return None
+        confidence = float(head_evidence(scene.cloud, center[None], scene.up_camera).confidence[0])
+    is_unread = torso_is_unread(scene.cloud, center[None], scene.up_camera[None])
+    return HeadCandidate(center, confidence, bool(is_unread[0]))
 
 
-def _user(
-    scene: Scene, track: Track, id: int, is_users: Mask, face_share: float | None
-) -> User:
+def _user(scene: Scene, track: Track, id: int, is_users: Mask, face_share: float | None) -> User:
     return User(
         id,
         track.place_camera.copy(),

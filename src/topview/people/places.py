@@ -86,8 +86,10 @@ class Places:
         """Some time later, with what the scene shows at each of them."""
         step_s = min(max(elapsed_s, 0.0), PAUSE_S)
         kept = np.exp(-step_s / self.memory_s)[:, None]
-        noise = SPEED_CHANGE * np.sqrt(step_s) * _generator(scene, key, STEP).standard_normal(
-            (SAMPLES, 2)
+        noise = (
+            SPEED_CHANGE
+            * np.sqrt(step_s)
+            * _generator(scene, key, STEP).standard_normal((SAMPLES, 2))
         )
         overview_m = self.overview_m + step_s * self.velocity
         moved = replace(self, overview_m=overview_m, velocity=kept * self.velocity + noise)

@@ -12,6 +12,7 @@ from topview.people.told import NOTHING_TOLD, Told
 from topview.people.users import HandCandidate, User
 from topview.timing import StageClock
 
+
 class Finder(Protocol):
     """Finds people in one frame after the other, segments them, and knows them again."""
 

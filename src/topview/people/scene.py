@@ -183,9 +183,7 @@ class Scene:
         height_m = float(point_camera @ self.up_camera)
         return height_m if self.floor is None else height_m + self.floor.distance_m
 
-    def point_at(
-        self, overview_m: NDArray[np.float64], height_m: float
-    ) -> NDArray[np.float64]:
+    def point_at(self, overview_m: NDArray[np.float64], height_m: float) -> NDArray[np.float64]:
         """[..., 3] points at [..., 2] places of the overview, so high along up."""
         above_camera_m = height_m if self.floor is None else height_m - self.floor.distance_m
         return overview_m @ self.basis_camera + above_camera_m * self.up_camera

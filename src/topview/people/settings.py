@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from topview.detect.detectors import DetectorName
+from topview.people.areas import Areas
 from topview.people.floor import FloorSettings
 from topview.people.pieces import PieceSettings
 from topview.people.scene import SceneSettings
@@ -19,6 +20,7 @@ class PeopleSettings:
         detector: of heads: "auto" takes depth and, where the recording allows, the colour of skin;
             "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) that alone.
         people: at most so many at the same time; None for any number.
+        areas: where people are looked for.
         floor: which planes may be a floor.
         scene: what is floor and what is furniture.
         segmentation: which points are whose.
@@ -27,6 +29,7 @@ class PeopleSettings:
 
     detector: DetectorName = "auto"
     people: int | None = None
+    areas: Areas = field(default_factory=Areas)
     floor: FloorSettings = field(default_factory=FloorSettings)
     scene: SceneSettings = field(default_factory=SceneSettings)
     segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)

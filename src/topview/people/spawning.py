@@ -26,8 +26,8 @@ from topview.people.track import Track
 Mask = NDArray[np.bool_]
 FeaturesOf = Callable[[Scene, HeadCandidate, Sequence[Track]], Features]
 
-# All ours. From this confidence on what is followed is the head; and how much more makes a head of something
-# else on the body.
+# All ours. From this confidence on what is followed is the head; so much more makes one of what
+# else is on the body.
 SURE_HEAD, MUCH_MORE = 0.75, 0.12
 # A head that is not where it was expected may be so much lower.
 LOWER_M: Final = 0.3
@@ -38,9 +38,7 @@ SPREAD_FEATURES: Final = tuple(
 )
 
 
-def is_free(
-    scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: Told
-) -> str | None:
+def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: Told) -> str | None:
     """Why a head cannot be a new one's, whatever its body looks like; None if it can."""
     if is_too_near(head.center_camera, tracks, scene):
         return TOO_NEAR

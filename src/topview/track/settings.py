@@ -13,6 +13,8 @@ from topview.detect.joints.proposers import (
     check_proposals,
     proposals_as_json,
 )
+from topview.people.areas import Areas
+from topview.people.settings import PeopleSettings
 from topview.records import InputError, shown, whole_number
 from topview.track.body_tracker import Needs
 from topview.track.methods import DEFAULT, method_by_name, method_name
@@ -37,12 +39,18 @@ class TrackerSettings:
         threads: for the kernels, 0 for all cores; the output does not depend on it.
         proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
             people, "forest" is a rival's, "none" leaves the method alone.
+        people: at most so many are tracked at the same time; not given, any number.
+        region: people are looked for here only: corners of a polygon in the image, in pixels, like
+            "0,0 320,0 320,200", or a box on the floor, in metres to the right and ahead of the
+            camera, like "floor -1,1 1,4"; several are separated by ";".
+        ignore: people are not looked for here; written like `region`.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
 
     Raises:
         InputError: a method, detector or proposals that do not exist, weights that nothing would
-            read, a seed or number of threads that is no whole number or out of range.
+            read, a seed or number of threads or people that is no whole number or out of range, an
+            area that is none.
     """
 
     method: str = DEFAULT
@@ -51,6 +59,9 @@ class TrackerSettings:
     threads: int = 0
     proposals: ProposalsName = NETWORK
     weights: Path | None = None
+    people: int | None = None
+    region: str = ""
+    ignore: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
@@ -63,10 +74,20 @@ class TrackerSettings:
             raise InputError(f"threads is {shown(self.threads)}; it must be 0 (all cores) or more")
         if not 0 <= self.seed < 2**63:
             raise InputError(f"seed is {shown(self.seed)}; it must be 0 to 2^63 - 1")
-
+        if self.people is not None:
+            object.__setattr__(self, "people", whole_number(self.people, "people"))
+            if self.people < 1:
+                raise InputError(f"people is {shown(self.people)}; it must be 1 or more")
+        Areas.told(self.region, self.ignore)
         if self.weights is not None:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
+
+    @property
+    def finding(self) -> PeopleSettings:
+        """How people are found."""
+        areas = Areas.told(self.region, self.ignore)
+        return PeopleSettings(detector=self.detector, people=self.people, areas=areas)
 
     def as_json(self, needs: Needs | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
@@ -78,7 +99,11 @@ class TrackerSettings:
         Raises:
             InputError: the weights cannot be read.
         """
-        named = {"method": self.method, "detector": self.detector, "seed": self.seed}
+        named: dict[str, Any] = {
+            "method": self.method, "detector": self.detector, "seed": self.seed,
+        }  # fmt: skip
+        chosen = {"people": self.people, "region": self.region, "ignore": self.ignore}
+        named |= {name: value for name, value in chosen.items() if value}
         needs = needs or method_by_name(self.method).needs
         if needs.joints:
             named |= proposals_as_json(self.proposals, self.weights)

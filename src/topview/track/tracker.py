@@ -18,7 +18,7 @@ from topview.detect.joints.proposers import NOTHING, proposer_by_name
 from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
-from topview.people.finder import PeopleFinder, PeopleSettings
+from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
 from topview.people.told import Told
 from topview.people.users import HandCandidate, User, by_depth, label_image
@@ -71,9 +71,7 @@ class Tracker:
         self.settings = settings or TrackerSettings()
         self.body = body or method_by_name(self.settings.method)
         self.clock = StageClock()
-        self.finder: Finder = finder or PeopleFinder(
-            PeopleSettings(detector=self.settings.detector), detector
-        )
+        self.finder: Finder = finder or PeopleFinder(self.settings.finding, detector)
         self._proposer = self._chosen_proposer(proposer)
         given = {"finder": finder, "detector": detector, "proposer": proposer}
         self._given = {part: type(own).__name__ for part, own in given.items() if own is not None}

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.people.finder import Found
 from topview.people.existence import TOO_NEAR
+from topview.people.finder import Found
 from topview.people.scene import Scene
 from topview.people.users import User
 from topview.records import Frame, InputError, Person

@@ -15,7 +15,7 @@ from people_scenes import (
 )
 
 from topview.camera.pyramid import Pyramid
-from topview.people.finder import PeopleFinder, PeopleSettings
+from topview.people.finder import PeopleFinder
 from topview.people.users import User
 
 GROUND_Y = 1.1
@@ -142,7 +142,7 @@ def test_two_who_cross_keep_their_ids() -> None:
 def test_who_shows_but_a_part_behind_another_for_long_stays_the_same() -> None:
     """Longer than anybody is waited for of whom nothing is seen."""
     finder = PeopleFinder()
-    hidden_s = PeopleSettings().grace_s + 3.0
+    hidden_s = 8.0
     xs = (*np.linspace(-1.0, 0.05, 30), *[0.05] * int(30 * hidden_s), *np.linspace(0.05, -1.0, 30))
     depths = {
         x: render(
