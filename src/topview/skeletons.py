@@ -113,7 +113,8 @@ class SkeletonSequence:
         camera: what took the frames, with its lens; None if not known.
         floor_camera: [4] upward unit normal n and height h of the camera over the floor, whose
             points p have n @ p + h = 0; NaN if no floor was seen.
-        gravity_camera: [3] unit vector that points down; NaN if not known.
+        gravity_camera: [3] unit vector that points down: the camera's, if it was given one, else
+            by the floor; NaN if not known.
         topview_version: what wrote it; empty if nothing told.
     """
 
@@ -389,6 +390,9 @@ def stacked(
         array[rows, columns] = values
         return array
 
+    of_all = totals.arrays()
+    if about.camera is not None and about.camera.gravity_camera is not None:
+        of_all["gravity_camera"] = about.camera.gravity_camera
     return SkeletonSequence(
         frame_index=np.array([frame.index for frame in frames], np.int64),
         timestamps_s=np.array([frame.timestamp_s for frame in frames], np.float64),
@@ -403,5 +407,5 @@ def stacked(
         frame_names=tuple(frame.name for frame in frames),
         camera=about.camera,
         topview_version=about.topview_version,
-        **totals.arrays(),
+        **of_all,
     )

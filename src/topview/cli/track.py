@@ -42,6 +42,7 @@ def track(
     pictures: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
+    gravity: tuple[float, float, float] | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -62,6 +63,10 @@ def track(
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.
+        gravity: three numbers that point down in the frame of the camera (x right, y down, z
+            forward), as 0 0.97 0.26 for a camera that is tilted down by 15 degrees; it levels the
+            world of the outputs, in place of the floor that is seen. Mirrored images are flipped
+            back before.
         force: replace the result that DIR holds.
     """
     formats = [format_named(name) for name in format.split(",") if name]
@@ -77,7 +82,7 @@ def track(
         sheets[CONTACT_SHEET] = ContactSheet(name, count)
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
     seen = DepthRange()
-    run = TrackingRun(recording, tracker)
+    run = TrackingRun(recording, tracker, gravity)
     failure: Exception | None = None
     try:
         with FramesFile(out / FRAMES_NAME, run.about) as frames:

@@ -29,6 +29,7 @@ from topview.track.methods import method_by_name
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
 from topview.track.settings import TrackerSettings
+from topview.track.smoothing import Smoothing
 
 
 class Tracker:
@@ -81,6 +82,8 @@ class Tracker:
         self._tracks: dict[int, PersonTrack] = {}
         self._people: list[Person] = []
         self._last: Frame | None = None
+        smoothing_s = self.settings.smoothing_s
+        self._smoothing = Smoothing(smoothing_s) if smoothing_s > 0.0 else None
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """Find the people in the next frame and fit their bodies.
@@ -109,7 +112,9 @@ class Tracker:
         with self.clock.stage("visibility"):
             self._people = [self._tracks[body.person].seen_in(scene, body) for body in scene.bodies]
         self.clock.end_frame()
-        return self._people
+        if self._smoothing is None:
+            return self._people
+        return self._smoothing.update(self._people, frame.timestamp_s)
 
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
