@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from topview.detect.beliefs import Kind
 from topview.detect.faces_and_hands import SkinBlob
 from topview.records import Frame
-from topview.view.drawing import Image, draw_label, draw_line, pixels_of, resized_mask
+from topview.view.drawing import Image, draw_line, pixels_of, resized_mask
+from topview.view.labels import Labels
 from topview.view.palette import MUTED, OUTLINE, TEXT, Color
 
 KIND_COLORS: Final = MappingProxyType(
@@ -27,6 +28,8 @@ KIND_COLORS: Final = MappingProxyType(
 KIND_LETTERS: Final = MappingProxyType(
     {Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R", Kind.OTHER: "?"}
 )
+OTHER_LINES: Final = 1
+"""By which the label of what is no face and no hand may move, before it is left out (ours)."""
 DIMMED: Final = 0.3
 """Brightness of what is outside of a mask, as a share (ours)."""
 
@@ -44,7 +47,7 @@ def probability_picture(probability: NDArray[np.uint8], size_px: tuple[int, int]
     return np.ascontiguousarray(colored[..., ::-1])
 
 
-def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
+def draw_blob(image: Image, labels: Labels, blob: SkinBlob, scale: float = 1.0) -> None:
     """A blob's ellipse in the colour of its kind, thin where it is only predicted, with its
     number, its kind's letter and the belief in it in percent."""
     kind = blob.kind
@@ -56,7 +59,8 @@ def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
                       shade, width)  # fmt: skip
     label = f"{blob.id} {KIND_LETTERS[kind]} {100 * float(blob.belief[kind]):.0f}"
     above = ellipse.y - max(ellipse.minor, abs(ellipse.major * np.sin(ellipse.angle))) - 3
-    draw_label(image, label, (ellipse.x, above), color)
+    most_lines = OTHER_LINES if kind == Kind.OTHER else None
+    labels.put(label, (ellipse.x, above), color, most_lines=most_lines)
 
 
 def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.float64]]) -> None:
