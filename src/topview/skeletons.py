@@ -176,6 +176,22 @@ class SkeletonSequence:
         rows, slots = np.nonzero(self.person_ids == person_id)
         return rows, slots
 
+    def people_in(self, row: int) -> list[Person]:
+        """Whoever is there in a frame, as the tracker told them; statures as told last."""
+        statures_m = dict(zip(self.people_ids.tolist(), self.heights_m.tolist(), strict=True))
+        return [
+            Person(
+                person_id,
+                statures_m[person_id],
+                self.joints_camera[row, slot],
+                self.joint_state[row, slot],
+                self.joint_confidence[row, slot],
+                self.Ts_camera_part[row, slot],
+            )
+            for slot, person_id in enumerate(self.person_ids[row].tolist())
+            if person_id != NOBODY_ID
+        ]
+
     def of_person(self, person_id: int) -> SkeletonSequence:
         """One person alone, in one slot; all frames stay.
 

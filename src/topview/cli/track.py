@@ -11,6 +11,7 @@ from topview.cli.progress import follow_with_progress, print_frames, warn
 from topview.cli.results import (
     CONTACT_SHEET,
     FRAMES_NAME,
+    OVERLAY,
     PEOPLE_SHEET,
     check_free,
     print_people,
@@ -29,7 +30,7 @@ from topview.io import (
 from topview.io.writers.registry import format_named
 from topview.records import InputError
 from topview.track import Tracker, TrackerSettings, TrackingRun
-from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
+from topview.view import ContactSheet, OverlayVideo, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
 
@@ -40,6 +41,7 @@ def track(
     *,
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
+    video: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     gravity: tuple[float, float, float] | None = None,
@@ -58,6 +60,7 @@ def track(
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
+        video: write DIR/overlay.mp4, the images with the skeletons over them, too.
         format: write the skeletons in these formats, too, separated by commas: jsonl, parquet, bvh,
             trc, mot, c3d, glb; as DIR/skeletons.c3d, or DIR/skeletons_person1.bvh for each person.
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
@@ -81,6 +84,8 @@ def track(
         name, count = recording.name, recording.frame_count
         sheets[CONTACT_SHEET] = ContactSheet(name, count)
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
+    if video:
+        sheets[OVERLAY] = OverlayVideo(out)
     seen = DepthRange()
     run = TrackingRun(recording, tracker, gravity)
     failure: Exception | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import BinaryIO
 
 import numpy as np
 
@@ -140,6 +141,10 @@ class ContactSheet:
             InputError: no frame was shown.
         """
         return png_of(self.paint())
+
+    def write(self, file: BinaryIO) -> None:
+        """Write the PNG file. Errors as of `png`."""
+        file.write(self.png())
 
     def _paint_header(self, sheet: Image, moments: Sequence[Moment]) -> None:
         x = float(MARGIN_PX) + 2

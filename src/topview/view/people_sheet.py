@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import BinaryIO, Final
 
 import numpy as np
 
@@ -91,6 +91,10 @@ class PeopleSheet:
             InputError: no frame was shown.
         """
         return png_of(self.paint())
+
+    def write(self, file: BinaryIO) -> None:
+        """Write the PNG file. Errors as of `png`."""
+        file.write(self.png())
 
 
 def _row(tiles: Sequence[Image]) -> Image:
