@@ -30,15 +30,15 @@ def convert(
 ) -> int:
     """Write skeletons in another format.
 
-    npz, csv, jsonl, parquet, c3d and glb hold everybody. So does mp4, a video with the skeletons
-    over the images of the recording, which --source names. A bvh, trc or mot holds one person; of
-    several people, OUT_person1.bvh, OUT_person2.bvh and so on are written.
+    npz, csv, jsonl, parquet, c3d, glb, mcap and rrd hold everybody. So does mp4, a video with the
+    skeletons over the images of the recording, which --source names. A bvh, trc or mot holds one
+    person; of several people, OUT_person1.bvh, OUT_person2.bvh and so on are written.
 
     Args:
         skeletons: a skeletons.npz, or the folder that holds it.
         out: the file to write; its ending says the format.
-        format: one of npz, csv, jsonl, parquet, bvh, trc, mot, c3d, glb, mp4, whatever the ending
-            is.
+        format: one of npz, csv, jsonl, parquet, bvh, trc, mot, c3d, glb, mcap, rrd, mp4, whatever
+            the ending is.
         person: write this one alone.
         source: the recording that was tracked, for mp4.
         force: replace the files that are there.

@@ -62,7 +62,8 @@ def track(
             found, too.
         video: write DIR/overlay.mp4, the images with the skeletons over them, too.
         format: write the skeletons in these formats, too, separated by commas: jsonl, parquet, bvh,
-            trc, mot, c3d, glb; as DIR/skeletons.c3d, or DIR/skeletons_person1.bvh for each person.
+            trc, mot, c3d, glb, mcap, rrd; as DIR/skeletons.c3d, or as DIR/skeletons_person1.bvh for
+            each person.
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.

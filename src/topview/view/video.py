@@ -57,7 +57,7 @@ class OverlayVideo:
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """Encode the next frame."""
-        if self._container is None:
+        if self.is_blank:
             self._begin(frame)
         picture = self._av.VideoFrame.from_ndarray(self._painted(frame, people), format="rgb24")
         picture.pts = round((frame.timestamp_s - self._start_s) * TICKS_HZ)

@@ -132,11 +132,8 @@ def articulation_of(
     Raises:
         InputError: the sequence has other joints or parts than topview's, or there is no frame.
     """
-    joints = _columns(sequence.joint_names, JOINT_NAMES)
-    parts = _columns(sequence.part_names, PART_NAMES)
     rows, slots = sequence.slots_of(person_id)
-    places, Ts = sequence.joints_camera[rows, slots][:, joints], sequence.Ts_camera_part
-    body = articulated(places, Ts[rows, slots][:, parts])
+    body = articulated(*joints_and_parts(sequence, rows, slots))
     is_whole = np.isfinite(body.Rs_parent_node[:, body.known]).all((1, 2, 3))
     is_whole &= np.isfinite(body.root_camera).all(-1)
     if not is_whole.any() or not body.known[ROOT]:
@@ -145,15 +142,27 @@ def articulation_of(
     return rows[is_whole], whole
 
 
+def joints_and_parts(
+    sequence: SkeletonSequence, rows: NDArray[np.int64], slots: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """[N, J, 3] joints and [N, B, 4, 4] parts of who is in these slots, in topview's order.
+
+    Raises:
+        InputError: the sequence has other joints or parts than topview's.
+    """
+    joints = _columns(sequence.joint_names, JOINT_NAMES)
+    parts = _columns(sequence.part_names, PART_NAMES)
+    Ts = sequence.Ts_camera_part[rows, slots]
+    return sequence.joints_camera[rows, slots][:, joints], Ts[:, parts]
+
+
 def rigidity_m(sequence: SkeletonSequence, person_id: int) -> float:
     """How far somebody's joints lie from those of a body with rigid bones: the largest of all
     frames, metres. Errors as of `articulation_of`."""
     rows, body = articulation_of(sequence, person_id)
-    joints = _columns(sequence.joint_names, JOINT_NAMES)
     slots = np.argmax(sequence.person_ids[rows] == person_id, axis=1)
-    far = np.linalg.norm(
-        body.joints_camera() - sequence.joints_camera[rows, slots][:, joints], axis=-1
-    )
+    joints_camera, _ = joints_and_parts(sequence, rows, slots)
+    far = np.linalg.norm(body.joints_camera() - joints_camera, axis=-1)
     return float(np.nanmax(far))
 
 
