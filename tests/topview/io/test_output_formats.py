@@ -96,11 +96,36 @@ def test_trc(tmp_path):
     assert (told["Units"], told["NumFrames"], told["NumMarkers"]) == ("mm", "4", "16")
     assert float(told["DataRate"]) == pytest.approx(10.0)
     assert lines[3].split("\t")[2::3] == list(JOINT_NAMES)
-    table = np.array([[float(v or "nan") for v in line.split("\t")] for line in lines[6:-1]])
+    rows = [line.split("\t")[: 2 + 3 * 16] for line in lines[6:-1]]
+    table = np.array([[float(v or "nan") for v in row] for row in rows])
     np.testing.assert_allclose(table[:, 1], [0.1, 0.2, 0.4, 0.5])
     places = table[:, 2:].reshape(4, -1, 3) / 1000
     np.testing.assert_allclose(places, joints_of(3, [1, 2, 3, 4]), atol=MM)
     assert np.isnan(places[1]).all()
+
+
+def test_opensim_reads_what_is_written_for_it(tmp_path):
+    """With the wheel of OpenSim, which the project does not ask for."""
+    opensim = pytest.importorskip("opensim", reason="needs the wheel of OpenSim")
+    for person_id, path in zip((1, 3), written("trc", tmp_path), strict=True):
+        table, markers = opensim.TimeSeriesTableVec3(str(path)), opensim.MarkerData(str(path))
+        rows = {1: [0, 1, 2, 3], 3: [1, 2, 3, 4]}[person_id]
+        assert table.getColumnLabels() == JOINT_NAMES
+        assert table.getTableMetaDataString("Units") == "mm"
+        assert markers.getDataRate() == pytest.approx(10.0)
+        for k, expected in enumerate(1000 * joints_of(person_id, rows)):
+            row, frame = table.getRowAtIndex(k), markers.getFrame(k)
+            told = [row[j].to_numpy() for j in range(16)]
+            np.testing.assert_allclose(told, expected, atol=1.0)
+            told = [frame.getMarker(j).to_numpy() for j in range(16)]
+            np.testing.assert_allclose(told, expected, atol=1.0)
+    path = written("mot", tmp_path)[0]
+    table, told = opensim.TimeSeriesTable(str(path)), coordinates(path)
+    assert table.getTableMetaDataString("inDegrees") == "yes"
+    assert opensim.Storage(str(path)).isInDegrees()
+    for name in told.keys() - {"time"}:
+        np.testing.assert_allclose(table.getDependentColumn(name).to_numpy(), told[name])
+    np.testing.assert_allclose(table.getIndependentColumn(), told["time"])
 
 
 def coordinates(path: Path) -> dict[str, NDArray[np.float64]]:
