@@ -305,6 +305,19 @@ def test_json_lines(tmp_path):
         told = [person["joints"][name]["camera_m"] for name in JOINT_NAMES]
         np.testing.assert_array_equal(told, SEQUENCE.joints_camera[f, s])
         assert person["joints"]["head"]["state"] == "visible"
+        for name in ("left_hand", "head", "right_ankle"):
+            told = position_of(person["bones"], name)
+            np.testing.assert_allclose(told, person["joints"][name]["camera_m"], atol=1e-9)
+
+
+def position_of(bones: dict[str, Any], name: str) -> NDArray[np.float64]:
+    """Of a node, by offsets and turns alone."""
+    place = np.zeros(3)
+    while name != "camera":
+        bone = bones[name]
+        place = Rotation.from_quat(bone["turn_xyzw"]).apply(place) + bone["offset_m"]
+        name = bone["parent"]
+    return place
 
 
 def test_parquet(tmp_path):

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.hierarchy import NODES, ROOT, WAIST, articulated
+from topview.body.hierarchy import NODES, ROOT, WAIST, nodes_of
 from topview.body.parts import JOINT_NAMES, JOINTS
 from topview.files import naming
 from topview.io.readers.ros_messages import TRANSFORMS_TYPE, standard_types
@@ -158,19 +158,18 @@ class _Bag:
 
     def _body(self, body: str, joints_camera: Array, Ts_camera_part: Array, time_s: float) -> Any:
         """The known frames of one person."""
-        made = articulated(joints_camera[None], Ts_camera_part[None])
+        offsets_m, Rs = (made[0] for made in nodes_of(joints_camera[None], Ts_camera_part[None]))
+        is_known = np.isfinite(offsets_m).all(-1) & np.isfinite(Rs).all((-1, -2))
         for n, node in enumerate(NODES):
-            R = made.Rs_parent_node[0, n]
-            if not made.known[n] or not np.isfinite(R).all():
+            if not is_known[n]:
                 continue
             own = frame_name(node.name, body)
             if n == ROOT:
-                yield self._made.transform(
-                    CAMERA_FRAME, own, R @ ROS_FROM_PART.T, made.root_camera[0], time_s
-                )
+                R = Rs[n] @ ROS_FROM_PART.T
+                yield self._made.transform(CAMERA_FRAME, own, R, offsets_m[n], time_s)
                 continue
             parent = frame_name(NODES[node.parent].name, body)
-            R, offset_m = ROS_FROM_PART @ R @ ROS_FROM_PART.T, ROS_FROM_PART @ made.offsets_m[n]
+            R, offset_m = ROS_FROM_PART @ Rs[n] @ ROS_FROM_PART.T, ROS_FROM_PART @ offsets_m[n]
             yield self._made.transform(parent, own, R, offset_m, time_s)
             if node.name == WAIST:  # REP 155 has the torso fixed to it
                 yield self._made.transform(own, f"torso_{body}", np.eye(3), np.zeros(3), time_s)
