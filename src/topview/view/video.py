@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, Final
 
 import numpy as np
 
+from topview.files import naming
 from topview.records import Frame, InputError, Person
 from topview.view.drawing import Image, draw_bone, draw_text
 from topview.view.frame_picture import frame_with_skeletons
@@ -22,6 +23,7 @@ MOST_SIDE_PX: Final = 1280  # larger ones are reduced
 CAPTION_PX: Final = 32
 TICKS_HZ: Final = 1000  # of the video's clock
 NOMINAL_HZ: Final = 30  # what players are told; each frame has its own time
+ROOM: Final = "a video waits there until it is whole, and needs room"
 # As good as the eye can tell; one thread, so that the bytes do not depend on the machine's cores.
 OPTIONS: Final = {"crf": "20", "preset": "veryfast", "threads": "1"}
 
@@ -44,6 +46,7 @@ class OverlayVideo:
                 "mp4 needs av; install it with: pip install 'topview[video]'"
             ) from None
         self._av: Any = av
+        self._folder = folder
         self._file = TemporaryFile(dir=folder)  # noqa: SIM115, closed when it is written
         self._container: Any = None
         self._stream: Any = None
@@ -56,13 +59,14 @@ class OverlayVideo:
         return self._container is None
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
-        """Encode the next frame."""
-        if self.is_blank:
-            self._begin(frame)
-        picture = self._av.VideoFrame.from_ndarray(self._painted(frame, people), format="rgb24")
-        picture.pts = round((frame.timestamp_s - self._start_s) * TICKS_HZ)
-        picture.time_base = Fraction(1, TICKS_HZ)
-        self._container.mux(self._stream.encode(picture))
+        """Encode the next frame. Raises InputError where the disk is full."""
+        with naming(self._folder, "written to", ROOM):
+            if self.is_blank:
+                self._begin(frame)
+            picture = self._av.VideoFrame.from_ndarray(self._painted(frame, people), format="rgb24")
+            picture.pts = round((frame.timestamp_s - self._start_s) * TICKS_HZ)
+            picture.time_base = Fraction(1, TICKS_HZ)
+            self._container.mux(self._stream.encode(picture))
 
     def write(self, file: BinaryIO) -> None:
         """End the video, and copy it to a file."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -345,6 +346,14 @@ def test_a_library_that_is_missing_is_said_in_one_line(name, monkeypatch):
     monkeypatch.setattr(extras, "import_module", missing)
     with pytest.raises(InputError, match=r"install it with: pip install 'topview\[\w+\]'$"):
         format_named(name)
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_parts_that_are_not_turned_rigidly_are_left_out_or_one_line(name, tmp_path):
+    """A file of skeletons may hold anything."""
+    odd = _with(Ts_camera_part=np.ones_like(SEQUENCE.Ts_camera_part))
+    with suppress(InputError):
+        written(name, tmp_path, odd)
 
 
 @pytest.mark.parametrize("name", ["bvh", "trc", "c3d", "glb"])

@@ -22,7 +22,8 @@ CAMERA = Camera(285.63, 285.63, 159.0, 120.0, 320, 240)
 SEQUENCE = replace(moving_people(), camera=CAMERA)
 TIMES_S = list(WHO)
 KEYS = "child_frame", "parent_frame", "quaternion", "translation"
-EXTRA = "needs the extras ros and rerun"
+for library in ("rosbags", "rerun"):
+    pytest.importorskip(library, reason="needs the extras ros and rerun")
 
 
 def written(name: str, folder: Path, sequence: Any = SEQUENCE) -> Path:
@@ -31,7 +32,8 @@ def written(name: str, folder: Path, sequence: Any = SEQUENCE) -> Path:
 
 def rows_of(reader: str, path: Path, entity: str) -> list[dict[str, Any]]:
     """What rerun reads of an entity, row by row."""
-    chunk = pytest.importorskip("rerun.chunk", reason=EXTRA)
+    from rerun import chunk
+
     found = [c.to_record_batch() for c in getattr(chunk, reader)(str(path)).stream()
              if c.entity_path == entity]  # fmt: skip
     return [row for batch in found for row in batch.to_pylist()]
@@ -116,7 +118,6 @@ def test_mcap_tells_who_is_tracked_and_shows_them(tmp_path):
 
 
 def test_mcap_is_the_same_each_time_and_times_before_zero_are_refused(tmp_path):
-    pytest.importorskip("rosbags", reason=EXTRA)
     first = written("mcap", tmp_path).read_bytes()
     assert written("mcap", tmp_path).read_bytes() == first
     early = replace(SEQUENCE, timestamps_s=SEQUENCE.timestamps_s - 1.0)
@@ -126,7 +127,6 @@ def test_mcap_is_the_same_each_time_and_times_before_zero_are_refused(tmp_path):
 
 
 def test_rrd(tmp_path):
-    pytest.importorskip("rerun", reason=EXTRA)
     path = written("rrd", tmp_path)
     assert [made.name for made in tmp_path.iterdir()] == ["out.rrd"]
     rows = rows_of("RrdReader", path, "/world/camera/person_3/joints")

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from topview.body.hierarchy import NODES, ROOT, nodes_of
 from topview.body.parts import JOINT_NAMES, PART_NAMES
+from topview.geometry.rotations import are_rotations
 from topview.io.writers.levelled import joints_and_parts
 from topview.io.writers.output import written_atomically
 from topview.records import JOINT_STATE_NAMES
@@ -72,7 +73,7 @@ def _bones(block: SkeletonSequence) -> Bones:
         return {}
     rows, slots = block.present.nonzero()
     offsets_m, Rs = nodes_of(*joints_and_parts(block, rows, slots))
-    is_known = np.array(np.isfinite(offsets_m).all(-1) & np.isfinite(Rs).all((-1, -2)))
+    is_known = np.isfinite(offsets_m).all(-1) & are_rotations(Rs)
     turns = np.zeros((*Rs.shape[:2], 4))
     turns[is_known] = Rotation.from_matrix(Rs[is_known]).as_quat(canonical=True)
     return {

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shutil
 from colorsys import hsv_to_rgb
+from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from topview.body.hierarchy import NODES, ROOT, WAIST, nodes_of
 from topview.body.parts import JOINT_NAMES, JOINTS
 from topview.files import naming
+from topview.geometry.rotations import are_rotations
 from topview.io.readers.ros_messages import TRANSFORMS_TYPE, standard_types
 from topview.io.writers.extras import needed
 from topview.io.writers.levelled import (
@@ -77,17 +79,14 @@ def write_skeletons_mcap(skeletons: Skeletons, path: str | PathLike[str]) -> Non
     """
     needed("rosbags", "mcap", "ros")
     path = Path(path)
-    with (
-        naming(path, "written", HAS_ROOM),
-        TemporaryDirectory(prefix=".topview-", dir=path.parent) as folder,
-    ):
-        with _Bag(Path(folder) / "bag") as bag:
-            for block in skeletons.blocks():
-                bag.add(block)
-        with (
-            written_atomically(path) as file,
-            (Path(folder) / "bag" / "bag.mcap").open("rb") as made,
-        ):
+    with ExitStack() as stack:
+        with naming(path, "written", HAS_ROOM):
+            beside = TemporaryDirectory(prefix=".topview-", dir=path.parent)
+            folder = Path(stack.enter_context(beside)) / "bag"
+            with _Bag(folder) as bag:
+                for block in skeletons.blocks():
+                    bag.add(block)
+        with written_atomically(path) as file, (folder / "bag.mcap").open("rb") as made:
             shutil.copyfileobj(made, file)
 
 
@@ -159,7 +158,7 @@ class _Bag:
     def _body(self, body: str, joints_camera: Array, Ts_camera_part: Array, time_s: float) -> Any:
         """The known frames of one person."""
         offsets_m, Rs = (made[0] for made in nodes_of(joints_camera[None], Ts_camera_part[None]))
-        is_known = np.isfinite(offsets_m).all(-1) & np.isfinite(Rs).all((-1, -2))
+        is_known = np.isfinite(offsets_m).all(-1) & are_rotations(Rs)
         for n, node in enumerate(NODES):
             if not is_known[n]:
                 continue

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
 
 from topview.body import JOINT_NAMES
 from topview.body.parts import JOINTS
-from topview.files import naming
 from topview.io.writers.extras import needed
 from topview.io.writers.levelled import (
     ROS_FROM_STAGE,
@@ -24,7 +22,7 @@ from topview.io.writers.levelled import (
     check_times_grow,
     joints_and_parts,
 )
-from topview.io.writers.output import HAS_ROOM
+from topview.io.writers.output import written_atomically
 from topview.records import JOINT_STATE_NAMES
 from topview.skeletons import Skeletons, SkeletonSequence
 
@@ -43,39 +41,39 @@ def write_skeletons_rrd(skeletons: Skeletons, path: str | PathLike[str]) -> None
             grow, or it cannot be written; the old file, if any, is then unharmed.
     """
     rr = needed("rerun", "rrd", "rerun")
-    path = Path(path)
-    with (
-        naming(path, "written", HAS_ROOM),
-        TemporaryDirectory(prefix=".topview-", dir=path.parent) as folder,
-    ):
-        made = Path(folder) / "made.rrd"
-        _Stream(rr, made).write(skeletons)
-        made.replace(path)
+    stream = _Stream(rr)
+    with written_atomically(Path(path)) as file:
+        for block in skeletons.blocks():
+            stream.add(block)
+            file.write(stream.read())
 
 
 class _Stream:
-    """A recording of rerun's that goes to a file."""
+    """A recording of rerun's, as the bytes of its file."""
 
-    def __init__(self, rr: Any, path: Path) -> None:
+    def __init__(self, rr: Any) -> None:
         self._rr = rr
         self._to: Any = rr.RecordingStream(
             "topview", recording_id=RECORDING_ID, send_properties=False
         )
         self._to.set_log_time_enabled(False)  # when it was written is no part of a result
-        self._to.save(path)
+        self._bytes: Any = self._to.binary_stream()
         self._shown: set[int] = set()
+        self._last_s: float | None = None
 
-    def write(self, skeletons: Skeletons) -> None:
-        last_s = -np.inf
-        for number, block in enumerate(skeletons.blocks()):
-            check_times_grow(np.concatenate([[last_s], block.timestamps_s]))
-            if number == 0:
-                self._add_world(block)
-            for row in range(len(block.timestamps_s)):
-                self._add_frame(block, row)
-            last_s = block.timestamps_s[-1] if len(block.timestamps_s) else last_s
-        self._to.flush()
-        self._to.disconnect()
+    def add(self, block: SkeletonSequence) -> None:
+        """The next frames."""
+        if self._last_s is None:
+            self._add_world(block)
+        before = [] if self._last_s is None else [self._last_s]
+        check_times_grow(np.array([*before, *block.timestamps_s.tolist()]))
+        for row, time_s in enumerate(block.timestamps_s.tolist()):
+            self._add_frame(block, row)
+            self._last_s = time_s
+
+    def read(self) -> bytes:
+        """What has not been read yet."""
+        return self._bytes.read() or b""
 
     def _add_world(self, block: SkeletonSequence) -> None:
         rr, camera = self._rr, block.camera
