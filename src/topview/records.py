@@ -178,7 +178,8 @@ def gravity_direction(gravity: Any, name: str) -> NDArray[np.float64]:
         given = np.empty(0)
     is_numbers = given.dtype.kind in "iuf" and given.shape == (3,) and np.isfinite(given).all()
     down = given.astype(np.float64) if is_numbers else np.zeros(3)
-    length = float(np.linalg.norm(down))
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(down))
     if not 0.0 < length < np.inf or down[1] / length < LEAST_DOWN:
         raise InputError(
             f"{name} is {shown(gravity)}; it must be three numbers that point down in the frame of "

@@ -17,7 +17,13 @@ from made_frames import ABOUT, frames_with
 from moving_bodies import moving_people
 from tiny_recordings import wall
 from topview.cli.results import write_result
-from topview.io import FramesFile, StoredFrames, open_recording, write_skeletons_npz
+from topview.io import (
+    FramesFile,
+    StoredFrames,
+    open_recording,
+    read_skeletons_npz,
+    write_skeletons_npz,
+)
 from topview.io.writers.registry import format_named
 from topview.records import InputError
 from topview.view import OverlayVideo
@@ -117,6 +123,21 @@ def test_an_unknown_format_is_told_before_anything_is_tracked(topview, make_reco
     assert ended.status == 2
     assert "format is 'fbx'; it must be one of" in ended.complaints[0]
     assert not (tmp_path / "out").exists()
+
+
+def test_gravity_and_a_video_go_with_a_result(topview, make_recording, tmp_path):
+    """Also where nobody is found; the camera looks up a little."""
+    arguments = ("--gravity", 0, 0.99, -0.1, "--video", "--smoothing-s", 0.1, "--method", "utvr")
+    ended = topview("track", make_recording([wall()] * 2), "--out", tmp_path / "out", *arguments)
+    assert "no person was found in 2 frames" in ended.complaints[-1]
+    people = read_skeletons_npz(tmp_path / "out" / "skeletons.npz")
+    assert people.gravity_camera == pytest.approx(np.array([0, 0.99, -0.1]) / np.hypot(0.99, 0.1))
+    assert people.settings["smoothing_s"] == 0.1
+    video = cv2.VideoCapture(str(tmp_path / "out" / "overlay.mp4"))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) == 2
+    up = topview("track", tmp_path / "recording", "--out", tmp_path / "up", "--gravity", 0, -9.8, 0)
+    assert up.status == 2
+    assert "it must be three numbers that point down in the frame of the camera" in up.complaints[0]
 
 
 def test_a_video_is_even_and_neither_tiny_nor_huge():

@@ -65,6 +65,6 @@ def test_a_camera_s_gravity_is_kept_and_points_down():
     camera = replace(CAMERA, gravity_camera=np.array([0.1, 0.9, 0.2]))
     assert camera_from(camera_values(camera)) == camera
     assert camera != CAMERA
-    for wrong in ([0, -9.81, 0], [0, 0.1, 1], [0, 1], [0, np.nan, 1], "down"):
+    for wrong in ([0, -9.81, 0], [0, 0.1, 1], [0, 1], [0, np.nan, 1], [1e308] * 3, "down"):
         with pytest.raises(InputError, match=r"gravity_camera is .*it must be three numbers that"):
             replace(CAMERA, gravity_camera=wrong)

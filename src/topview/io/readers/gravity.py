@@ -33,8 +33,9 @@ def levelled_by(
     """
     if not len(accelerations_imu):
         return camera
-    up_imu = np.median(np.array(accelerations_imu), axis=0)
-    length = float(np.linalg.norm(up_imu))
+    with np.errstate(all="ignore"):  # a damaged file may hold any numbers
+        up_imu = np.median(np.array(accelerations_imu, np.float64), axis=0)
+        length = float(np.linalg.norm(up_imu))
     if not abs(length - GRAVITY_M_S2) < STILL_M_S2:
         problems.append(
             f"the accelerometer tells {length:.1f} m/s^2, and {GRAVITY_M_S2:.1f} at rest; gravity "
