@@ -25,11 +25,7 @@ KIND_COLORS: Final = MappingProxyType(
         Kind.OTHER: MUTED,
     }
 )
-KIND_LETTERS: Final = MappingProxyType(
-    {Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R", Kind.OTHER: "?"}
-)
-OTHER_LINES: Final = 1
-"""By which the label of what is no face and no hand may move, before it is left out (ours)."""
+KIND_LETTERS: Final = MappingProxyType({Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R"})
 DIMMED: Final = 0.3
 """Brightness of what is outside of a mask, as a share (ours)."""
 
@@ -48,8 +44,8 @@ def probability_picture(probability: NDArray[np.uint8], size_px: tuple[int, int]
 
 
 def draw_blob(image: Image, labels: Labels, blob: SkinBlob, scale: float = 1.0) -> None:
-    """A blob's ellipse in the colour of its kind, thin where it is only predicted, with its
-    number, its kind's letter and the belief in it in percent."""
+    """A blob's ellipse in the colour of its kind, thin where it is only predicted; of faces and
+    hands with its number, its kind's letter and the belief in it in percent."""
     kind = blob.kind
     color = KIND_COLORS[kind]
     ellipse = blob.ellipse.scaled(scale, 0.5 * scale - 0.5)
@@ -57,10 +53,11 @@ def draw_blob(image: Image, labels: Labels, blob: SkinBlob, scale: float = 1.0) 
     for shade, width in ((OUTLINE, width_px + 2), (color, width_px)):
         _draw_ellipse(image, ellipse.center, (ellipse.major, ellipse.minor), ellipse.angle,
                       shade, width)  # fmt: skip
+    if kind == Kind.OTHER:
+        return
     label = f"{blob.id} {KIND_LETTERS[kind]} {100 * float(blob.belief[kind]):.0f}"
     above = ellipse.y - max(ellipse.minor, abs(ellipse.major * np.sin(ellipse.angle))) - 3
-    most_lines = OTHER_LINES if kind == Kind.OTHER else None
-    labels.put(label, (ellipse.x, above), color, most_lines=most_lines)
+    labels.put(label, (ellipse.x, above), color)
 
 
 def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.float64]]) -> None:

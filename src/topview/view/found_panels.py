@@ -187,7 +187,7 @@ def _colors(found: Found, frame: Frame) -> tuple[list[tuple[str, Image]], str]:
     panels = [
         ("colour and depth: foreground", _masked(frame, detections.is_foreground)),
         ("P(skin), bright where it is a region", _fitted(skin)),
-        ("Face, Left, Right hand, ? other; belief, %", blobs),
+        ("Face, Left, Right hand; belief in %", blobs),
     ]
     return panels, "the light has changed" if detections.light_changed else ""
 
