@@ -105,8 +105,9 @@ def test_trc(tmp_path):
     assert np.isnan(places[1]).all()
 
 
-def test_opensim_reads_what_is_written_for_it(tmp_path):
+def test_opensim_reads_what_is_written_for_it(tmp_path, monkeypatch):
     """With the wheel of OpenSim, which the project does not ask for."""
+    monkeypatch.chdir(tmp_path)  # where it writes its log
     opensim = pytest.importorskip("opensim", reason="needs the wheel of OpenSim")
     for person_id, path in zip((1, 3), written("trc", tmp_path), strict=True):
         table, markers = opensim.TimeSeriesTableVec3(str(path)), opensim.MarkerData(str(path))
