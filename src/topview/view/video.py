@@ -23,7 +23,7 @@ MOST_SIDE_PX: Final = 1280  # larger ones are reduced
 CAPTION_PX: Final = 32
 TICKS_HZ: Final = 1000  # of the video's clock
 NOMINAL_HZ: Final = 30  # what players are told; each frame has its own time
-ROOM: Final = "a video waits there until it is whole, and needs room"
+NEEDS_ROOM: Final = "a video waits there until it is whole, and needs room"
 # As good as the eye can tell; one thread, so that the bytes do not depend on the machine's cores.
 OPTIONS: Final = {"crf": "20", "preset": "veryfast", "threads": "1"}
 
@@ -60,7 +60,7 @@ class OverlayVideo:
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """Encode the next frame. Raises InputError where the disk is full."""
-        with naming(self._folder, "written to", ROOM):
+        with naming(self._folder, "written to", NEEDS_ROOM):
             if self.is_blank:
                 self._begin(frame)
             picture = self._av.VideoFrame.from_ndarray(self._painted(frame, people), format="rgb24")
