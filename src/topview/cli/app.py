@@ -19,6 +19,7 @@ app = App(
     default_parameter=Parameter(converter=converted),
 )
 app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
+app.command("topview.cli.batch:batch", name="batch", help="Track many recordings.")
 app.command("topview.cli.info:info", name="info", help="Tell what is in a recording.")
 app.command(
     "topview.cli.recover:recover", name="recover", help="Make the result of a run that was killed."

@@ -34,6 +34,10 @@ from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 DEFAULTS = TrackerSettings()
 
 
+class NobodyFoundError(InputError):
+    """The result is written, and holds nobody."""
+
+
 def track(
     source: Path,
     /,
@@ -109,7 +113,9 @@ def track(
         raise InputError(f"{source}: none of its {count}frames could be read")
     if not stored.totals.people:
         why = seen.problem or f"{seen.told}; if they do not, the unit of depth is wrong"
-        raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")
+        raise NobodyFoundError(
+            f"{source}: no person was found in {stored.frame_count} frames; {why}"
+        )
     return 0
 
 
