@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +30,9 @@ from topview.io import (
 )
 from topview.io.writers.registry import format_named
 from topview.records import InputError
-from topview.track import Tracker, TrackerSettings, TrackingRun
+from topview.skeletons import TrackedFrame
+from topview.stream import Outlet, open_stream
+from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
 
 DEFAULTS = TrackerSettings()
@@ -46,6 +50,7 @@ def track(
     pictures: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
+    stream: tuple[str, ...] = (),
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -66,6 +71,9 @@ def track(
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.
+        stream: send the skeletons to other programs meanwhile: osc:HOST:PORT, websocket:PORT (this
+            machine alone, with a page at http://127.0.0.1:PORT/) or websocket:HOST:PORT; may be
+            given several times.
         force: replace the result that DIR holds.
     """
     formats = [format_named(name) for name in format.split(",") if name]
@@ -84,8 +92,9 @@ def track(
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
-        with FramesFile(out / FRAMES_NAME, run.about) as frames:
-            follow_with_progress(run, recording, Viewers([*sheets.values(), seen]), frames.append)
+        with streams_opened(stream) as send, FramesFile(out / FRAMES_NAME, run.about) as frames:
+            viewers = Viewers([*sheets.values(), seen])
+            follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send))
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
     warn(*recording.problems, *light_problems(tracker))
@@ -117,6 +126,29 @@ def track(
             f"{source}: no person was found in {stored.frame_count} frames; {why}"
         )
     return 0
+
+
+@contextmanager
+def streams_opened(words: Sequence[str]) -> Iterator[list[Outlet]]:
+    """The outlets of `--stream`, until the run ends."""
+    with ExitStack() as open_ones:
+        outlets = []
+        for one in words:
+            outlets.append(open_stream(one))
+            open_ones.callback(outlets[-1].close)
+        yield outlets
+    warn(*(f"stream ended: {outlet.problem}" for outlet in outlets if outlet.problem))
+
+
+def kept_and_sent(keep: KeepFrame, outlets: Sequence[Outlet]) -> KeepFrame:
+    """Keeps a frame first; then it is sent."""
+
+    def both(frame: TrackedFrame) -> None:
+        keep(frame)
+        for outlet in outlets:
+            outlet.send(frame)
+
+    return both
 
 
 def light_problems(tracker: Tracker) -> list[str]:

@@ -24,10 +24,11 @@ def write_skeletons_jsonl(skeletons: Skeletons, path: str | PathLike[str]) -> No
     with written_atomically(Path(path)) as file:
         for block in skeletons.blocks():
             for f in range(len(block.frame_index)):
-                file.write(encoder.encode(_frame(block, f)) + b"\n")
+                file.write(encoder.encode(frame_as_json(block, f)) + b"\n")
 
 
-def _frame(block: SkeletonSequence, f: int) -> dict[str, Any]:
+def frame_as_json(block: SkeletonSequence, f: int) -> dict[str, Any]:
+    """What a line says of the frame in row `f`."""
     heights_m = dict(zip(block.people_ids.tolist(), block.heights_m.tolist(), strict=True))
     people = [
         {
