@@ -21,6 +21,7 @@ app = App(
 app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
 app.command("topview.cli.batch:batch", name="batch", help="Track many recordings.")
 app.command("topview.cli.info:info", name="info", help="Tell what is in a recording.")
+app.command("topview.cli.view:view", name="view", help="Show a recording or a result in 3D.")
 app.command(
     "topview.cli.recover:recover", name="recover", help="Make the result of a run that was killed."
 )

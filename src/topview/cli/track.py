@@ -7,7 +7,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from topview.cli.progress import follow_with_progress, print_frames, warn
 from topview.cli.results import (
@@ -19,6 +21,7 @@ from topview.cli.results import (
     write_result,
 )
 from topview.cli.status import INTERRUPTED
+from topview.cli.view import check_viewer, tell_address, wait_for_end
 from topview.detect.color_view import Light
 from topview.io import (
     DepthRange,
@@ -29,11 +32,13 @@ from topview.io import (
     prepare_output_folder,
 )
 from topview.io.writers.registry import format_named
-from topview.records import InputError
+from topview.people.users import label_image
+from topview.records import Frame, InputError
 from topview.skeletons import TrackedFrame
 from topview.stream import Outlet, open_stream
 from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
 from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
+from topview.view.rerun_view import RerunView
 
 DEFAULTS = TrackerSettings()
 
@@ -51,6 +56,7 @@ def track(
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     stream: tuple[str, ...] = (),
+    view: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -74,8 +80,11 @@ def track(
         stream: send the skeletons to other programs meanwhile: osc:HOST:PORT, websocket:PORT (this
             machine alone, with a page at http://127.0.0.1:PORT/) or websocket:HOST:PORT; may be
             given several times.
+        view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
         force: replace the result that DIR holds.
     """
+    if view:
+        check_viewer()
     formats = [format_named(name) for name in format.split(",") if name]
     prepare_output_folder(out)
     check_free(out, force=force)
@@ -89,11 +98,12 @@ def track(
         sheets[CONTACT_SHEET] = ContactSheet(name, count)
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
     seen = DepthRange()
+    window = [opened_view(recording.name, tracker)] if view else []
     run = TrackingRun(recording, tracker)
     failure: Exception | None = None
     try:
         with streams_opened(stream) as send, FramesFile(out / FRAMES_NAME, run.about) as frames:
-            viewers = Viewers([*sheets.values(), seen])
+            viewers = Viewers([*sheets.values(), *window, seen])
             follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send))
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
@@ -110,6 +120,8 @@ def track(
         elif failure is None:
             raise InputError("; ".join(unwritten))
         warn(*unwritten)
+    if window and failure is None and not run.interrupted:
+        wait_for_end()
     if failure is not None:
         if stored is not None:
             warn(f"ended by an error: {kept}")
@@ -126,6 +138,18 @@ def track(
             f"{source}: no person was found in {stored.frame_count} frames; {why}"
         )
     return 0
+
+
+def opened_view(name: str, tracker: Tracker) -> RerunView:
+    """rerun's viewer, with whose each pixel is as the tracker sees it."""
+
+    def labels(frame: Frame) -> NDArray[np.int32] | None:
+        found = tracker.finder.found
+        return None if found is None else label_image(found.users, frame.depth_m.shape)
+
+    viewer = RerunView(name, labels)
+    tell_address(viewer)
+    return viewer
 
 
 @contextmanager
