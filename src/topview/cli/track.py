@@ -32,8 +32,9 @@ from topview.io import (
     prepare_output_folder,
 )
 from topview.io.writers.registry import format_named
+from topview.live import LiveRecording, is_camera, open_camera
 from topview.people.users import label_image
-from topview.records import Frame, InputError
+from topview.records import Frame, InputError, Recording
 from topview.skeletons import TrackedFrame
 from topview.stream import Outlet, open_stream
 from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
@@ -56,6 +57,7 @@ def track(
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     stream: tuple[str, ...] = (),
+    record: Path | None = None,
     view: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
@@ -68,7 +70,8 @@ def track(
 
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a ROS bag; an Azure Kinect's
-            .mkv; a depth .npy; whatever else docs/recordings.md lists.
+            .mkv; a depth .npy; whatever else docs/recordings.md lists. Or a live camera,
+            realsense: or realsense:SERIAL, until Ctrl-C.
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
@@ -80,6 +83,7 @@ def track(
         stream: send the skeletons to other programs meanwhile: osc:HOST:PORT, websocket:PORT (this
             machine alone, with a page at http://127.0.0.1:PORT/) or websocket:HOST:PORT; may be
             given several times.
+        record: of a live camera: record the frames that are tracked to this new folder.
         view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
         force: replace the result that DIR holds.
     """
@@ -88,7 +92,7 @@ def track(
     formats = [format_named(name) for name in format.split(",") if name]
     prepare_output_folder(out)
     check_free(out, force=force)
-    recording = open_recording(source)
+    recording, live = opened(source, record)
     if mirrored:
         recording = MirroredRecording(recording)
     tracker = Tracker(settings)
@@ -104,9 +108,11 @@ def track(
     try:
         with streams_opened(stream) as send, FramesFile(out / FRAMES_NAME, run.about) as frames:
             viewers = Viewers([*sheets.values(), *window, seen])
-            follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send))
+            follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send, live))
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
+    if live is not None:
+        live.close()
     warn(*recording.problems, *light_problems(tracker))
     kept = "nothing was tracked, nothing written"
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
@@ -126,7 +132,9 @@ def track(
         if stored is not None:
             warn(f"ended by an error: {kept}")
         raise failure
-    if run.interrupted:
+    if live is not None and stored is not None:
+        print(live.told)
+    if run.interrupted and live is None:
         warn(f"interrupted: {kept}")
         return INTERRUPTED
     if stored is None:
@@ -164,11 +172,25 @@ def streams_opened(words: Sequence[str]) -> Iterator[list[Outlet]]:
     warn(*(f"stream ended: {outlet.problem}" for outlet in outlets if outlet.problem))
 
 
-def kept_and_sent(keep: KeepFrame, outlets: Sequence[Outlet]) -> KeepFrame:
+def opened(source: Path, record: Path | None) -> tuple[Recording, LiveRecording | None]:
+    """A recording; a camera is one too, and is given twice."""
+    if is_camera(str(source)):
+        live = open_camera(str(source), record)
+        return live, live
+    if record is not None:
+        raise InputError(f"--record {record}: {source} is a recording already; leave it out")
+    return open_recording(source), None
+
+
+def kept_and_sent(
+    keep: KeepFrame, outlets: Sequence[Outlet], live: LiveRecording | None
+) -> KeepFrame:
     """Keeps a frame first; then it is sent."""
 
     def both(frame: TrackedFrame) -> None:
         keep(frame)
+        if live is not None:
+            live.note_written()
         for outlet in outlets:
             outlet.send(frame)
 
