@@ -2,10 +2,10 @@
 
 from topview.live.camera import DepthCamera, RawFrame
 from topview.live.recording import LiveRecording
-from topview.live.registry import CAMERAS, is_camera, open_camera
+from topview.live.registry import LIVE_CAMERAS, is_camera, open_camera
 
 __all__ = [
-    "CAMERAS",
+    "LIVE_CAMERAS",
     "DepthCamera",
     "LiveRecording",
     "RawFrame",

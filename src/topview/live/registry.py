@@ -13,14 +13,14 @@ from topview.live.recording import LiveRecording
 from topview.records import InputError
 
 # Name: what opens one, given what stands after the colon.
-CAMERAS: Final[dict[str, str]] = {
+LIVE_CAMERAS: Final[dict[str, str]] = {
     "realsense": "topview.live.realsense:RealSenseCamera",
 }
 
 
 def is_camera(source: str) -> bool:
     """Whether words such as "realsense:" name a live camera."""
-    return source.partition(":")[0] in CAMERAS and ":" in source
+    return source.partition(":")[0] in LIVE_CAMERAS and ":" in source
 
 
 def open_camera(source: str, record: Path | None = None) -> LiveRecording:
@@ -34,10 +34,10 @@ def open_camera(source: str, record: Path | None = None) -> LiveRecording:
         InputError: there is no such camera, or its library is missing.
     """
     name, _, which = source.partition(":")
-    if name not in CAMERAS:
-        known = ", ".join(f"{camera}:" for camera in CAMERAS)
+    if name not in LIVE_CAMERAS:
+        known = ", ".join(f"{camera}:" for camera in LIVE_CAMERAS)
         raise InputError(f"camera is {source!r}; it must be one of {known}")
-    make: Callable[[str], DepthCamera] = resolve_name(CAMERAS[name])
+    make: Callable[[str], DepthCamera] = resolve_name(LIVE_CAMERAS[name])
     camera = make(which)
     try:
         return LiveRecording(camera, None if record is None else FolderWriter(record, camera))

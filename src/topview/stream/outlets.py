@@ -10,11 +10,11 @@ from typing import Final, Protocol
 from topview.records import InputError, shown
 from topview.skeletons import TrackedFrame
 
-MOST_WAITING: Final = 2  # ours; frames that wait to be sent: older ones are of no use
+MOST_QUEUED: Final = 2  # ours; frames that wait to be sent: older ones are of no use
 ENDS_S: Final = 1.0  # ours; so long is waited for the last frame to be sent
 MOST_PORT: Final = 65535
 LOOPBACK: Final = "127.0.0.1"
-RIGHT: Final = "it must be osc:HOST:PORT, websocket:PORT or websocket:HOST:PORT"
+KNOWN_WORDS: Final = "it must be osc:HOST:PORT, websocket:PORT or websocket:HOST:PORT"
 
 
 class Outlet(Protocol):
@@ -51,7 +51,7 @@ class Background:
         self.problem = ""
         self._end = end
         self._deliver = deliver
-        self._waiting: deque[TrackedFrame] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[TrackedFrame] = deque(maxlen=MOST_QUEUED)
         self._changed = threading.Event()
         self._ends = False
         self._thread = threading.Thread(target=self._run, daemon=True, name="topview-stream")
@@ -97,7 +97,7 @@ def open_stream(words: str) -> Outlet:
     if not is_port or (kind, bool(host)) not in (
         ("osc", True), ("websocket", True), ("websocket", False),
     ):  # fmt: skip
-        raise InputError(f"stream is {shown(words)}; {RIGHT}")
+        raise InputError(f"stream is {shown(words)}; {KNOWN_WORDS}")
     host = host.removeprefix("[").removesuffix("]")
     if kind == "osc":
         from topview.stream.osc import OscSender

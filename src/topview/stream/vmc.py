@@ -21,7 +21,7 @@ from topview.records import InputError
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 
 # Unity's HumanBodyBones of the nodes of `topview.body.hierarchy`.
-BONES: Final = {
+UNITY_BONES: Final = {
     "pelvis": "Hips",
     "torso": "Spine",
     "waist": "Chest",
@@ -60,7 +60,7 @@ def vmc_messages(frame: TrackedFrame) -> list[tuple[str, tuple[Any, ...]]]:
         place = of_parent.T @ motion.offsets_m[n] if parent >= 0 else motion.root_m[0]
         x_y_z_w = Rotation.from_matrix(M @ R @ M).as_quat()
         values = (*map(float, M @ place), *map(float, x_y_z_w))
-        messages.append(("/VMC/Ext/Bone/Pos", (BONES[name], *values)))
+        messages.append(("/VMC/Ext/Bone/Pos", (UNITY_BONES[name], *values)))
     return messages
 
 

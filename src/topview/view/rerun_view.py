@@ -36,9 +36,9 @@ BONE_M, JOINT_M = 0.012, (0.012, 0.03)  # radii: of a bone; of joints of confide
 RIGHT_SHADE: Final = 0.45  # how much darker the right side is
 BODY_ALPHA, AREA_OPACITY = 90, 0.5
 IMAGE_PLANE_M: Final = 0.4
-KEPT: Final = "1GiB"  # of memory for what was shown; the oldest is forgotten first
+KEPT_MEMORY: Final = "1GiB"  # of memory for what was shown; the oldest is forgotten first
 CAPSULE_IN_PART: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # z to y
-SIDES: Final = ("middle", "left", "right")
+BONE_GROUPS: Final = ("middle", "left", "right")
 
 Labels = Callable[[Frame], NDArray[np.integer] | None]
 
@@ -70,7 +70,7 @@ class RerunView:
 
         rerun listens on every interface of the machine; it has no setting for that.
         """
-        data = self.stream.serve_grpc(grpc_port=free_port(), server_memory_limit=KEPT)
+        data = self.stream.serve_grpc(grpc_port=free_port(), server_memory_limit=KEPT_MEMORY)
         self.stream.send_blueprint(self._layout())
         port = web_port or free_port()
         self._rr.serve_web_viewer(web_port=port, open_browser=open_browser, connect_to=data)
@@ -140,7 +140,7 @@ class RerunView:
     def _show_person(self, person: Person) -> None:
         rr, log, place = self._rr, self.stream.log, f"world/skeletons/{person.id}"
         color = person_color(person.id)
-        for side in SIDES:
+        for side in BONE_GROUPS:
             own = mix(color, GROUND, RIGHT_SHADE) if side == "right" else color
             strips = bones_of(person, side)
             log(f"{place}/{side}", rr.LineStrips3D(strips, colors=[own], radii=BONE_M))

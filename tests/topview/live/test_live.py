@@ -135,7 +135,7 @@ def stand_in(monkeypatch) -> list[StandIn]:
         made.append(StandIn([raw(index) for index in range(3)]))
         return made[0]
 
-    monkeypatch.setitem(registry.CAMERAS, "made", "topview.live.registry:CAMERAS")
+    monkeypatch.setitem(registry.LIVE_CAMERAS, "made", "topview.live.registry:LIVE_CAMERAS")
     monkeypatch.setattr(registry, "resolve_name", lambda place: make)
     return made
 

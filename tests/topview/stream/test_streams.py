@@ -23,8 +23,8 @@ from topview.io.writers.levelled import BodyMotion
 from topview.records import InputError
 from topview.skeletons import SkeletonSequence, TrackedFrame
 from topview.stream import open_stream
-from topview.stream.outlets import MOST_WAITING, Background
-from topview.stream.vmc import BONES, UNITY_FROM_ANIMATION, vmc_messages
+from topview.stream.outlets import MOST_QUEUED, Background
+from topview.stream.vmc import UNITY_BONES, UNITY_FROM_ANIMATION, vmc_messages
 
 pythonosc = pytest.importorskip("pythonosc.osc_packet", reason="needs python-osc")
 client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
@@ -74,7 +74,7 @@ def test_a_vmc_avatar_s_bones_make_the_body_again():
     motion = BodyMotion.of(SkeletonSequence.from_frames([frame], ABOUT), "test")
     Rs, places, expected_R, expected = [], [], [], []
     for n, node in enumerate(NODES):
-        *place, x, y, z, w = bones[BONES[node.name]]
+        *place, x, y, z, w = bones[UNITY_BONES[node.name]]
         R, at = Rotation.from_quat([x, y, z, w]).as_matrix(), np.array(place)
         R0, at0 = motion.Rs_parent_node[0, n], motion.offsets_m[n]
         if node.parent < 0:
@@ -168,7 +168,7 @@ def test_the_oldest_frames_are_left_out_where_a_listener_is_slow():
     may_go_on.set()
     outlet.close()
     assert ended.is_set()
-    assert taken == [0, *range(50 - MOST_WAITING, 50)]
+    assert taken == [0, *range(50 - MOST_QUEUED, 50)]
 
 
 def test_what_fails_ends_the_stream_and_not_the_run():
