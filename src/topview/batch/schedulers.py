@@ -120,13 +120,10 @@ def in_dask(jobs: Sequence[Job], workers: int, address: str = "") -> Iterator[Ou
     """
     from distributed import Client, KilledWorker, LocalCluster, as_completed
 
+    local: dict[str, Any] = {"n_workers": workers, "threads_per_worker": 1}
+    local |= {"dashboard_address": None, "silence_logs": logging.ERROR}
     try:
-        cluster = address or LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address=None,
-            silence_logs=logging.ERROR,
-        )
+        cluster = address or LocalCluster(**local)
         client = Client(cluster)
     except (OSError, ValueError) as error:
         raise InputError(f"scheduler {address}: no Dask cluster answers there: {error}") from None

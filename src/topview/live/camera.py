@@ -28,22 +28,33 @@ class RawFrame:
 
 
 class DepthCamera(Protocol):
-    """A camera that runs.
+    """A camera that runs."""
 
-    Attributes:
-        name: of it, for people.
-        camera: of the depth images, with its lens and kind of noise.
-        color: the camera of the colour images; None where they are registered to the depth, or
-            there are none.
-        metres_per_unit: of the depth.
-        fps: frames per second that it should give.
-    """
+    @property
+    def name(self) -> str:
+        """Of it, for people."""
+        ...
 
-    name: str
-    camera: Camera
-    color: ColorCamera | None
-    metres_per_unit: float
-    fps: float
+    @property
+    def camera(self) -> Camera:
+        """Of the depth images, with its lens and kind of noise."""
+        ...
+
+    @property
+    def color(self) -> ColorCamera | None:
+        """The camera of the colour images; None where they are registered to the depth, or there
+        are none."""
+        ...
+
+    @property
+    def metres_per_unit(self) -> float:
+        """Of the depth."""
+        ...
+
+    @property
+    def fps(self) -> float:
+        """Frames per second that it should give."""
+        ...
 
     def read(self) -> RawFrame | None:
         """Wait for the next frame; its arrays are no longer the library's. None once the camera

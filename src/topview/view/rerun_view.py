@@ -144,7 +144,7 @@ class RerunView:
             own = mix(color, GROUND, RIGHT_SHADE) if side == "right" else color
             strips = bones_of(person, side)
             log(f"{place}/{side}", rr.LineStrips3D(strips, colors=[own], radii=BONE_M))
-        known = np.isfinite(person.joints_camera).all(-1).nonzero()[0]
+        known = np.nonzero(np.isfinite(person.joints_camera).all(-1))[0]
         low_m, high_m = JOINT_M
         log(
             f"{place}/joints",

@@ -95,6 +95,8 @@ def test_the_recorded_folder_gives_the_same_frames_again(tmp_path):
         )  # fmt: skip
         assert one.camera == other.camera
         np.testing.assert_array_equal(one.depth_m, other.depth_m)
+        assert one.color is not None
+        assert other.color is not None
         np.testing.assert_array_equal(one.color, other.color)
 
 

@@ -65,7 +65,9 @@ def test_what_the_camera_says_and_gives():
     assert camera.camera.sensor == "stereo"
     assert camera.camera.is_pinhole
     assert camera.color is not None
-    assert camera.color.camera.distortion.model == "inverse_brown_conrady"
+    lens = camera.color.camera.distortion
+    assert lens is not None
+    assert lens.model == "inverse_brown_conrady"
     np.testing.assert_allclose(camera.color.T_color_depth[:3, 3], [BASELINE_M, 0, 0], atol=1e-7)
     rng = np.random.default_rng(0)
     for number in (1, 2):
@@ -73,8 +75,10 @@ def test_what_the_camera_says_and_gives():
         color = rng.integers(0, 255, (HEIGHT, WIDTH, 3), np.uint8)
         software.give(number, depth, color)
         frame = camera.read()
+        assert frame is not None
         assert frame.timestamp_s == pytest.approx(1.0 + 0.033 * number)
         np.testing.assert_array_equal(frame.depth, depth)
+        assert frame.color is not None
         np.testing.assert_array_equal(frame.color, color)
     camera.close()
     camera.close()

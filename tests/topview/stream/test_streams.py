@@ -83,7 +83,8 @@ def test_a_vmc_avatar_s_bones_make_the_body_again():
             R, at = Rs[node.parent] @ R, places[node.parent] + Rs[node.parent] @ at
             at0 = expected[node.parent] + expected_R[node.parent] @ at0
             R0 = expected_R[node.parent] @ R0
-        Rs.append(R), places.append(at), expected_R.append(R0), expected.append(at0)
+        for kept, value in ((Rs, R), (places, at), (expected_R, R0), (expected, at0)):
+            kept.append(value)
     np.testing.assert_allclose(places, np.array(expected) @ UNITY_FROM_ANIMATION, atol=1e-9)
 
 
@@ -117,7 +118,7 @@ def test_a_listener_gets_the_newest_frame_and_one_that_never_reads_holds_up_nobo
         )
         for frame in frames:
             outlet.send(frame)
-        last = -1
+        last, told = -1, {}
         while last < frames[-1].index:
             told = json.loads(listener.recv(HANGS_S))
             assert told["frame_index"] > last
