@@ -78,14 +78,14 @@ class WebSocketOutlet:
 
     def _run(self) -> None:
         try:
-            self._loop.run_until_complete(self._serve())
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+                runner.run(self._serve())
         except OSError as error:
             self._refused = error
         except Exception as error:  # of ours; tracking goes on
             self.problem = f"{type(error).__name__}: {error}"
         finally:
             self._started.set()
-            self._loop.close()
 
     async def _serve(self) -> None:
         from websockets.asyncio.server import serve
