@@ -38,7 +38,9 @@ EXAMPLES = [
 
 # Commands in blocks of code, as `topview track my_recording --out results    # a comment`.
 BLOCK = re.compile(r"^```\n(.*?)^```", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(r"^(?:topview|\./run) ((?!test|.*\.\.\.|.*\[)[a-z].*?)(?: +#.*)?$", re.MULTILINE)
+COMMAND = re.compile(
+    r"^(?:topview|\./run) ((?!test|.*\.\.\.|.*\[)[a-z].*?)(?: +#.*)?$", re.MULTILINE
+)
 COMMANDS = sorted(
     {
         (document.name, command)

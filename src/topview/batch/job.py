@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from time import time
+from traceback import format_exc
 from typing import Any, Final
 
 from topview.batch.record import RECORD, Outcome, checksums, read_record, write_record
@@ -92,11 +93,11 @@ def do(job: Job) -> Outcome:
         unfinished = job.out / f".{job.name}.{socket.gethostname()}.{os.getpid()}{UNFINISHED}"
         try:
             return _tracked(job, unfinished)
-        except Exception as error:  # whatever it is, the other recordings go on
-            told = (
-                str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-            )
-            return job.outcome(state="failed", error=told)
+        except InputError as error:
+            return job.outcome(state="failed", error=str(error))
+        except Exception as error:  # a bug: it is told, and the other recordings go on
+            told = f"a bug of topview ({type(error).__name__}: {error})"
+            return job.outcome(state="failed", error=told, traceback=format_exc())
         finally:
             shutil.rmtree(unfinished, ignore_errors=True)
 

@@ -28,6 +28,7 @@ class Outcome(msgspec.Struct, frozen=True, omit_defaults=True):
         state: done, failed, or waiting for its turn.
         options: all that the result depends on, in JSON types.
         error: why it failed, a line; or that nobody was found.
+        traceback: of an error that is a bug; empty otherwise.
         frames: how many were tracked.
         people: how many were found.
         files: SHA-256 of each file of the result, in hexadecimal digits.
@@ -40,6 +41,7 @@ class Outcome(msgspec.Struct, frozen=True, omit_defaults=True):
     state: State = "waiting"
     options: dict[str, Any] = {}
     error: str = ""
+    traceback: str = ""
     frames: int = 0
     people: int = 0
     files: dict[str, str] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from threading import Event
 from typing import Annotated
@@ -15,7 +15,7 @@ from topview.cli.progress import progress_bar, warn
 from topview.cli.results import RESULT
 from topview.io import SkeletonFile, open_recording
 from topview.io.writers.extras import needed
-from topview.records import Person
+from topview.records import Frame, Person
 from topview.skeletons import SkeletonSequence
 from topview.view.rerun_view import RerunView
 
@@ -59,16 +59,30 @@ def view(
 
 
 def _show_result(viewer: RerunView, skeletons: SkeletonFile, source: Path | None) -> None:
-    recording = None if source is None else open_recording(source)
-    frames = {} if recording is None else iter(map(undistorted, recording))
+    images = _Images(() if source is None else open_recording(source))
     for block in skeletons.blocks():
         for row, people in enumerate(people_of(block)):
             index, time_s = int(block.frame_index[row]), float(block.timestamps_s[row])
-            image = next((f for f in frames if f.index >= index), None) if frames else None
-            if image is not None and image.index == index:
-                viewer.show(image, people)
-            else:
+            frame = images.of(index)
+            if frame is None:
                 viewer.show_skeletons(index, time_s, people)
+            else:
+                viewer.show(frame, people)
+
+
+class _Images:
+    """Frames of a recording by their numbers, which are asked for in order."""
+
+    def __init__(self, frames: Iterable[Frame]) -> None:
+        self._frames = iter(frames)
+        self._next: Frame | None = next(self._frames, None)
+
+    def of(self, index: int) -> Frame | None:
+        """Undistorted; None where the recording has none."""
+        while self._next is not None and self._next.index < index:
+            self._next = next(self._frames, None)
+        is_it = self._next is not None and self._next.index == index
+        return undistorted(self._next) if is_it and self._next is not None else None
 
 
 def people_of(block: SkeletonSequence) -> Iterator[list[Person]]:

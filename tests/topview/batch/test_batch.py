@@ -26,6 +26,8 @@ def made_result(source: Path, out: Path, tries: int = 0) -> tuple[int, int]:
         file.write("x")
     if "bad" in source.name:
         raise InputError(f"{source.name}: is broken")
+    if "buggy" in source.name:
+        raise ZeroDivisionError("odd")
     if "kills" in source.name and len(source.read_text()) <= tries:
         os.kill(os.getpid(), signal.SIGKILL)
     (out / "skeletons.npz").write_text(source.name)
@@ -97,6 +99,13 @@ def test_a_failure_leaves_nothing_behind(jobs):
     (job,) = jobs("bad")
     assert (do(job).state, do(job).error) == ("failed", "bad: is broken")
     assert list(job.out.iterdir()) == []
+
+
+def test_a_bug_is_told_with_its_place(jobs):
+    (job,) = jobs("buggy")
+    outcome = do(job)
+    assert outcome.error == "a bug of topview (ZeroDivisionError: odd)"
+    assert "in made_result" in outcome.traceback
 
 
 def test_what_a_killed_process_left_is_removed_once_it_is_old(jobs, tmp_path):

@@ -8,7 +8,8 @@ import pytest
 
 from browser import Browser, find_chromium
 from moving_bodies import moving_people
-from tiny_recordings import CAMERA, HEIGHT, WIDTH
+from tiny_recordings import CAMERA, HEIGHT, WIDTH, wall
+from topview.cli import view as command
 from topview.cli.view import people_of
 from topview.io import write_skeletons_npz
 from topview.io.writers import extras
@@ -77,6 +78,22 @@ def test_a_cloud_is_what_has_a_reading():
     assert set(map(tuple, colors.tolist())) == {(10, 120, 200)}
 
 
+def test_a_result_is_shown_with_the_images_of_its_recording(
+    topview, make_recording, tmp_path, monkeypatch
+):
+    source = make_recording([wall()] * 6)
+    (source / "depth" / "000003.png").unlink()
+    write_skeletons_npz(moving_people(), tmp_path / "skeletons.npz")  # frames 0 to 4
+    shown: dict[str, list[int]] = {"show": [], "show_skeletons": []}
+    monkeypatch.setattr(command, "tell_address", lambda viewer: None)
+    monkeypatch.setattr(RerunView, "show", lambda _, f, people: shown["show"].append(f.index))
+    monkeypatch.setattr(
+        RerunView, "show_skeletons", lambda _, n, time_s, people: shown["show_skeletons"].append(n)
+    )
+    assert topview("view", tmp_path, "--recording", source, "--once").status == 0
+    assert shown == {"show": [0, 1, 2, 4], "show_skeletons": [3]}
+
+
 def test_without_rerun_one_line_says_how_to_get_it(topview, tmp_path, monkeypatch):
     def missing(name):
         raise ImportError(name)
@@ -93,8 +110,6 @@ def test_without_rerun_one_line_says_how_to_get_it(topview, tmp_path, monkeypatc
 def test_the_web_viewer_shows_it(topview, tmp_path):
     """In a real Chromium: both people's colours are there, and the page is not blank."""
     find_chromium()
-    from topview.cli import view as command
-
     both_last = moving_people({0.0: [1], 0.1: [1, 3]})
     write_skeletons_npz(both_last, tmp_path / "skeletons.npz")
     shown = []
