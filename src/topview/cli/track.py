@@ -71,7 +71,7 @@ def track(
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a ROS bag; an Azure Kinect's
             .mkv; a depth .npy; whatever else docs/recordings.md lists. Or a live camera,
-            realsense: or realsense:SERIAL, until Ctrl-C.
+            realsense: or orbbec:, until Ctrl-C; realsense:SERIAL for one of several.
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.

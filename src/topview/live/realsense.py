@@ -103,7 +103,7 @@ class RealSenseCamera:
             return devices[serials.index(serial)]
         if serial or not devices:
             there = f"there are {', '.join(serials)}" if serials else "none is connected"
-            raise InputError(f"realsense:{serial}: no such camera; {there}")
+            raise InputError(f"realsense:{serial} names no camera that is there; {there}")
         return devices[0]
 
     def _told(self, device: Any, what: str) -> str:

@@ -15,6 +15,7 @@ from topview.records import InputError
 # Name: what opens one, given what stands after the colon.
 LIVE_CAMERAS: Final[dict[str, str]] = {
     "realsense": "topview.live.realsense:RealSenseCamera",
+    "orbbec": "topview.live.orbbec:OrbbecCamera",
 }
 
 

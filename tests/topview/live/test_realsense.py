@@ -85,5 +85,7 @@ def test_what_the_camera_says_and_gives():
 
 
 def test_a_camera_that_is_not_there_is_told():
-    with pytest.raises(InputError, match="realsense:77: no such camera; none is connected"):
+    with pytest.raises(
+        InputError, match="realsense:77 names no camera that is there; none is connected"
+    ):
         RealSenseCamera("77")
