@@ -85,12 +85,17 @@ class Job:
         return (outcome.source, outcome.options) == (str(self.source.resolve()), self.options)
 
 
+def unfinished_folder(job: Job, process: int) -> Path:
+    """Where a process of this machine tracks it."""
+    return job.out / f".{job.name}.{socket.gethostname()}.{process}{UNFINISHED}"
+
+
 def do(job: Job) -> Outcome:
     """Do it; an error is an outcome too. One at a time in each process."""
     with _ALONE:
         if (done := job.finished()) is not None:  # told by a process that was killed just then
             return done
-        unfinished = job.out / f".{job.name}.{socket.gethostname()}.{os.getpid()}{UNFINISHED}"
+        unfinished = unfinished_folder(job, os.getpid())
         try:
             return _tracked(job, unfinished)
         except InputError as error:

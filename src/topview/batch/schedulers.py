@@ -7,6 +7,7 @@ recording on which it worked a try; one that has cost `MOST_TRIES` processes is 
 from __future__ import annotations
 
 import logging
+import shutil
 import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +16,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final
 
-from topview.batch.job import Job, do
+from topview.batch.job import Job, do, unfinished_folder
 from topview.batch.record import Outcome
 from topview.io.writers.extras import needed
 from topview.records import InputError, shown
@@ -56,6 +57,10 @@ class _Running:
     process: Any  # of a context; its types have no common name
     told: Connection
 
+    def remove_unfinished(self) -> None:
+        """What the process has left, which was killed."""
+        shutil.rmtree(unfinished_folder(self.job, self.process.pid), ignore_errors=True)
+
 
 def in_processes(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
     """A new process of this machine for each recording, so many at once."""
@@ -71,7 +76,9 @@ def in_processes(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
                 outcome = _told_by(one)
                 if outcome is not None:
                     yield outcome
-                elif one.tries < MOST_TRIES:
+                    continue
+                one.remove_unfinished()
+                if one.tries < MOST_TRIES:
                     waiting.append((one.job, one.tries + 1))
                 else:
                     yield _given_up(one.job)
@@ -79,6 +86,7 @@ def in_processes(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
         for one in running.values():
             one.process.kill()
             one.process.join()
+            one.remove_unfinished()
 
 
 def _started(job: Job, tries: int) -> _Running:

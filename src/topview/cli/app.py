@@ -23,6 +23,7 @@ app = App(
     help_epilogue="`topview COMMAND --help` tells more of each. With `--quiet` any of them prints "
     "nothing but the error that ends it.",
     default_parameter=Parameter(converter=converted),
+    suppress_keyboard_interrupt=False,  # `main` tells of it, and knows which signal came
 )
 app.command("topview.cli.track:track", name="track", help="Track everyone in a recording.")
 app.command("topview.cli.batch:batch", name="batch", help="Track many recordings.")

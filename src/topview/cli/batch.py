@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from topview.batch.job import Job, remove_unfinished
 from topview.batch.record import Outcome, write_manifest
-from topview.batch.schedulers import PROCESSES, scheduler_named
+from topview.batch.schedulers import DASK, PROCESSES, scheduler_named
 from topview.batch.sources import expanded, named
 from topview.cli.progress import compile_kernels, progress_bar, warn
 from topview.cli.results import RESULT
@@ -67,8 +67,10 @@ def batch(
     workers = workers or max(1, (os.cpu_count() or 1) // 2)
     schedule = scheduler_named(scheduler, workers)
     options = {"pictures": pictures, "format": format, "mirrored": mirrored}
-    if scheduler == PROCESSES and not settings.threads:
+    if scheduler in (PROCESSES, DASK) and not settings.threads:  # all workers are here
         settings = replace(settings, threads=max(1, (os.cpu_count() or 1) // workers))
+    if settings.weights is not None:  # a worker may have started elsewhere
+        settings = replace(settings, weights=settings.weights.resolve())
     told = json.loads(json.dumps(options | settings.as_json()))
     run = uuid4().hex
     make = partial(track_into, options=options, settings=settings)

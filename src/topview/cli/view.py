@@ -31,8 +31,8 @@ def view(
 ) -> int:
     """Show a recording, or the skeletons of a result, in a browser.
 
-    Needs rerun: pip install 'topview[view]'. It is served from this machine to this machine, and
-    needs no network. Ctrl-C ends it. `topview track --view` shows both while tracking runs.
+    Needs rerun: pip install 'topview[view]'. It is served by this machine and needs no network;
+    Ctrl-C ends it. `topview track --view` shows both while tracking runs.
 
     Args:
         source: a recording, as for `topview track`; or a skeletons.npz, or the folder with it.

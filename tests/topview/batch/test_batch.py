@@ -131,11 +131,12 @@ def test_a_killed_dask_worker_costs_no_recording(jobs):
 
 
 @pytest.mark.slow
-def test_a_recording_that_kills_every_process_is_given_up(jobs):
+def test_a_recording_that_kills_every_process_is_given_up(jobs, tmp_path):
     outcomes = {outcome.name: outcome for outcome in in_processes(jobs("kills", "a", tries=9), 2)}
     assert outcomes["a"].state == "done"
     assert outcomes["kills"].state == "failed"
     assert "3 processes that worked on it were killed" in outcomes["kills"].error
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["a"]
 
 
 def test_the_command_goes_on_where_it_ended(topview, tmp_path, monkeypatch):

@@ -57,3 +57,13 @@ def test_a_library_user_hears_of_it_by_logging(make_recording, caplog):
     assert [record.levelname for record in caplog.records] == ["INFO", "WARNING"]
     assert "a folder with depth/" in caplog.text
     assert logging.getLogger("topview").handlers  # or Python would print what nobody asked for
+
+
+def test_a_signal_in_any_command_is_told(topview, monkeypatch):
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("topview.cli.info.contents_of", stopped)
+    ended = topview("info", ".")
+    assert ended.status == 130
+    assert ended.complaints == ["topview: interrupted"]
