@@ -7,6 +7,7 @@ for frame in topview.open(path):
 
 from __future__ import annotations
 
+import logging
 from os import PathLike
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -57,6 +58,7 @@ __all__ = [
 ]
 
 __version__ = installed_version()
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # the user says what is shown
 
 # Loaded when first asked for: the tracker brings numba, which takes a second.
 _LAZY = {

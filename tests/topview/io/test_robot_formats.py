@@ -23,7 +23,7 @@ SEQUENCE = replace(moving_people(), camera=CAMERA)
 TIMES_S = list(WHO)
 KEYS = "child_frame", "parent_frame", "quaternion", "translation"
 for library in ("rosbags", "rerun"):
-    pytest.importorskip(library, reason="needs the extras ros and rerun")
+    pytest.importorskip(library, reason="needs the extras ros and view")
 
 
 def written(name: str, folder: Path, sequence: Any = SEQUENCE) -> Path:

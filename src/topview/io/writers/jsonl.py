@@ -33,18 +33,19 @@ def write_skeletons_jsonl(skeletons: Skeletons, path: str | PathLike[str]) -> No
         for block in skeletons.blocks():
             bones = _bones(block)
             for f in range(len(block.frame_index)):
-                file.write(encoder.encode(_frame(block, f, bones)) + b"\n")
+                file.write(encoder.encode(frame_as_json(block, f, bones)) + b"\n")
 
 
-def _frame(block: SkeletonSequence, f: int, bones: Bones) -> dict[str, Any]:
+def frame_as_json(block: SkeletonSequence, f: int, bones: Bones | None = None) -> dict[str, Any]:
+    """What a line says of the frame in row `f`; without bones where they are not given."""
     heights_m = dict(zip(block.people_ids.tolist(), block.heights_m.tolist(), strict=True))
     people = [
         {
             "id": (person_id := int(block.person_ids[f, s])),
             "height_m": heights_m.get(person_id),
             "joints": _joints(block, f, s),
-            "bones": bones.get((f, s)),
         }
+        | ({} if bones is None else {"bones": bones.get((f, s))})
         for s in block.present[f].nonzero()[0].tolist()
     ]
     return {

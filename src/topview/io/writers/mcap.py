@@ -50,7 +50,7 @@ IDS_TYPE: Final = "hri_msgs/msg/IdsList"
 IDS: Final = "std_msgs/Header header\nstring[] ids"  # not among rosbags' messages
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
 ROS_FROM_PART: Final = ROS_FROM_STAGE  # a part has its x, y and z where the stage has them
-JOINT_M, BONE_M = 0.05, 0.02  # ours: as thick as markers are drawn
+MARKER_JOINT_M, MARKER_BONE_M = 0.05, 0.02  # ours: as thick as markers are drawn
 HIDDEN_ALPHA: Final = 0.35  # ours: of what is not visible
 # REP 155's names where it has some, ours for `lower_torso` and `neck`.
 _NAMES: Final = {"pelvis": "body", "torso": "lower_torso", WAIST: "waist"}
@@ -190,8 +190,8 @@ class _Bag:
             return self._made.marker(number, 0, width_m, kind, time_s, points, colors)
 
         return [
-            marker(0, SPHERES, JOINT_M, np.flatnonzero(is_known).tolist()),
-            marker(1, LINES, BONE_M, ends),
+            marker(0, SPHERES, MARKER_JOINT_M, np.flatnonzero(is_known).tolist()),
+            marker(1, LINES, MARKER_BONE_M, ends),
         ]
 
     def _write(self, topic: str, kind: str, time_s: float, **fields: Any) -> None:

@@ -63,7 +63,7 @@ FORMATS: Final[dict[str, SkeletonFormat]] = {
             endings=("gltf",),
         ),
         SkeletonFormat("mcap", write_skeletons_mcap, needs=("rosbags", "ros")),
-        SkeletonFormat("rrd", write_skeletons_rrd, needs=("rerun", "rerun")),
+        SkeletonFormat("rrd", write_skeletons_rrd, needs=("rerun", "view")),
     )
 }
 

@@ -40,7 +40,7 @@ def write_skeletons_rrd(skeletons: Skeletons, path: str | PathLike[str]) -> None
         InputError: rerun-sdk is not installed, the joints or parts are not topview's, times do not
             grow, or it cannot be written; the old file, if any, is then unharmed.
     """
-    rr = needed("rerun", "rrd", "rerun")
+    rr = needed("rerun", "rrd", "view")
     stream = _Stream(rr)
     with written_atomically(Path(path)) as file:
         for block in skeletons.blocks():
