@@ -7,6 +7,7 @@ for frame in topview.open(path):
 
 from __future__ import annotations
 
+import logging
 from os import PathLike
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,7 @@ from topview.version import installed_version
 
 if TYPE_CHECKING:
     from topview.body.hierarchy import Articulation
-    from topview.io.writers.levelled import articulation_of
+    from topview.io.writers.levelled import T_world_camera, articulation_of
     from topview.io.writers.npz import read_skeletons_npz as read_skeletons
     from topview.io.writers.registry import write_skeletons
     from topview.track.settings import TrackerSettings
@@ -46,6 +47,7 @@ __all__ = [
     "Person",
     "Recording",
     "SkeletonSequence",
+    "T_world_camera",
     "Tracker",
     "TrackerSettings",
     "__version__",
@@ -56,10 +58,12 @@ __all__ = [
 ]
 
 __version__ = installed_version()
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # the user says what is shown
 
 # Loaded when first asked for: the tracker brings numba, which takes a second.
 _LAZY = {
     "Articulation": "topview.body.hierarchy:Articulation",
+    "T_world_camera": "topview.io.writers.levelled:T_world_camera",
     "Tracker": "topview.track.tracker:Tracker",
     "TrackerSettings": "topview.track.settings:TrackerSettings",
     "articulation_of": "topview.io.writers.levelled:articulation_of",

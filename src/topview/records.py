@@ -27,6 +27,7 @@ MAX_IMAGE_SIDE_PX = 16_384
 MAX_IMAGE_PIXELS = 2**25  # ours: several times those of any depth camera, and of most of colour
 MAX_PLACE_M = 1e8  # ours; from a world's origin: twice around the Earth
 ROTATION_TOLERANCE = 0.01  # ours; of R R', for numbers written with three digits
+LEAST_DOWN = 0.5  # ours; the share of gravity along an image's columns: tilted by up to 60 degrees
 
 
 class InputError(ValueError):
@@ -165,6 +166,28 @@ def rigid_transform(T: Any, name: str) -> NDArray[np.float64]:
     return read_only(T)
 
 
+def gravity_direction(gravity: Any, name: str) -> NDArray[np.float64]:
+    """[3] float64 unit vector, read-only, of what should point down in the frame of a camera.
+
+    Raises:
+        InputError: it is not three finite numbers, or does not point down in the image.
+    """
+    try:
+        given = np.array(gravity)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    is_numbers = given.dtype.kind in "iuf" and given.shape == (3,) and np.isfinite(given).all()
+    down = given.astype(np.float64) if is_numbers else np.zeros(3)
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(down))
+    if not 0.0 < length < np.inf or down[1] / length < LEAST_DOWN:
+        raise InputError(
+            f"{name} is {shown(gravity)}; it must be three numbers that point down in the frame of "
+            "the camera, y the largest; what an accelerometer at rest tells is the opposite"
+        )
+    return read_only(down if abs(length - 1.0) < 1e-9 else down / length)  # so that it is kept
+
+
 # Model: how many coefficients it may have.
 DISTORTION_MODELS: Final[dict[str, tuple[int, ...]]] = {
     "none": (0, 4, 5, 8),
@@ -289,6 +312,8 @@ class Camera:
         distortion: of the lens; None where the image is undistorted already.
         sensor: what kind of depth camera, which says how noisy a reading is (`SENSOR_NOISE`).
         T_world_camera: [4, 4] its pose in a world frame of the user's, metres; None if not known.
+        gravity_camera: [3] points down in the camera's frame, of any length, kept as a unit vector;
+            None if only the floor tells it.
 
     Raises:
         InputError: a value is no number, not positive where it must be, or absurd.
@@ -303,6 +328,7 @@ class Camera:
     distortion: Distortion | None = None
     sensor: SensorName = "kinect1"
     T_world_camera: NDArray[np.float64] | None = None
+    gravity_camera: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         _make_numbers(self, whole_number, "camera width", "camera height")
@@ -343,6 +369,9 @@ class Camera:
         if self.T_world_camera is not None:
             T = rigid_transform(self.T_world_camera, "T_world_camera")
             object.__setattr__(self, "T_world_camera", T)
+        if self.gravity_camera is not None:
+            down = gravity_direction(self.gravity_camera, "gravity_camera")
+            object.__setattr__(self, "gravity_camera", down)
 
     @property
     def is_pinhole(self) -> bool:
@@ -357,8 +386,9 @@ class Camera:
     def _values(self) -> tuple[Any, ...]:
         T = self.T_world_camera
         pose = None if T is None else tuple(T.ravel().tolist())
+        down = None if self.gravity_camera is None else tuple(self.gravity_camera.tolist())
         intrinsics = (self.fx, self.fy, self.cx, self.cy, self.width, self.height)
-        return (*intrinsics, self.distortion, self.sensor, pose)
+        return (*intrinsics, self.distortion, self.sensor, pose, down)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Camera) and self._values() == other._values()

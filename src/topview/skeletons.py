@@ -113,7 +113,8 @@ class SkeletonSequence:
         camera: what took the frames, with its lens; None if not known.
         floor_camera: [4] upward unit normal n and height h of the camera over the floor, whose
             points p have n @ p + h = 0; NaN if no floor was seen.
-        gravity_camera: [3] unit vector that points down; NaN if not known.
+        gravity_camera: [3] unit vector that points down: the camera's, if it was given one, else
+            by the floor; NaN if not known.
         topview_version: what wrote it; empty if nothing told.
     """
 
@@ -174,6 +175,22 @@ class SkeletonSequence:
         `joints_camera[sequence.slots_of(3)]` is [N, J, 3] of person 3."""
         rows, slots = np.nonzero(self.person_ids == person_id)
         return rows, slots
+
+    def people_in(self, row: int) -> list[Person]:
+        """Whoever is there in a frame, as the tracker told them; statures as told last."""
+        statures_m = dict(zip(self.people_ids.tolist(), self.heights_m.tolist(), strict=True))
+        return [
+            Person(
+                person_id,
+                statures_m[person_id],
+                self.joints_camera[row, slot],
+                self.joint_state[row, slot],
+                self.joint_confidence[row, slot],
+                self.Ts_camera_part[row, slot],
+            )
+            for slot, person_id in enumerate(self.person_ids[row].tolist())
+            if person_id != NOBODY_ID
+        ]
 
     def of_person(self, person_id: int) -> SkeletonSequence:
         """One person alone, in one slot; all frames stay.
@@ -389,6 +406,9 @@ def stacked(
         array[rows, columns] = values
         return array
 
+    of_all = totals.arrays()
+    if about.camera is not None and about.camera.gravity_camera is not None:
+        of_all["gravity_camera"] = about.camera.gravity_camera
     return SkeletonSequence(
         frame_index=np.array([frame.index for frame in frames], np.int64),
         timestamps_s=np.array([frame.timestamp_s for frame in frames], np.float64),
@@ -403,5 +423,5 @@ def stacked(
         frame_names=tuple(frame.name for frame in frames),
         camera=about.camera,
         topview_version=about.topview_version,
-        **totals.arrays(),
+        **of_all,
     )

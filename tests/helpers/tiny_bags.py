@@ -109,19 +109,38 @@ class BagWriter:
         kind = "sensor_msgs/msg/CameraInfo"
         self.write(topic, self.make(kind, header=header, roi=region, **values))
 
-    def transform(self, x_m: float) -> Any:
-        """Without a rotation."""
+    def imu(self, topic: str, frame: str, acceleration: tuple[float, float, float]) -> None:
+        """A sample of an accelerometer alone."""
+        nothing = self.make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+        x, y, z = acceleration
+        sample = self.make(
+            "sensor_msgs/msg/Imu",
+            header=self.header(0.0, frame),
+            orientation=self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
+            orientation_covariance=np.zeros(9),
+            angular_velocity=nothing,
+            angular_velocity_covariance=np.zeros(9),
+            linear_acceleration=self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=z),
+            linear_acceleration_covariance=np.zeros(9),
+        )
+        self.write(topic, sample)
+
+    def transform(self, x_m: float, about_x_rad: float = 0.0) -> Any:
+        """Of a shift along x and a turn about it."""
         shift = self.make("geometry_msgs/msg/Vector3", x=x_m, y=0.0, z=0.0)
-        turn = self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
+        half = about_x_rad / 2
+        turn = self.make(
+            "geometry_msgs/msg/Quaternion", x=np.sin(half), y=0.0, z=0.0, w=np.cos(half)
+        )
         return self.make("geometry_msgs/msg/Transform", translation=shift, rotation=turn)
 
-    def static(self, parent: str, child: str, x_m: float) -> None:
+    def static(self, parent: str, child: str, x_m: float, about_x_rad: float = 0.0) -> None:
         """The child's place in the parent's frame."""
         stamped = self.make(
             "geometry_msgs/msg/TransformStamped",
             header=self.header(0.0, parent),
             child_frame_id=child,
-            transform=self.transform(x_m),
+            transform=self.transform(x_m, about_x_rad),
         )
         self.write("/tf_static", self.make("tf2_msgs/msg/TFMessage", transforms=[stamped]))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shlex
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -12,11 +13,14 @@ import pytest
 
 import topview
 from moving_bodies import moving_people
+from topview.cli.app import QUIET, app
 from topview.io.writers.registry import FORMATS
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted(
-    [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "src").glob("topview*/**/*.md")]
+    path
+    for pattern in ("*.md", "docs/**/*.md", "src/topview*/**/*.md")
+    for path in ROOT.glob(pattern)
 )
 # `topview/track/tracker.py:Tracker.update`, a file below src/ or beside it, maybe with a name.
 FILE = re.compile(r"`((?:src|scripts|tests|topview|topview_lab)/[\w./]*\.\w+)(?::([\w.]+))?`")
@@ -27,9 +31,24 @@ ROW = re.compile(r"^\| `(\w+)`", re.MULTILINE)
 
 EXAMPLES = [
     example
-    for name in ("README.md", "docs/outputs.md")
+    for name in ("README.md", "docs/outputs.md", "docs/start.md")
     for example in re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
 ]
+
+
+# Commands in blocks of code, as `topview track my_recording --out results    # a comment`.
+BLOCK = re.compile(r"^```\n(.*?)^```", re.MULTILINE | re.DOTALL)
+COMMAND = re.compile(
+    r"^(?:topview|\./run) ((?!test|.*\.\.\.|.*\[)[a-z].*?)(?: +#.*)?$", re.MULTILINE
+)
+COMMANDS = sorted(
+    {
+        (document.name, command)
+        for document in DOCUMENTS
+        for block in BLOCK.findall(document.read_text().replace("\\\n", " "))
+        for command in COMMAND.findall(block)
+    }
+)
 
 
 def by_name(path: Path) -> str:
@@ -105,6 +124,18 @@ def test_the_examples_run(
     Path("results").mkdir()
     topview.write_skeletons(moving_people(), "results/skeletons.npz")
     exec(compile(example, "example.py", "exec"), {})
+
+
+@pytest.mark.parametrize(("document", "command"), COMMANDS)
+def test_every_command_is_one_that_topview_takes(document: str, command: str) -> None:
+    words = [word for word in shlex.split(command) if word != QUIET]
+    app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+def test_every_page_is_in_the_site() -> None:
+    site = (ROOT / "mkdocs.yml").read_text()
+    pages = [path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")]
+    assert [page for page in pages if f"- {page}\n" not in site] == []
 
 
 def test_the_table_of_names_is_the_package_s() -> None:

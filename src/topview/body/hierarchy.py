@@ -119,22 +119,30 @@ def articulated(joints_camera: Array, Ts_camera_part: Array) -> Articulation:
         joints_camera: [N, J, 3] metres, in the order of `JOINT_NAMES`.
         Ts_camera_part: [N, B, 4, 4], in the order of `PART_NAMES`.
     """
+    offsets_m, Rs_parent_node = nodes_of(joints_camera, Ts_camera_part)
+    lengths_m = np.stack([_middle(offsets_m[:, n]) for n in range(len(NODES))])
+    lengths_m[ROOT] = 0.0
+    turns = np.isfinite(Rs_parent_node).all((-1, -2)).any(0)
+    lengths_m[~turns] = np.nan
+    return Articulation(lengths_m, offsets_m[:, ROOT], Rs_parent_node)
+
+
+def nodes_of(joints_camera: Array, Ts_camera_part: Array) -> tuple[Array, Array]:
+    """The nodes of N bodies, each as it is: [N, K, 3] from each node's parent to the node, in the
+    parent's frame, metres, and [N, K, 3, 3] `Rs_parent_node`; the root's in the camera's frame.
+    Those that are not known are NaN. Arguments as of `articulated`."""
     places = np.empty((len(joints_camera), len(NODES), 3))
     places[:, _JOINT_NODES] = joints_camera
     places[:, _WAIST] = Ts_camera_part[:, LOWER_TORSO, :3, 3]
-    parts = [node.part for node in NODES]
-    Rs_camera_node = Ts_camera_part[:, parts, :3, :3]
-    Rs_parent_node = Rs_camera_node.copy()
-    offsets_m = np.zeros((len(NODES), 3))
+    Rs_camera_node = Ts_camera_part[:, [node.part for node in NODES], :3, :3]
+    Rs_parent_node, offsets_m = Rs_camera_node.copy(), places.copy()
     for n, node in enumerate(NODES):
         if node.parent >= 0:
             R_parent_camera = np.swapaxes(Rs_camera_node[:, node.parent], -1, -2)
             Rs_parent_node[:, n] = R_parent_camera @ Rs_camera_node[:, n]
             way = places[:, n] - places[:, node.parent]
-            offsets_m[n] = _middle((R_parent_camera @ way[..., None])[..., 0])
-        if not np.isfinite(Rs_camera_node[:, n]).all((-1, -2)).any():
-            offsets_m[n] = np.nan
-    return Articulation(offsets_m, places[:, ROOT], Rs_parent_node)
+            offsets_m[:, n] = (R_parent_camera @ way[..., None])[..., 0]
+    return offsets_m, Rs_parent_node
 
 
 def _middle(vectors: Array) -> Array:

@@ -62,7 +62,11 @@ def undistorted_camera(camera: Camera) -> Camera:
     """The pinhole camera of the undistorted images; the camera itself if it is one."""
     if camera.is_pinhole:
         return camera
-    return replace(undistortion(camera).camera, T_world_camera=camera.T_world_camera)
+    return replace(
+        undistortion(camera).camera,
+        T_world_camera=camera.T_world_camera,
+        gravity_camera=camera.gravity_camera,
+    )
 
 
 def undistorted(frame: Frame) -> Frame:
@@ -84,7 +88,7 @@ def undistortion(camera: Camera) -> Undistortion:
     Raises:
         InputError: no pixel has a ray by the lens's model.
     """
-    return _undistortion(replace(camera, T_world_camera=None))
+    return _undistortion(replace(camera, T_world_camera=None, gravity_camera=None))
 
 
 @lru_cache(maxsize=8)

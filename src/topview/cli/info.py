@@ -42,7 +42,8 @@ def lines_about(contents: Contents) -> list[tuple[str, str]]:
         lines.append(("", _camera(contents.color_camera)))
     lines += [("frames", _frames(contents)), ("depth", _depth(contents))]
     if contents.camera.get("T_world_camera") is None:
-        lines.append(("world", "pose of the camera not known"))
+        is_told = contents.camera.get("gravity_camera") is not None
+        lines.append(("world", f"pose of the camera not known{', but gravity' if is_told else ''}"))
     return lines + [("note", problem) for problem in contents.problems]
 
 

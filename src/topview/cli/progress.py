@@ -61,10 +61,12 @@ def follow_with_progress(
     """Track a recording, keeping every frame, showing it to the viewer, and the bar on stderr; or
     a line there now and then, where that is no terminal."""
     compile_kernels()
-    state = TextColumn("{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view")
-    with progress_bar(state, TimeRemainingColumn()) as progress:
+    told_of = TextColumn(
+        "{task.fields[rate]:.1f} frames/s  {task.fields[people]} in view{task.fields[late]}"
+    )
+    with progress_bar(told_of, TimeRemainingColumn()) as progress:
         bar = progress.add_task(
-            f"tracking {recording.name}", total=recording.frame_count, rate=0, people=0
+            f"tracking {recording.name}", total=recording.frame_count, rate=0, people=0, late=""
         )
         start = told = perf_counter()
         done = 0
@@ -74,13 +76,21 @@ def follow_with_progress(
             done += 1
             now = perf_counter()
             rate = done / (now - start)
-            progress.update(bar, advance=1, rate=rate, people=len(people))
+            progress.update(
+                bar, advance=1, rate=rate, people=len(people), late=_lateness(recording)
+            )
             if progress.disable and now - told > REPORT_S:
                 told = now
                 warn(_so_far(done, recording.frame_count, rate))
             viewer.show(frame, people)
 
         run.follow(keep, on_frame)
+
+
+def _lateness(recording: Recording) -> str:
+    """How late the skeletons of a live camera are; empty for what is stored."""
+    latencies_s = getattr(recording, "latencies_s", None)
+    return f"  {1e3 * latencies_s[-1]:.0f} ms late" if latencies_s else ""
 
 
 def _so_far(done: int, frame_count: int | None, rate: float) -> str:

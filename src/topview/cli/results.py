@@ -14,10 +14,10 @@ from topview.files import naming
 from topview.io import (
     SkeletonFile,
     StoredFrames,
-    write_atomically,
     write_skeletons_csv,
     write_skeletons_npz,
 )
+from topview.io.writers.output import written_atomically
 from topview.io.writers.registry import FORMATS, SkeletonFormat, write_format
 from topview.records import InputError
 from topview.skeletons import Skeletons, Totals
@@ -28,6 +28,7 @@ TABLE: Final = "skeletons.csv"
 STEM: Final = "skeletons"  # of a result in any format
 CONTACT_SHEET: Final = "contact_sheet.png"
 PEOPLE_SHEET: Final = "people.png"
+OVERLAY: Final = "overlay.mp4"
 FRAMES_NAME: Final = "skeletons.frames"
 
 
@@ -91,7 +92,7 @@ def older_files(out: Path) -> list[Path]:
     are always written: pictures, and skeletons in other formats."""
     if not (out / RESULT).exists():
         return []
-    files = [out / CONTACT_SHEET, out / PEOPLE_SHEET]
+    files = [out / name for name in (CONTACT_SHEET, PEOPLE_SHEET, OVERLAY)]
     for made in FORMATS.values():
         files += [out / f"{STEM}.{made.name}", *out.glob(f"{STEM}_person*.{made.name}")]
     return [file for file in files if file.name not in (RESULT, TABLE) and file.exists()]
@@ -132,10 +133,15 @@ def _skeleton_writers(skeletons: Skeletons, out: Path) -> list[Callable[[], None
 
 def _sheet_writers(sheets: Mapping[str, Sheet], out: Path) -> list[Callable[[], None]]:
     return [
-        lambda name=name, sheet=sheet: write_atomically(out / name, sheet.png())
+        lambda name=name, sheet=sheet: _write_sheet(sheet, out / name)
         for name, sheet in sheets.items()
         if not sheet.is_blank
     ]
+
+
+def _write_sheet(sheet: Sheet, path: Path) -> None:
+    with written_atomically(path) as file:
+        sheet.write(file)
 
 
 def _failures_of(writers: Sequence[Callable[[], None]]) -> list[str]:

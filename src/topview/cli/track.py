@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from topview.cli.progress import follow_with_progress, print_frames, warn
 from topview.cli.results import (
     CONTACT_SHEET,
     FRAMES_NAME,
+    OVERLAY,
     PEOPLE_SHEET,
     check_free,
     print_people,
     write_result,
 )
 from topview.cli.status import INTERRUPTED
+from topview.cli.view import check_viewer, tell_address, wait_for_end
 from topview.detect.color_view import Light
 from topview.io import (
     DepthRange,
@@ -27,11 +33,20 @@ from topview.io import (
     prepare_output_folder,
 )
 from topview.io.writers.registry import format_named
-from topview.records import InputError
-from topview.track import Tracker, TrackerSettings, TrackingRun
-from topview.view import ContactSheet, PeopleSheet, Sheet, Viewers
+from topview.live import LiveRecording, is_camera, open_camera
+from topview.people.users import label_image
+from topview.records import Frame, InputError, Recording
+from topview.skeletons import TrackedFrame
+from topview.stream import Outlet, open_stream
+from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
+from topview.view import ContactSheet, OverlayVideo, PeopleSheet, Sheet, Viewers
+from topview.view.rerun_view import RerunView
 
 DEFAULTS = TrackerSettings()
+
+
+class NobodyFoundError(InputError):
+    """The result is written, and holds nobody."""
 
 
 def track(
@@ -40,8 +55,13 @@ def track(
     *,
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
+    video: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
+    gravity: tuple[float, float, float] | None = None,
+    stream: tuple[str, ...] = (),
+    record: Path | None = None,
+    view: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -53,21 +73,35 @@ def track(
 
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a ROS bag; an Azure Kinect's
-            .mkv; a depth .npy; whatever else docs/recordings.md lists.
+            .mkv; a depth .npy; whatever else docs/recordings.md lists. Or a live camera,
+            realsense: or orbbec:, until Ctrl-C; realsense:SERIAL for one of several.
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
+        video: write DIR/overlay.mp4, the images with the skeletons over them, too.
         format: write the skeletons in these formats, too, separated by commas: jsonl, parquet, bvh,
-            trc, mot, c3d, glb; as DIR/skeletons.c3d, or DIR/skeletons_person1.bvh for each person.
+            trc, mot, c3d, glb, mcap, rrd; as DIR/skeletons.c3d, or as DIR/skeletons_person1.bvh for
+            each person.
         mirrored: the images are flipped left-right, as OpenNI and the Kinect SDK give them by
             default; camera.json describes them as they are stored. They are flipped back: left is
             the person's left, and positions are in the frame of the camera as it really stood.
+        gravity: three numbers that point down in the frame of the camera (x right, y down, z
+            forward), as 0 0.97 0.26 for a camera that is tilted down by 15 degrees; it levels the
+            world of the outputs, in place of the floor that is seen. Mirrored images are flipped
+            back before.
+        stream: send the skeletons to other programs meanwhile: osc:HOST:PORT, websocket:PORT (this
+            machine alone, with a page at http://127.0.0.1:PORT/) or websocket:HOST:PORT; may be
+            given several times.
+        record: of a live camera: record the frames that are tracked to this new folder.
+        view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
         force: replace the result that DIR holds.
     """
+    if view:
+        check_viewer()
     formats = [format_named(name) for name in format.split(",") if name]
     prepare_output_folder(out)
     check_free(out, force=force)
-    recording = open_recording(source)
+    recording, live = opened(source, record)
     if mirrored:
         recording = MirroredRecording(recording)
     tracker = Tracker(settings)
@@ -76,14 +110,20 @@ def track(
         name, count = recording.name, recording.frame_count
         sheets[CONTACT_SHEET] = ContactSheet(name, count)
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
+    if video:
+        sheets[OVERLAY] = OverlayVideo(out)
     seen = DepthRange()
-    run = TrackingRun(recording, tracker)
+    window = [opened_view(recording.name, tracker)] if view else []
+    run = TrackingRun(recording, tracker, gravity)
     failure: Exception | None = None
     try:
-        with FramesFile(out / FRAMES_NAME, run.about) as frames:
-            follow_with_progress(run, recording, Viewers([*sheets.values(), seen]), frames.append)
+        with streams_opened(stream) as send, FramesFile(out / FRAMES_NAME, run.about) as frames:
+            viewers = Viewers([*sheets.values(), *window, seen])
+            follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send, live))
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
+    if live is not None:
+        live.close()
     warn(*recording.problems, *light_problems(tracker))
     kept = "nothing was tracked, nothing written"
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
@@ -97,11 +137,15 @@ def track(
         elif failure is None:
             raise InputError("; ".join(unwritten))
         warn(*unwritten)
+    if window and failure is None and not run.interrupted:
+        wait_for_end()
     if failure is not None:
         if stored is not None:
             warn(f"ended by an error: {kept}")
         raise failure
-    if run.interrupted:
+    if live is not None and stored is not None:
+        print(live.told)
+    if run.interrupted and live is None:
         warn(f"interrupted: {kept}")
         return INTERRUPTED
     if stored is None:
@@ -109,8 +153,59 @@ def track(
         raise InputError(f"{source}: none of its {count}frames could be read")
     if not stored.totals.people:
         why = seen.problem or f"{seen.told}; if they do not, the unit of depth is wrong"
-        raise InputError(f"{source}: no person was found in {stored.frame_count} frames; {why}")
+        raise NobodyFoundError(
+            f"{source}: no person was found in {stored.frame_count} frames; {why}"
+        )
     return 0
+
+
+def opened_view(name: str, tracker: Tracker) -> RerunView:
+    """rerun's viewer, with whose each pixel is as the tracker sees it."""
+
+    def labels(frame: Frame) -> NDArray[np.int32] | None:
+        found = tracker.finder.found
+        return None if found is None else label_image(found.users, frame.depth_m.shape)
+
+    viewer = RerunView(name, labels)
+    tell_address(viewer)
+    return viewer
+
+
+@contextmanager
+def streams_opened(words: Sequence[str]) -> Iterator[list[Outlet]]:
+    """The outlets of `--stream`, until the run ends."""
+    with ExitStack() as open_ones:
+        outlets = []
+        for one in words:
+            outlets.append(open_stream(one))
+            open_ones.callback(outlets[-1].close)
+        yield outlets
+    warn(*(f"stream ended: {outlet.problem}" for outlet in outlets if outlet.problem))
+
+
+def opened(source: Path, record: Path | None) -> tuple[Recording, LiveRecording | None]:
+    """A recording; a camera is one too, and is given twice."""
+    if is_camera(str(source)):
+        live = open_camera(str(source), record)
+        return live, live
+    if record is not None:
+        raise InputError(f"--record {record}: {source} is a recording already; leave it out")
+    return open_recording(source), None
+
+
+def kept_and_sent(
+    keep: KeepFrame, outlets: Sequence[Outlet], live: LiveRecording | None
+) -> KeepFrame:
+    """Keeps a frame first; then it is sent."""
+
+    def both(frame: TrackedFrame) -> None:
+        keep(frame)
+        if live is not None:
+            live.note_written()
+        for outlet in outlets:
+            outlet.send(frame)
+
+    return both
 
 
 def light_problems(tracker: Tracker) -> list[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.records import ROTATION_TOLERANCE
+
 Array = NDArray[np.float64]
 
 
@@ -73,6 +75,14 @@ def vectors_from_rotations(R: Array) -> Array:
     sine = np.linalg.norm(w, axis=-1) / 2
     angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
     return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
+
+
+def are_rotations(R: Array) -> NDArray[np.bool_]:
+    """[...] whether [..., 3, 3] matrices are rotations, as nearly as three digits tell; not where
+    they are NaN."""
+    with np.errstate(all="ignore"):
+        off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max((-1, -2))
+        return np.array((off < ROTATION_TOLERANCE) & (np.linalg.det(R) > 0.0))
 
 
 def skew(vectors: Array) -> Array:

@@ -32,7 +32,7 @@ LIKE_DISTORTION: Final = re.compile(
 
 def camera_from(values: dict[str, Any]) -> Camera:
     """The camera of an object with `INTRINSICS_KEYS`, maybe distortion {model, coefficients},
-    sensor and T_world_camera; other keys are left alone.
+    sensor, T_world_camera and gravity_camera; other keys are left alone.
 
     Raises:
         InputError: something is missing, or no camera has it.
@@ -49,6 +49,7 @@ def camera_from(values: dict[str, Any]) -> Camera:
         distortion=_distortion(values["distortion"]) if "distortion" in values else None,
         sensor=values.get("sensor", "kinect1"),
         T_world_camera=transform(values, "T_world_camera") if "T_world_camera" in values else None,
+        gravity_camera=values.get("gravity_camera"),
     )
 
 
@@ -61,6 +62,8 @@ def camera_values(camera: Camera) -> dict[str, Any]:
         values["distortion"] = {"model": lens.model, "coefficients": list(lens.coefficients)}
     if camera.T_world_camera is not None:
         values["T_world_camera"] = camera.T_world_camera.tolist()
+    if camera.gravity_camera is not None:
+        values["gravity_camera"] = camera.gravity_camera.tolist()
     return values
 
 

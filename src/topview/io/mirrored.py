@@ -60,6 +60,9 @@ def _flipped_camera(camera: Camera) -> Camera:
         T_world_camera=None
         if camera.T_world_camera is None
         else FLIP @ camera.T_world_camera @ FLIP,
+        gravity_camera=None
+        if camera.gravity_camera is None
+        else FLIP[:3, :3] @ camera.gravity_camera,
     )
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
+
+import numpy as np
 
 from topview.body import JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
@@ -44,18 +46,33 @@ class TrackingRun:
         interrupted: True once Ctrl-C has ended it.
     """
 
-    def __init__(self, recording: Recording, tracker: Tracker) -> None:
+    def __init__(
+        self, recording: Recording, tracker: Tracker, gravity_camera: Sequence[float] | None = None
+    ) -> None:
+        """
+        Args:
+            recording: what to track.
+            tracker: a new one.
+            gravity_camera: [3] points down in the camera's frame, in place of what the recording
+                and the floor say.
+
+        Raises:
+            InputError: gravity does not point down.
+        """
         self._recording = recording
         self._tracker = tracker
         self._floor_camera: tuple[float, ...] | None = None
         settings: dict[str, Any] = {"recording": recording.name, **tracker.settings_as_json()}
         if getattr(recording, "is_mirrored", False):
             settings["mirrored"] = True
+        camera = recording.camera
+        if gravity_camera is not None:
+            camera = replace(camera, gravity_camera=np.array(gravity_camera))
         self.about = About(
             JOINT_NAMES,
             PART_NAMES,
             settings,
-            recording.camera,
+            camera,
             installed_version(),
         )
         self.frame_count = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from topview.detect.detectors import DETECTORS, DetectorName
 from topview.detect.joints.proposers import (
@@ -15,9 +15,11 @@ from topview.detect.joints.proposers import (
 )
 from topview.people.areas import Areas
 from topview.people.settings import PeopleSettings
-from topview.records import InputError, shown, whole_number
+from topview.records import InputError, check_range, shown, whole_number
 from topview.track.body_tracker import Needs
 from topview.track.methods import DEFAULT, method_by_name, method_name
+
+MOST_SMOOTHING_S: Final = 2.0  # ours; a longer memory tells of another moment
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +48,14 @@ class TrackerSettings:
         ignore: people are not looked for here; written like `region`.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
+        smoothing_s: memory of the mean that each body is smoothed by, seconds: the longest delay of
+            what moves slowly; what moves faster lags less, below 5 cm and 9 degrees. 0 leaves
+            bodies as they are.
 
     Raises:
         InputError: a method, detector or proposals that do not exist, weights that nothing would
-            read, a seed or number of threads or people that is no whole number or out of range, an
-            area that is none.
+            read, a seed or number of threads or people that is no whole number, a number out of
+            range, an area that is none.
     """
 
     method: str = DEFAULT
@@ -62,6 +67,7 @@ class TrackerSettings:
     people: int | None = None
     region: str = ""
     ignore: str = ""
+    smoothing_s: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
@@ -79,6 +85,7 @@ class TrackerSettings:
             if self.people < 1:
                 raise InputError(f"people is {shown(self.people)}; it must be 1 or more")
         Areas.told(self.region, self.ignore)
+        check_range(self, 0.0, MOST_SMOOTHING_S, "smoothing_s")
         if self.weights is not None:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
@@ -107,4 +114,6 @@ class TrackerSettings:
         needs = needs or method_by_name(self.method).needs
         if needs.joints:
             named |= proposals_as_json(self.proposals, self.weights)
+        if self.smoothing_s > 0.0:
+            named["smoothing_s"] = self.smoothing_s
         return named

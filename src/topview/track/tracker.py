@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from math import inf
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ from topview.track.methods import method_by_name
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
 from topview.track.settings import TrackerSettings
+from topview.track.smoothing import Smoothing
+
+_LOGGER: Final = logging.getLogger(__name__)
 
 
 class Tracker:
@@ -81,6 +85,8 @@ class Tracker:
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
         self._last: Frame | None = None
+        smoothing_s = self.settings.smoothing_s
+        self._smoothing = Smoothing(smoothing_s) if smoothing_s > 0.0 else None
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
         """Find the people in the next frame and fit their bodies.
@@ -107,10 +113,14 @@ class Tracker:
         self._tracks = {user.id: self._track_of(user, threads) for user in users}
         for user in users:
             scene = scene.with_body(self._tracks[user.id].fit(scene, user))
+        before = {person.id for person in self._people}
         with self.clock.stage("visibility"):
             self._people = [self._tracks[body.person].seen_in(scene, body) for body in scene.bodies]
         self.clock.end_frame()
-        return self._people
+        _log_changes(frame, before, {person.id for person in self._people})
+        if self._smoothing is None:
+            return self._people
+        return self._smoothing.update(self._people, frame.timestamp_s)
 
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
@@ -207,3 +217,10 @@ class Tracker:
             return track
         subject = Subject(user.id, self.settings.seed, threads, self.clock)
         return PersonTrack(subject, self.body)
+
+
+def _log_changes(frame: Frame, before: set[int], here: set[int]) -> None:
+    """Who has come and gone."""
+    for ids, what in ((here - before, "came"), (before - here, "is gone")):
+        for person_id in sorted(ids):
+            _LOGGER.info("frame %d: person %d %s", frame.index, person_id, what)

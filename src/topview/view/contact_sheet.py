@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import BinaryIO
 
 import numpy as np
 
@@ -11,19 +12,28 @@ from topview.body import JOINT_NAMES
 from topview.detect.cloud import Cloud
 from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
-from topview.view.drawing import Image, draw_joint, draw_text, frame_with_skeletons, png_of
+from topview.view.drawing import Image, draw_bone, draw_joint, draw_text, png_of
 from topview.view.even_choice import EvenChoice
+from topview.view.frame_picture import frame_with_skeletons
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT, person_color
 from topview.view.scene3d import Stage, paint_scene
 
 # The look of the sheet: all ours.
 EVEN_TILES = 8
+MOST_EVEN_TILES = 16  # of recordings of half a thousand frames and more
+FRAMES_PER_TILE = 30
 OCCLUSION_TILES = 4  # at most: the frame of each quarter with the most joints behind a person
 MARGIN_PX = 16
 CAPTION_PX = 32
 HEADER_PX = 92
-PANEL_PX = (480, 360)
-LONE_PANEL_PX = (640, 480)
+# Most tiles, columns and size of a panel: the sheet is at most 1600 pixels high.
+LAYOUTS = (
+    (1, 1, (640, 480)),
+    (2, 1, (480, 360)),
+    (6, 2, (480, 360)),
+    (12, 3, (360, 270)),
+    (MOST_EVEN_TILES + OCCLUSION_TILES, 4, (320, 240)),
+)
 
 LEGEND = (
     (JointState.VISIBLE, "visible"),
@@ -47,7 +57,7 @@ class Moment:
 
 
 class ContactSheet:
-    """A viewer that keeps a dozen frames while tracking runs, and paints them at the end.
+    """A viewer that keeps up to twenty frames while tracking runs, and paints them at the end.
 
     Args:
         title: the recording's name.
@@ -57,7 +67,8 @@ class ContactSheet:
     def __init__(self, title: str, frame_count: int | None) -> None:
         self.title = title
         self._frame_count = frame_count
-        self._even: EvenChoice[Moment] = EvenChoice(EVEN_TILES, frame_count)
+        wanted = min(max((frame_count or 0) // FRAMES_PER_TILE, EVEN_TILES), MOST_EVEN_TILES)
+        self._even: EvenChoice[Moment] = EvenChoice(wanted, frame_count)
         self._occluded: dict[int, tuple[int, Moment]] = {}
         self._shown = 0
 
@@ -66,7 +77,8 @@ class ContactSheet:
         moment = Moment(frame, tuple(people), self._shown)
         if self._even.next_is_due():
             self._even.keep(moment)
-        quarter = OCCLUSION_TILES * self._shown // self._frame_count if self._frame_count else 0
+        share = self._shown / self._frame_count if self._frame_count else 0.0
+        quarter = min(int(OCCLUSION_TILES * share), OCCLUSION_TILES - 1)
         hidden = sum(
             int((person.joint_state == JointState.OCCLUDED_BY_PERSON).sum()) for person in people
         )
@@ -81,7 +93,7 @@ class ContactSheet:
     @property
     def moments(self) -> list[Moment]:
         """What the sheet will show, in the order of the recording."""
-        near = self._shown / (4 * EVEN_TILES)
+        near = self._shown / (4 * max(len(self._even.kept), EVEN_TILES))
         even = [moment.number for moment in self._even.kept]
         occluded = [
             moment
@@ -99,8 +111,7 @@ class ContactSheet:
         moments = self.moments
         if not moments:
             raise InputError(f"{self.title}: no frame was read, so there is nothing to picture")
-        panel = LONE_PANEL_PX if len(moments) == 1 else PANEL_PX
-        columns = 1 if len(moments) <= 2 else 2
+        _, columns, panel = next(made for made in LAYOUTS if len(moments) <= made[0])
         rows = -(-len(moments) // columns)
         tile_width, tile_height = 2 * panel[0], panel[1] + CAPTION_PX
         sheet = np.full(
@@ -131,6 +142,10 @@ class ContactSheet:
         """
         return png_of(self.paint())
 
+    def write(self, file: BinaryIO) -> None:
+        """Write the PNG file. Errors as of `png`."""
+        file.write(self.png())
+
     def _paint_header(self, sheet: Image, moments: Sequence[Moment]) -> None:
         x = float(MARGIN_PX) + 2
         draw_text(sheet, self.title, (x, 40), 17, TEXT)
@@ -138,12 +153,16 @@ class ContactSheet:
         for state, meaning in LEGEND:
             draw_joint(sheet, np.array([x + 6, 70.0]), state, TEXT, 5.0)
             x += 18 + draw_text(sheet, meaning, (x + 18, 75), 10, MUTED) + 22
+        for meaning, is_dashed in (("left", False), ("right (lighter in 3D)", True)):
+            ends = np.array([x, 70.0]), np.array([x + 34, 70.0])
+            draw_bone(sheet, ends, TEXT, 3, is_dashed)
+            x += 42 + draw_text(sheet, meaning, (x + 42, 75), 10, MUTED) + 22
         draw_text(sheet, "dark in 3D: not visible", (x, 75), 10, MUTED)
         x = float(sheet.shape[1] - MARGIN_PX - 2)
         ids = sorted({person.id for moment in moments for person in moment.people})
         for person_id in reversed(ids):
             color = person_color(person_id)
-            x -= draw_text(sheet, f"person {person_id}", (x, 75), 10, color, "right") + 22
+            x -= draw_text(sheet, f"person {person_id}", (x, 40), 10, color, "right") + 22
 
 
 def paint_tile(moment: Moment, stage: Stage, panel_px: tuple[int, int]) -> Image:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from topview.detect.beliefs import Kind
 from topview.detect.faces_and_hands import SkinBlob
 from topview.records import Frame
-from topview.view.drawing import Image, draw_label, draw_line, pixels_of, resized_mask
+from topview.view.drawing import Image, draw_line, pixels_of, resized_mask
+from topview.view.labels import Labels
 from topview.view.palette import MUTED, OUTLINE, TEXT, Color
 
 KIND_COLORS: Final = MappingProxyType(
@@ -24,9 +25,7 @@ KIND_COLORS: Final = MappingProxyType(
         Kind.OTHER: MUTED,
     }
 )
-KIND_LETTERS: Final = MappingProxyType(
-    {Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R", Kind.OTHER: "?"}
-)
+KIND_LETTERS: Final = MappingProxyType({Kind.FACE: "F", Kind.LEFT_HAND: "L", Kind.RIGHT_HAND: "R"})
 DIMMED: Final = 0.3
 """Brightness of what is outside of a mask, as a share (ours)."""
 
@@ -44,9 +43,9 @@ def probability_picture(probability: NDArray[np.uint8], size_px: tuple[int, int]
     return np.ascontiguousarray(colored[..., ::-1])
 
 
-def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
-    """A blob's ellipse in the colour of its kind, thin where it is only predicted, with its
-    number, its kind's letter and the belief in it in percent."""
+def draw_blob(image: Image, labels: Labels, blob: SkinBlob, scale: float = 1.0) -> None:
+    """A blob's ellipse in the colour of its kind, thin where it is only predicted; of faces and
+    hands with its number, its kind's letter and the belief in it in percent."""
     kind = blob.kind
     color = KIND_COLORS[kind]
     ellipse = blob.ellipse.scaled(scale, 0.5 * scale - 0.5)
@@ -54,9 +53,11 @@ def draw_blob(image: Image, blob: SkinBlob, scale: float = 1.0) -> None:
     for shade, width in ((OUTLINE, width_px + 2), (color, width_px)):
         _draw_ellipse(image, ellipse.center, (ellipse.major, ellipse.minor), ellipse.angle,
                       shade, width)  # fmt: skip
+    if kind == Kind.OTHER:
+        return
     label = f"{blob.id} {KIND_LETTERS[kind]} {100 * float(blob.belief[kind]):.0f}"
     above = ellipse.y - max(ellipse.minor, abs(ellipse.major * np.sin(ellipse.angle))) - 3
-    draw_label(image, label, (ellipse.x, above), color)
+    labels.put(label, (ellipse.x, above), color)
 
 
 def draw_heads(image: Image, frame: Frame, heads_camera: Iterable[NDArray[np.float64]]) -> None:

@@ -6,7 +6,6 @@ centres at integers, and may fall between pixels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Literal
 
 import cv2
@@ -15,8 +14,8 @@ from numpy.typing import NDArray
 
 from topview.body import JOINTS
 from topview.camera import project
-from topview.records import Camera, Frame, JointState, Person
-from topview.view.palette import GROUND, MUTED, OUTLINE, PANEL, Color, mix, person_color
+from topview.records import Camera, JointState, Person
+from topview.view.palette import OUTLINE, Color, mix, person_color
 
 Image = NDArray[np.uint8]
 Align = Literal["left", "centre", "right"]
@@ -24,6 +23,9 @@ Align = Literal["left", "centre", "right"]
 # The look of the drawings: all ours.
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 TEXT_OVERSAMPLING = 4  # OpenCV's stroke fonts look ragged at reading size, clean when reduced
+DASHES_PX = 12.0  # from dash to dash of a dashed line
+DASH = (0.3, 0.7)  # where one begins and ends, as shares of that; its ends are round
+MOST_DASHED_PX = 5000.0  # a longer line leaves the picture, and is not worth its dashes
 SUBPIXEL_BITS = 4  # fractional bits of the places that OpenCV draws at
 
 SEEN = (JointState.VISIBLE, JointState.OUT_OF_VIEW)
@@ -54,9 +56,7 @@ def draw_text(
 ) -> float:
     """Text whose capitals are `height_px` high, on a baseline that starts, is centred or ends at
     `at`; returns its width in pixels."""
-    height = round(height_px * TEXT_OVERSAMPLING)
-    thickness = max(1, round(height * 0.13))
-    scale = cv2.getFontScaleFromHeight(FONT, height, thickness)
+    height, thickness, scale = _pen(height_px)
     (width, _), below = cv2.getTextSize(text, FONT, scale, thickness)
     margin = 2 * thickness
     ink = np.zeros((height + below + 2 * margin, width + 2 * margin), np.uint8)
@@ -71,6 +71,19 @@ def draw_text(
     )
     _blend(image, reduced, corner, color)
     return width_px
+
+
+def text_width(text: str, height_px: float) -> float:
+    """Pixels that `draw_text` takes."""
+    _, thickness, scale = _pen(height_px)
+    return cv2.getTextSize(text, FONT, scale, thickness)[0][0] / TEXT_OVERSAMPLING
+
+
+def _pen(height_px: float) -> tuple[int, int, float]:
+    """Height and thickness in oversampled pixels, and OpenCV's scale, of a text."""
+    height = round(height_px * TEXT_OVERSAMPLING)
+    thickness = max(1, round(height * 0.13))
+    return height, thickness, cv2.getFontScaleFromHeight(FONT, height, thickness)
 
 
 def draw_label(
@@ -110,48 +123,42 @@ def draw_joint(
             draw_line(image, at - arm, at + arm, color)
 
 
+def draw_bone(
+    image: Image,
+    ends_px: tuple[NDArray[Any], NDArray[Any]],
+    color: Color,
+    width_px: int,
+    is_dashed: bool,
+) -> None:
+    """A line with an outline, dashed for a bone of the person's right; not drawn where an end is
+    NaN."""
+    start, end = ends_px
+    draw_line(image, start, end, OUTLINE, width_px + 2)
+    length_px = float(np.linalg.norm(end - start))
+    if not is_dashed or not DASHES_PX < length_px < MOST_DASHED_PX:
+        draw_line(image, start, end, color, width_px)
+        return
+    dashes = round(length_px / DASHES_PX)
+    for k in range(dashes):
+        a, b = (start + (end - start) * (k + side) / dashes for side in DASH)
+        draw_line(image, a, b, color, width_px)
+
+
 def draw_skeleton(image: Image, person: Person, joints_px: NDArray[np.floating]) -> None:
-    """The bones and joints of a person at the pixels [J, 2]; bones to hidden joints are thin."""
+    """The bones and joints of a person at the pixels [J, 2]; bones to hidden joints are thin, those
+    of the person's right dashed."""
     color = person_color(person.id)
     bones = [(j, joint.bone_to) for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
     hidden = [state not in SEEN for state in person.joint_state]
     for j, towards_root in bones:
         ends = joints_px[j], joints_px[towards_root]
+        is_dashed = JOINTS[j].name.startswith("right_")
         if hidden[j] or hidden[towards_root]:
-            draw_line(image, *ends, OUTLINE, 3)
-            draw_line(image, *ends, mix(color, OUTLINE, 0.25), 1)
+            draw_bone(image, ends, mix(color, OUTLINE, 0.25), 1, is_dashed)
         else:
-            draw_line(image, *ends, OUTLINE, 5)
-            draw_line(image, *ends, color, 3)
+            draw_bone(image, ends, color, 3, is_dashed)
     for at, state in zip(joints_px, person.joint_state, strict=True):
         draw_joint(image, at, JointState(int(state)), color)
-
-
-def frame_picture(frame: Frame) -> Image:
-    """The colour image, a little dimmed, or else the depth as grey: near is light."""
-    if frame.color is not None:
-        return np.round(frame.color * 0.8).astype(np.uint8)
-    known = frame.depth_m > 0.0
-    if not known.any():
-        return np.full((*known.shape, 3), GROUND, np.uint8)
-    light = _relief(frame) * (1.0 - 0.75 * _rank(frame.depth_m, known))
-    lightest, darkest = np.array(MUTED), np.array(PANEL)
-    picture = darkest + light[..., None] * (lightest - darkest)
-    return np.where(known[..., None], picture, GROUND).astype(np.uint8)
-
-
-def _rank(depth_m: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """[H, W] rank of each depth: 0 for the nearest pixel, 1 for the farthest."""
-    edges = np.quantile(depth_m[known], np.linspace(0.0, 1.0, 65))
-    return np.interp(depth_m, edges, np.linspace(0.0, 1.0, 65))
-
-
-def _relief(frame: Frame) -> NDArray[np.float64]:
-    """[H, W] 0..1, how much each surface faces the camera."""
-    smooth = cv2.GaussianBlur(frame.depth_m, (0, 0), 1.5)
-    step_m = np.maximum(smooth, 1e-3) / frame.camera.fx
-    slope_x, slope_y = (cv2.Sobel(smooth, cv2.CV_32F, *d, ksize=3) / 8.0 for d in ((1, 0), (0, 1)))
-    return 1.0 / np.sqrt(1.0 + 0.15 * (slope_x**2 + slope_y**2) / step_m**2)
 
 
 def png_of(picture: Image) -> bytes:
@@ -173,34 +180,6 @@ def resized_mask(mask: NDArray[np.bool_], size_px: tuple[int, int]) -> NDArray[n
         return mask
     large = cv2.resize(mask.view(np.uint8), size_px, interpolation=cv2.INTER_NEAREST)
     return np.asarray(large, np.uint8) > 0
-
-
-def frame_with_skeletons(frame: Frame, people: Sequence[Person], size_px: tuple[int, int]) -> Image:
-    """The frame fitted into (width, height) with every person's skeleton over it, nearest last.
-
-    A joint is drawn where the camera sees it: at `project(joint)`, scaled as the image is.
-    """
-    width, height = size_px
-    camera = frame.camera
-    scale = min(width / camera.width, height / camera.height)
-    fitted = max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)
-    picture = resized(frame_picture(frame), fitted)
-    for person in sorted(people, key=lambda person: -float(person.joints_camera[0, 2])):
-        joints_px = pixels_of(person.joints_camera, camera, scale)
-        draw_skeleton(picture, person, joints_px)
-        _label_head(picture, person, joints_px)
-    panel = np.full((height, width, 3), GROUND, np.uint8)
-    left, top = (width - fitted[0]) // 2, (height - fitted[1]) // 2
-    panel[top : top + fitted[1], left : left + fitted[0]] = picture
-    return panel
-
-
-def _label_head(image: Image, person: Person, joints_px: NDArray[np.floating]) -> None:
-    head, neck = joints_px[0], joints_px[1]
-    if np.isfinite(head).all() and np.isfinite(neck).all():
-        above = head[1] - 1.2 * abs(neck[1] - head[1]) - 6
-        at = (float(head[0]), float(max(above, 14)))
-        draw_label(image, str(person.id), at, person_color(person.id), 10)
 
 
 def _blend(image: Image, ink: Image, corner: tuple[int, int], color: Color) -> None:

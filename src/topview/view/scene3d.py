@@ -34,6 +34,7 @@ DOT_OPACITY = 0.6
 LIGHT_EYE = np.array([-0.4, -0.7, -0.6]) / np.linalg.norm([-0.4, -0.7, -0.6])  # towards the lamp
 FILL = 0.75  # of the picture, by the people
 EYE_DISTANCE_M = 4.0  # from the eye to the nearest people
+RIGHT_IS_LIGHTER = 0.45  # share of white in the colour of a person's right limbs
 MIN_VIEW = 0.3  # angle, nearly, that the people are taken to fill at least
 
 
@@ -261,7 +262,8 @@ def _paint_floor(painting: Painting, stage: Stage, T_eye_camera: NDArray[np.floa
 
 
 def _paint_person(painting: Painting, person: Person, T_eye_camera: NDArray[np.float64]) -> None:
-    """Every part as a solid; parts none of whose joints is visible are darkened."""
+    """Every part as a solid; the person's right limbs are lighter, and parts none of whose joints
+    is visible are darkened."""
     body = BodyModel.of(person.height_m, ANATOMICAL)
     color = person_color(person.id)
     seen = {
@@ -269,13 +271,14 @@ def _paint_person(painting: Painting, person: Person, T_eye_camera: NDArray[np.f
         for joint, state in zip(JOINTS, person.joint_state, strict=True)
         if state == JointState.VISIBLE
     }
-    for part in range(len(PARTS)):
+    for part, about in enumerate(PARTS):
         T_camera_part = person.Ts_camera_part[part]
+        own = mix(color, TEXT, RIGHT_IS_LIGHTER) if about.name.startswith("right_") else color
         if np.isfinite(T_camera_part).all():
             radius_x, radius_z = body.radii_m[part]
             painting.solid(
                 T_eye_camera @ T_camera_part,
                 (float(radius_x), float(radius_z)),
                 float(body.lengths_m[part]),
-                color if part in seen else mix(color, PANEL, 0.6),
+                own if part in seen else mix(own, PANEL, 0.6),
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import BinaryIO, Protocol
 
 from topview.records import Frame, Person
 
@@ -29,13 +29,13 @@ class Viewers:
 
 
 class Sheet(Viewer, Protocol):
-    """A viewer that makes one picture of a whole recording."""
+    """A viewer that makes one picture, or one video, of a whole recording."""
 
     @property
     def is_blank(self) -> bool:
         """True while no frame was kept."""
         ...
 
-    def png(self) -> bytes:
-        """The picture as a PNG file; InputError where it is blank."""
+    def write(self, file: BinaryIO) -> None:
+        """Write it, once and at the end; InputError where it is blank."""
         ...

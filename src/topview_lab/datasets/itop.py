@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from topview.files import naming
 from topview.io.readers.depth import depth_image
+from topview.io.readers.notes import Notes
 from topview.records import Camera, Frame, InputError
 from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.joints import facing_sides
@@ -99,7 +100,8 @@ class ItopRecording:
     def __init__(self, path: Path, name: str, rows: NDArray[np.int64]) -> None:
         self.name = name
         self.camera = ITOP_CAMERA
-        self.problems: list[str] = []
+        self._notes = Notes()
+        self.problems = self._notes.lines
         self._path = path
         self._rows = rows
         if not len(rows):
@@ -118,7 +120,8 @@ class ItopRecording:
                 try:
                     depth_m = depth_image(data[row].astype(np.float32), 1.0)
                 except (OSError, IndexError, ValueError) as error:
-                    self.problems.append(f"{self._path}: row {row} cannot be read ({error})")
+                    line = f"{self._path}: row {row} cannot be read ({error})"
+                    self._notes.add_alike("rows cannot be read", line)
                     continue
                 yield Frame(index, index / ITOP_FPS, depth_m, ITOP_CAMERA)
 

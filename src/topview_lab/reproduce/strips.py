@@ -19,7 +19,8 @@ from topview.geometry.rotations import transform
 from topview.io.writers import write_atomically
 from topview.records import Frame, Person
 from topview.view.contact_sheet import Moment, stage_of
-from topview.view.drawing import Image, draw_text, frame_with_skeletons, png_of
+from topview.view.drawing import Image, draw_text, png_of
+from topview.view.frame_picture import frame_with_skeletons
 from topview.view.palette import GROUND, MUTED, PANEL, TEXT
 from topview.view.scene3d import Stage, paint_scene
 from topview_lab.datasets import EvaluatedRecording

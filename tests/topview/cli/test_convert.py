@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import cv2
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from made_frames import ABOUT, frames_with
 from moving_bodies import moving_people
+from tiny_recordings import wall
 from topview.cli.results import write_result
-from topview.io import FramesFile, StoredFrames, write_skeletons_npz
+from topview.io import (
+    FramesFile,
+    StoredFrames,
+    open_recording,
+    read_skeletons_npz,
+    write_skeletons_npz,
+)
 from topview.io.writers.registry import format_named
+from topview.records import InputError
+from topview.view import OverlayVideo
+from topview.view.palette import person_color
+from topview.view.video import size_px
 
 
 @pytest.fixture
@@ -52,9 +69,42 @@ def test_what_is_there_is_replaced_by_force_alone(topview, result):
     assert (result / "o_person3.trc").read_text().startswith("PathFileType")
 
 
+def test_a_video_shows_the_skeletons_over_the_frames_of_the_recording(
+    topview, make_recording, tmp_path
+):
+    source = make_recording([wall()] * 4)
+    camera = open_recording(source).camera
+    made = moving_people({0.0: [1], 1 / 30: [1, 3], 3 / 30: [3]})
+    people = replace(made, camera=camera, frame_index=np.array([0, 1, 3]))
+    write_skeletons_npz(people, tmp_path / "skeletons.npz")
+    for name in ("a.mp4", "b.mp4"):
+        ended = topview("convert", tmp_path, tmp_path / name, "--source", source)
+        assert (ended.status, ended.complaints) == (0, [])
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    video = cv2.VideoCapture(str(tmp_path / "a.mp4"))
+    seen, times_ms = [], []
+    while (read := video.read())[0]:
+        seen.append([shows(read[1], person_color(person)) for person in (1, 3)])
+        times_ms.append(video.get(cv2.CAP_PROP_POS_MSEC))
+    assert seen == [[True, False], [True, True], [False, True]]
+    assert times_ms == pytest.approx([0, 33, 100], abs=1)
+    write_skeletons_npz(replace(people, camera=replace(camera, fx=99.0)), tmp_path / "other.npz")
+    ended = topview("convert", tmp_path / "other.npz", tmp_path / "c.mp4", "--source", source)
+    assert "has another camera than the skeletons; it must be theirs" in ended.complaints[0]
+    assert not (tmp_path / "c.mp4").exists()
+
+
+def shows(picture: NDArray[Any], color: tuple[int, int, int]) -> bool:
+    """Whether much of the picture above the legend is of a colour, as far as a video keeps it."""
+    aside = np.abs(picture[:-32].astype(int) - np.array(color)[::-1]).sum(-1)
+    return bool(np.count_nonzero(aside < 60) > 20)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["o.mp4"], "--source is None; it must name the recording for mp4, and only for that"),
+        (["o.csv", "--source", "."], "--source is .; it must name the recording for mp4, and only"),
         (["o.xyz"], "format is 'xyz'; it must be one of npz, csv, jsonl"),
         (["o"], "has no ending; give one, or --format npz|csv"),
         (["o.bvh", "--person", "2"], "skeletons.npz: has no person 2; its people are 1, 3"),
@@ -75,8 +125,43 @@ def test_an_unknown_format_is_told_before_anything_is_tracked(topview, make_reco
     assert not (tmp_path / "out").exists()
 
 
+def test_gravity_and_a_video_go_with_a_result(topview, make_recording, tmp_path):
+    """Also where nobody is found; the camera looks up a little."""
+    arguments = ("--gravity", 0, 0.99, -0.1, "--video", "--smoothing-s", 0.1, "--method", "utvr")
+    ended = topview("track", make_recording([wall()] * 2), "--out", tmp_path / "out", *arguments)
+    assert "no person was found in 2 frames" in ended.complaints[-1]
+    people = read_skeletons_npz(tmp_path / "out" / "skeletons.npz")
+    assert people.gravity_camera == pytest.approx(np.array([0, 0.99, -0.1]) / np.hypot(0.99, 0.1))
+    assert people.settings["smoothing_s"] == 0.1
+    video = cv2.VideoCapture(str(tmp_path / "out" / "overlay.mp4"))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) == 2
+    up = topview("track", tmp_path / "recording", "--out", tmp_path / "up", "--gravity", 0, -9.8, 0)
+    assert up.status == 2
+    assert "it must be three numbers that point down in the frame of the camera" in up.complaints[0]
+
+
+def test_a_video_is_even_and_neither_tiny_nor_huge():
+    for width, height in ((32, 24), (1, 1), (641, 577), (4096, 3072), (1, 5000)):
+        made = np.array(size_px(width, height))
+        assert (made % 2 == 0).all()
+        assert 2 <= made.min() <= made.max() <= 1280
+    assert size_px(32, 24) == (640, 480)
+
+
+def test_the_library_of_videos_is_asked_for_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(InputError, match=r"needs av; install it with: pip install 'topview\[video"):
+        OverlayVideo(tmp_path)
+
+
 def test_a_new_result_takes_away_what_belongs_to_the_older_one(tmp_path):
-    older = ["contact_sheet.png", "people.png", "skeletons_person7.bvh", "skeletons.c3d"]
+    older = [
+        "contact_sheet.png",
+        "people.png",
+        "overlay.mp4",
+        "skeletons_person7.bvh",
+        "skeletons.c3d",
+    ]
     for name in (*older, "notes.txt"):
         (tmp_path / name).write_text("older")
     kept = [*older, "notes.txt"]

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import logging
+
 import pytest
 
 import topview as package
@@ -38,3 +40,30 @@ def test_wrong_usage_is_one_clear_line(topview, tmp_path, monkeypatch, arguments
     for word in named:
         assert word in ended.complaints[0]
     assert not (tmp_path / "o").exists()
+
+
+def test_quiet_says_nothing_but_the_error(topview, make_recording, tmp_path):
+    ended = topview("--quiet", "track", make_recording(), "--out", tmp_path / "out")
+    assert ended.out == ""
+    (error,) = ended.complaints
+    assert "no person was found" in error
+
+
+def test_a_library_user_hears_of_it_by_logging(make_recording, caplog):
+    source = make_recording()
+    (source / "depth" / "000001.png").unlink()
+    with caplog.at_level("INFO", logger="topview"):
+        package.open(source)
+    assert [record.levelname for record in caplog.records] == ["INFO", "WARNING"]
+    assert "a folder with depth/" in caplog.text
+    assert logging.getLogger("topview").handlers  # or Python would print what nobody asked for
+
+
+def test_a_signal_in_any_command_is_told(topview, monkeypatch):
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("topview.cli.info.contents_of", stopped)
+    ended = topview("info", ".")
+    assert ended.status == 130
+    assert ended.complaints == ["topview: interrupted"]

@@ -89,6 +89,7 @@ def write_mkv(
     color_codec: tuple[str, str] = ("mjpeg", "yuvj422p"),
     frames: int = 2,
     step_ms: int = 33,
+    imu: bytes = b"",
 ) -> Path:
     """As k4arecorder writes it: depth and infrared alike but for their titles."""
     options = {"allow_raw_vfw": "1"}
@@ -108,6 +109,9 @@ def write_mkv(
             if format in FOURCC:
                 stream.codec_context.codec_tag = FOURCC[format]
             tracks[title] = stream
+        if imu:
+            tracks["IMU"] = container.add_mux_stream("subrip")
+            tracks["IMU"].metadata["title"] = "IMU"
         if told is not None:
             data = json.dumps(told).encode() + b"\0"
             container.add_attachment("calibration.json", "application/octet-stream", data)
@@ -115,6 +119,7 @@ def write_mkv(
             for title, stream in tracks.items():
                 images = {"DEPTH": depth_mm(index), "IR": depth_mm(index + 50)}
                 data = images[title].astype(">u2").tobytes() if title in images else b""
+                data = imu if title == "IMU" else data
                 packet = av.Packet(data or (color or jpeg)(index))
                 packet.stream = stream
                 packet.pts = packet.dts = step_ms * index + (5 if title == "COLOR" else 0)
@@ -124,7 +129,8 @@ def write_mkv(
     # The muxer leaves the FourCC of 16-bit images empty.
     written = struct.pack("<iiihhi", 40, WIDTH, -HEIGHT, 1, 16, 0)
     right = struct.pack("<iiihh4s", 40, WIDTH, HEIGHT, 1, 16, b"b16g")
-    path.write_bytes(path.read_bytes().replace(written, right))
+    data = path.read_bytes().replace(written, right)
+    path.write_bytes(data.replace(b"S_TEXT/UTF8", b"S_K4A/IMU\0\0"))
     return path
 
 
@@ -168,6 +174,39 @@ def test_the_cameras_are_those_of_the_sdk():
     assert depth.distortion is not None
     assert depth.distortion.coefficients == (k1, k2, p1, p2, k3, k4, k5, k6)
     np.testing.assert_allclose(color.T_color_depth[:3, 3], (-0.032, 0.0, 0.0))
+
+
+# Of one device: by x, y and z the sensor looks backwards, to the left and down.
+R_ACCELEROMETER_DEVICE = [
+    -0.0023786, 0.1078378, -0.9941657, -0.9999966, 0.0008232, 0.0024819, 0.0010860, 0.9941682,
+    0.1078355,
+]  # fmt: skip
+
+
+def test_gravity_is_that_of_an_accelerometer_at_rest(tmp_path):
+    """The depth camera is mounted to look down by six degrees."""
+    told = calibration()
+    told["CalibrationInformation"]["InertialSensors"] = [
+        {"SensorType": "CALIBRATION_InertialSensorType_Gyro"},
+        {
+            "SensorType": "CALIBRATION_InertialSensorType_Accelerometer",
+            "Rt": {"Rotation": R_ACCELEROMETER_DEVICE, "Translation": [-0.05, 0.0035, 0.0017]},
+        },
+    ]
+    for is_still in (True, False):
+        sample = struct.pack("<Q3fQ3f", 0, 0.0, 0.0, -9.81 if is_still else -20.0, 0, 0, 0, 0)
+        path = write_mkv(tmp_path / "level.mkv", told, None, imu=8 * sample)
+        recording = topview.open(path)
+        gravity = recording.camera.gravity_camera
+        if is_still:
+            assert gravity is not None
+            tilt_rad = np.arctan2(gravity[2], gravity[1])
+            assert np.degrees(tilt_rad) == pytest.approx(6.2, abs=0.1)
+            assert abs(gravity[0]) < 0.01
+        else:
+            assert gravity is None
+            assert "the accelerometer tells 20.0 m/s^2" in recording.problems[0]
+        assert len(list(recording)) == 2
 
 
 def without(*keys: str) -> dict[str, Any]:

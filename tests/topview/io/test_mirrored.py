@@ -90,6 +90,13 @@ class One:
         yield self._frame
 
 
+def test_gravity_is_flipped_and_outlives_the_lens():
+    camera = replace(camera_with(LENSES["rational"]), gravity_camera=np.array([0.6, 0.8, 0.0]))
+    depth_m = np.zeros((camera.height, camera.width), np.float32)
+    (mirrored,) = MirroredRecording(One(Frame(0, 0.0, depth_m, camera)))
+    assert undistorted(mirrored).camera.gravity_camera == pytest.approx([-0.6, 0.8, 0.0])
+
+
 @pytest.mark.parametrize("lens", LENSES.values(), ids=list(LENSES))
 def test_to_mirror_and_to_undistort_may_change_places(lens):
     rng = np.random.default_rng(3)

@@ -74,6 +74,15 @@ def test_many_unreadable_colour_files_share_a_line(write_folder, depths):
         assert [line[: len("rgb/000000.png")] for line in recording.problems[:5]] == [
             f"rgb/{i:06d}.png" for i in range(5)
         ]
-        assert recording.problems[5:] == [
-            "rgb/: 35 more cannot be read; these frames come without colour too"
-        ]
+        assert recording.problems[5:] == ["35 more frames come without colour"]
+
+
+def test_many_unreadable_depth_files_share_a_line(write_folder, depths):
+    folder = write_folder(dict.fromkeys(range(40), depths[0]))
+    for index in range(1, 40):
+        (folder / "depth" / f"{index:06d}.png").write_bytes(b"no image")
+    recording = topview.open(folder)
+    for _ in range(2):
+        assert [frame.index for frame in recording] == [0]
+        assert len(recording.problems) == 6
+        assert recording.problems[-1] == "34 more images of depth/ cannot be read"

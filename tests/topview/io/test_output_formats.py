@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -96,11 +97,37 @@ def test_trc(tmp_path):
     assert (told["Units"], told["NumFrames"], told["NumMarkers"]) == ("mm", "4", "16")
     assert float(told["DataRate"]) == pytest.approx(10.0)
     assert lines[3].split("\t")[2::3] == list(JOINT_NAMES)
-    table = np.array([[float(v or "nan") for v in line.split("\t")] for line in lines[6:-1]])
+    rows = [line.split("\t")[: 2 + 3 * 16] for line in lines[6:-1]]
+    table = np.array([[float(v or "nan") for v in row] for row in rows])
     np.testing.assert_allclose(table[:, 1], [0.1, 0.2, 0.4, 0.5])
     places = table[:, 2:].reshape(4, -1, 3) / 1000
     np.testing.assert_allclose(places, joints_of(3, [1, 2, 3, 4]), atol=MM)
     assert np.isnan(places[1]).all()
+
+
+def test_opensim_reads_what_is_written_for_it(tmp_path, monkeypatch):
+    """With the wheel of OpenSim, which the project does not ask for."""
+    monkeypatch.chdir(tmp_path)  # where it writes its log
+    opensim = pytest.importorskip("opensim", reason="needs the wheel of OpenSim")
+    for person_id, path in zip((1, 3), written("trc", tmp_path), strict=True):
+        table, markers = opensim.TimeSeriesTableVec3(str(path)), opensim.MarkerData(str(path))
+        rows = {1: [0, 1, 2, 3], 3: [1, 2, 3, 4]}[person_id]
+        assert table.getColumnLabels() == JOINT_NAMES
+        assert table.getTableMetaDataString("Units") == "mm"
+        assert markers.getDataRate() == pytest.approx(10.0)
+        for k, expected in enumerate(1000 * joints_of(person_id, rows)):
+            row, frame = table.getRowAtIndex(k), markers.getFrame(k)
+            told = [row[j].to_numpy() for j in range(16)]
+            np.testing.assert_allclose(told, expected, atol=1.0)
+            told = [frame.getMarker(j).to_numpy() for j in range(16)]
+            np.testing.assert_allclose(told, expected, atol=1.0)
+    path = written("mot", tmp_path)[0]
+    table, told = opensim.TimeSeriesTable(str(path)), coordinates(path)
+    assert table.getTableMetaDataString("inDegrees") == "yes"
+    assert opensim.Storage(str(path)).isInDegrees()
+    for name in told.keys() - {"time"}:
+        np.testing.assert_allclose(table.getDependentColumn(name).to_numpy(), told[name])
+    np.testing.assert_allclose(table.getIndependentColumn(), told["time"])
 
 
 def coordinates(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -280,6 +307,19 @@ def test_json_lines(tmp_path):
         told = [person["joints"][name]["camera_m"] for name in JOINT_NAMES]
         np.testing.assert_array_equal(told, SEQUENCE.joints_camera[f, s])
         assert person["joints"]["head"]["state"] == "visible"
+        for name in ("left_hand", "head", "right_ankle"):
+            told = position_of(person["bones"], name)
+            np.testing.assert_allclose(told, person["joints"][name]["camera_m"], atol=1e-9)
+
+
+def position_of(bones: dict[str, Any], name: str) -> NDArray[np.float64]:
+    """Of a node, by offsets and turns alone."""
+    place = np.zeros(3)
+    while name != "camera":
+        bone = bones[name]
+        place = Rotation.from_quat(bone["turn_xyzw"]).apply(place) + bone["offset_m"]
+        name = bone["parent"]
+    return place
 
 
 def test_parquet(tmp_path):
@@ -307,6 +347,14 @@ def test_a_library_that_is_missing_is_said_in_one_line(name, monkeypatch):
     monkeypatch.setattr(extras, "import_module", missing)
     with pytest.raises(InputError, match=r"install it with: pip install 'topview\[\w+\]'$"):
         format_named(name)
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_parts_that_are_not_turned_rigidly_are_left_out_or_one_line(name, tmp_path):
+    """A file of skeletons may hold anything."""
+    odd = _with(Ts_camera_part=np.ones_like(SEQUENCE.Ts_camera_part))
+    with suppress(InputError):
+        written(name, tmp_path, odd)
 
 
 @pytest.mark.parametrize("name", ["bvh", "trc", "c3d", "glb"])

@@ -15,7 +15,7 @@ import topview
 from damage import cut, flipped
 from tiny_bags import HEIGHT, KINDS, WIDTH, BagWriter, depth_mm, shade
 from topview import InputError
-from topview.io.readers.ros_cameras import extrinsic_of
+from topview.io.readers.ros_places import extrinsic_of
 
 START_S = 1_305_031_102.0
 
@@ -57,6 +57,29 @@ def test_depth_comes_back_exactly_with_its_times_and_colour(tmp_path, kind):
         assert is_seen[:, 0].mean() < is_seen[:, -1].mean()
     assert recording.problems == []
     assert len(list(recording)) == 3
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_gravity_is_that_of_an_accelerometer_at_rest(tmp_path, kind):
+    """Its frame is turned by 90 degrees about x: what it has as z, the camera has as -y."""
+    cases = {(0.0, 1.0, 9.7): True, (0.0, 1.0, -9.7): False, (0.0, 0.0, 3.0): False}
+    for number, (acceleration, is_told) in enumerate(cases.items()):
+        (tmp_path / f"{number}").mkdir()
+        with BagWriter(tmp_path / f"{number}", kind) as bag:
+            bag.info("/cam/depth/camera_info", "depth_optical")
+            bag.image("/cam/depth/image_raw", depth_mm(0), "16UC1", START_S, "depth_optical")
+            bag.static("depth_optical", "imu", 0.0, np.pi / 2)
+            for _ in range(3):
+                bag.imu("/cam/imu", "imu", acceleration)
+        recording = topview.open(bag.path)
+        told = recording.camera.gravity_camera
+        if is_told:
+            assert told == pytest.approx(np.array([0.0, 9.7, -1.0]) / np.hypot(1.0, 9.7))
+            (frame,) = recording
+            assert frame.camera.gravity_camera is not None
+        else:
+            assert told is None
+            assert "gravity is left to the floor" in "".join(recording.problems)
 
 
 def test_a_bare_file_of_ros_2_is_a_bag_too(tmp_path):

@@ -46,13 +46,14 @@ COLUMN_KEYS = {
     "settings",
 }
 KEYS_SINCE_2 = {"format_version", "frame_names", "camera", "topview_version"}
+DERIVED = {"T_world_camera"}
 TABLE = {"people_ids", "heights_m", "first_frame", "last_frame"}
 ARRAYS = (
     COLUMN_KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
     | {"floor_camera", "gravity_camera"}
     | TABLE
 )
-KEYS = COLUMN_KEYS | ARRAYS | KEYS_SINCE_2
+KEYS = COLUMN_KEYS | ARRAYS | KEYS_SINCE_2 | DERIVED
 CAMERAS = [
     None,
     camera_with(None),

@@ -6,7 +6,14 @@ import pytest
 
 from topview.records import InputError, JointState
 from topview.view import ContactSheet, Viewers
-from topview.view.contact_sheet import CAPTION_PX, EVEN_TILES, OCCLUSION_TILES, Stage, paint_tile
+from topview.view.contact_sheet import (
+    CAPTION_PX,
+    EVEN_TILES,
+    MOST_EVEN_TILES,
+    OCCLUSION_TILES,
+    Stage,
+    paint_tile,
+)
 
 
 def shown(sheet: ContactSheet) -> list[int]:
@@ -29,12 +36,17 @@ def test_frames_in_which_people_hide_each_other_are_added(make_frame, make_perso
     assert len(shown(sheet)) == EVEN_TILES + 1
 
 
-def test_no_more_than_a_dozen_frames_are_kept(make_frame, make_person):
-    sheet = ContactSheet("long", 500)
+@pytest.mark.parametrize("promised", [None, 100, 500])
+def test_longer_recordings_get_more_tiles_and_the_sheet_can_be_read(
+    make_frame, make_person, promised
+):
+    sheet = ContactSheet("long", promised)
     for index in range(600):  # more than were promised
         state = JointState(index % len(JointState))
         sheet.show(make_frame(index, 8, 6), [make_person(state=state)])
-    assert len(sheet.moments) <= EVEN_TILES + OCCLUSION_TILES
+    even = MOST_EVEN_TILES if promised == 500 else EVEN_TILES * (1 if promised else 2)
+    assert even // 2 <= len(sheet.moments) <= even + OCCLUSION_TILES
+    assert sheet.paint().shape[0] <= 1600
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3])

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from topview.camera import project
 from topview.records import JointState
-from topview.view.drawing import draw_joint, draw_text, frame_picture, frame_with_skeletons
+from topview.view.drawing import draw_bone, draw_joint, draw_text, text_width
+from topview.view.frame_picture import frame_picture, frame_with_skeletons
+from topview.view.labels import Labels
 from topview.view.palette import GROUND, OUTLINE, PEOPLE, person_color
 
 SIDE = st.integers(32, 200)
@@ -105,3 +107,26 @@ def test_near_is_lighter_than_far(make_frame):
 def test_colours_tell_six_people_apart_and_last():
     assert len(set(PEOPLE)) == len(PEOPLE) == 6
     assert person_color(1) == person_color(7) != person_color(2)
+
+
+def test_bones_of_the_right_have_gaps_and_those_of_the_left_none():
+    ends = np.array([10.0, 20.0]), np.array([90.0, 20.0])
+    lines = []
+    for is_dashed in (False, True):
+        image = np.zeros((40, 100, 3), np.uint8)
+        draw_bone(image, ends, WHITE, 3, is_dashed)
+        lines.append((image[20, 12:88] == WHITE).all(-1))
+    assert lines[0].all()
+    assert 0.3 < lines[1].mean() < 0.7
+
+
+def test_labels_keep_off_each_other_and_in_the_picture():
+    picture = np.zeros((100, 120, 3), np.uint8)
+    labels, inks = Labels(picture), []
+    for at in ((60.0, 50.0), (62.0, 51.0), (58.0, 49.0), (500.0, -40.0)):
+        before = picture.copy()
+        labels.put("a label", at, WHITE)
+        inks.append((picture != before).any(-1))
+        assert text_width("a label", 8) - 4 <= np.ptp(np.nonzero(inks[-1].any(0))) < 120
+    assert (np.sum(inks, axis=0) <= 1).all()
+    assert all(ink[1:-1, 1:-1].any() for ink in inks)

@@ -7,16 +7,18 @@ from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder, PeopleSettings
 from topview.records import Camera, Frame, InputError
 from topview.view import ContactSheet, PeopleSheet
-from topview.view.palette import PANEL, person_color
-from topview.view.people_sheet import (
+from topview.view.found_panels import (
     FOUND_CAPTION_PX,
     FOUND_PANEL_PX,
     GAP_PX,
-    MOST_PANEL_HEIGHT_PX,
     TITLE_PX,
     paint_found,
 )
+from topview.view.palette import GROUND, person_color
+from topview.view.people_sheet import MOST_ROWS, PANELS
 from topview_lab.sim import SimulatedRecording, scene_by_name
+
+MOST_SHEET_PX = 1600
 
 
 @pytest.fixture(scope="module")
@@ -35,18 +37,25 @@ def test_the_first_panel_shows_the_users_in_their_colours(filmed):
         assert (aside < 3).any()  # the label
 
 
-def test_without_colours_the_sheet_says_so(filmed):
+def test_without_colours_a_row_has_room_for_two_moments(filmed):
     finder = PeopleFinder(PeopleSettings(detector="depth"))
     finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
     assert finder.found.skin_detections is None
-    picture = paint_found(finder.found)
     with_colors = PeopleFinder()
     with_colors.update(Pyramid(filmed[0]))
     assert with_colors.found is not None
-    assert picture.shape[1] == paint_found(with_colors.found).shape[1]
-    below = picture[picture.shape[0] - FOUND_PANEL_PX[1] + TITLE_PX : -20, 20:40]
-    assert (below == PANEL).all()
+    width = paint_found(finder.found).shape[1]
+    assert 2 * (width - GAP_PX) + GAP_PX == paint_found(with_colors.found).shape[1]
+    sheets = []
+    for count in (1, 2):
+        sheet = PeopleSheet("any", count, lambda: finder.found)
+        for _ in range(count):
+            sheet.show(filmed[0], [])
+        sheets.append(sheet.paint())
+    assert sheets[0].shape == sheets[1].shape
+    assert (sheets[0][:, width:] == GROUND).all()
+    assert (sheets[1][:, : width - GAP_PX] == sheets[0][:, : width - GAP_PX]).all()
 
 
 def test_moments_are_kept_evenly_and_when_somebody_comes(filmed):
@@ -79,15 +88,24 @@ def test_pictures_of_very_long_images_are_bounded(width, height):
     for sheet in (people_sheet, contact_sheet):
         sheet.show(frame, [])
         rows, columns, _ = sheet.paint().shape
-        assert rows < 4 * MOST_PANEL_HEIGHT_PX
-        assert columns < 4 * FOUND_PANEL_PX[0]
+        assert rows <= MOST_SHEET_PX
+        assert columns < 2 * MOST_SHEET_PX
+
+
+def test_however_many_moments_there_are_the_sheet_can_be_read(filmed):
+    finder = PeopleFinder()
+    finder.update(Pyramid(filmed[0]))
+    sheet = PeopleSheet("many", None, lambda: finder.found)
+    for _ in range(9):
+        sheet.show(filmed[0], [])
+    assert len(sheet.tiles) > MOST_ROWS
+    assert sheet.paint().shape[0] <= MOST_SHEET_PX
 
 
 def test_a_picture_is_as_wide_as_a_panel_if_it_is_not_too_high(filmed):
     finder = PeopleFinder()
     finder.update(Pyramid(filmed[0]))
     assert finder.found is not None
-    height = FOUND_PANEL_PX[0] * filmed[0].camera.height // filmed[0].camera.width
     rows, columns, _ = paint_found(finder.found).shape
-    assert columns == 3 * (FOUND_PANEL_PX[0] + GAP_PX) + GAP_PX
-    assert rows == FOUND_CAPTION_PX + 2 * (TITLE_PX + height + GAP_PX)
+    assert columns == PANELS * (FOUND_PANEL_PX[0] + GAP_PX) + GAP_PX
+    assert rows == FOUND_CAPTION_PX + TITLE_PX + FOUND_PANEL_PX[1] + GAP_PX

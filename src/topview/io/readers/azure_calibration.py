@@ -44,6 +44,7 @@ COLOR_MODES: Final = {
 }
 AZURE_MODEL: Final = "CALIBRATION_LensDistortionModelBrownConrady"
 PARAMETERS: Final = 14
+ACCELEROMETER: Final = "CALIBRATION_InertialSensorType_Accelerometer"
 _LEGACY_SHAPE: Final = 16 / 9  # of a sensor whose shares are of 4096 x 2304
 _RIGHT: Final = "it must be the calibration that k4arecorder attaches"
 
@@ -60,15 +61,24 @@ class AzureCalibration:
             raise InputError(f"has {len(data)} bytes; {_RIGHT}")
         values = json_object(data.rstrip(b"\0"))
         try:
-            cameras = values["CalibrationInformation"]["Cameras"]
+            information = values["CalibrationInformation"]
+            cameras = information["Cameras"]
             self._depth = next(c for c in cameras if c["Location"].endswith("LocationD0"))
             self._color = next((c for c in cameras if c["Location"].endswith("LocationPV0")), None)
         except (KeyError, TypeError, AttributeError, StopIteration):
             raise InputError(f"has no depth camera (CameraLocationD0); {_RIGHT}") from None
+        self._accelerometer = _accelerometer(information.get("InertialSensors"))
 
     def depth_camera(self, width: int, height: int) -> Camera:
         """Of depth images of a mode, told by their size."""
         return _camera(self._depth, (width, height), DEPTH_MODES, "tof")
+
+    def R_depth_accelerometer(self) -> NDArray[np.float64] | None:
+        """[3, 3]; None if the device has none."""
+        if self._accelerometer is None:
+            return None
+        T_depth, T_sensor = (_T_camera_device(v) for v in (self._depth, self._accelerometer))
+        return T_depth[:3, :3] @ T_sensor[:3, :3].T
 
     def color_camera(self, width: int, height: int) -> ColorCamera | None:
         """Of colour images of a mode; None if the device has none."""
@@ -77,6 +87,11 @@ class AzureCalibration:
         camera = _camera(self._color, (width, height), COLOR_MODES, "kinect1")
         T_depth, T_color = (_T_camera_device(values) for values in (self._depth, self._color))
         return ColorCamera(camera, rigid_transform(T_color @ np.linalg.inv(T_depth), "Rt"))
+
+
+def _accelerometer(sensors: Any) -> dict[str, Any] | None:
+    found = [s for s in sensors if isinstance(s, dict)] if isinstance(sensors, list) else []
+    return next((s for s in found if s.get("SensorType") == ACCELEROMETER), None)
 
 
 def _camera(

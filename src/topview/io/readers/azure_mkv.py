@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from topview.files import check_regular, naming
 from topview.io.readers.azure_calibration import AzureCalibration
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
+from topview.io.readers.gravity import BEGINNING_S, MOST_SAMPLES, levelled_by
 from topview.io.readers.images import decode_color
 from topview.io.readers.pairing import StoredImage
 from topview.io.readers.rig import Rig
@@ -34,6 +35,10 @@ RAW_COLORS: Final[dict[str, tuple[int, float, int]]] = {
     "yuyv422": (cv2.COLOR_YUV2RGB_YUY2, 1.0, 2),
     "bgra": (cv2.COLOR_BGRA2RGB, 1.0, 4),
 }
+# Of the track IMU; little-endian, m/s^2 and rad/s.
+IMU_SAMPLE: Final = np.dtype(
+    [("time", "<u8"), ("acceleration", "<f4", 3), ("turn_time", "<u8"), ("turn", "<f4", 3)]
+)
 _RIGHT: Final = "it must be a whole Matroska file of an Azure Kinect"
 
 
@@ -67,10 +72,14 @@ class AzureRecording(StreamRecording):
             depth, color = tracks["DEPTH"].codec_context, tracks.get("COLOR")
             with naming(Path(CALIBRATION_NAME)):
                 camera = calibration.depth_camera(depth.width, depth.height)
+                R = calibration.R_depth_accelerometer()
                 size = (
                     () if color is None else (color.codec_context.width, color.codec_context.height)
                 )
                 color_camera = calibration.color_camera(*size) if size else None
+                if R is not None:
+                    told = _accelerations(container, tracks["DEPTH"])
+                    camera = levelled_by(camera, told, R, problems)
                 rig = Rig(camera, color_camera, CALIBRATION_NAME)
             if color_camera is None:
                 problems.append("has no colour images, or no calibration of theirs")
@@ -126,6 +135,27 @@ class AzureRecording(StreamRecording):
 def _tracks(container: Any) -> dict[str, Any]:
     """By their titles; infrared is like depth but for that."""
     return {video.metadata.get("title", ""): video for video in container.streams.video}
+
+
+def _accelerations(container: Any, depth: Any) -> list[NDArray[np.float64]]:
+    """[3] each, m/s^2 in the sensor's frame, of the recording's beginning; none where it is
+    damaged."""
+    from av.error import FFmpegError
+
+    tracks = [s for s in container.streams if s.metadata.get("title") == "IMU"]
+    samples: list[NDArray[np.float64]] = []
+    try:
+        for packet in container.demux([*tracks, depth]) if tracks else ():
+            if packet.stream.index != depth.index:
+                data = bytes(packet)
+                whole = len(data) // IMU_SAMPLE.itemsize * IMU_SAMPLE.itemsize
+                samples += list(np.frombuffer(data[:whole], IMU_SAMPLE)["acceleration"])
+            is_past = packet.pts is not None and packet.pts * packet.time_base > BEGINNING_S
+            if is_past or len(samples) > MOST_SAMPLES:
+                break
+    except FFmpegError:  # whoever reads the frames is told
+        return samples
+    return samples
 
 
 def _calibration(container: Any) -> AzureCalibration:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from topview.files import naming, read_bytes, read_text
 from topview.io.readers.depth import METRES_PER_MILLIMETRE, depth_image
 from topview.io.readers.netpbm import decode_netpbm
+from topview.io.readers.notes import Notes
 from topview.records import MAX_PLACE_M, Camera, Frame, InputError
 
 FPS: Final = 30.0
@@ -73,7 +74,8 @@ class BerkeleyMhadRecording:
         self._depth_paths = {index: paths[index] for index in self.indices}
         kinect, subject, action, repetition = (int(matches[0][i]) for i in (1, 2, 3, 4))
         self.name = f"s{subject:02d}_a{action:02d}_r{repetition:02d}"
-        self.problems: list[str] = []
+        self._notes = Notes()
+        self.problems = self._notes.lines
         K = read_camera_matrix(root / "Calibration" / f"camcfg_k{kinect:02d}.yml")
         height, width = self._first_shape()
         self.camera = Camera(K[0, 0], K[1, 1], K[0, 2], K[1, 2], width, height)
@@ -88,7 +90,7 @@ class BerkeleyMhadRecording:
             try:
                 depth_mm = self._read(path, np.dtype(np.uint16))
             except InputError as error:
-                self._note(str(error))
+                self._notes.add_alike("depth images cannot be read", str(error))
                 continue
             depth_m = depth_image(depth_mm, METRES_PER_MILLIMETRE)
             yield Frame(index, index / FPS, depth_m, self.camera, self._color(path), path.name)
@@ -101,7 +103,8 @@ class BerkeleyMhadRecording:
         try:
             return self._read(path, np.dtype(np.uint8), channels=(3,))
         except InputError as error:
-            self._note(f"{error}; the frame comes without colour")
+            line = f"{error}; the frame comes without colour"
+            self._notes.add_alike("frames come without colour", line)
             return None
 
     def _read(
@@ -125,10 +128,6 @@ class BerkeleyMhadRecording:
             except InputError as error:
                 problems.append(str(error))
         raise InputError(problems[0])
-
-    def _note(self, problem: str) -> None:
-        if problem not in self.problems:
-            self.problems.append(problem)
 
 
 def _root_of(path: Path) -> Path:

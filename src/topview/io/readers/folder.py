@@ -16,13 +16,13 @@ from topview.io.readers.float_images import FLOAT_SUFFIXES, decode_depth
 from topview.io.readers.frame_names import gaps_between, pauses_between
 from topview.io.readers.image_lists import ImageList, list_images
 from topview.io.readers.images import decode_color
+from topview.io.readers.notes import Notes
 from topview.io.readers.pairing import nearest_in_time
 from topview.io.readers.rig import Rig
 from topview.records import Frame, InputError
 
 DEPTH_SUFFIXES: Final = (".png", *FLOAT_SUFFIXES)
 COLOR_SUFFIXES: Final = (".png", ".jpg", ".jpeg")
-MAX_COLOR_LINES: Final = 5  # colour files that cannot be read beyond these do so too
 
 
 def recognises(path: Path) -> bool:
@@ -58,8 +58,8 @@ class FolderRecording:
     def __init__(self, path: Path, camera_file: CameraFile | None = None) -> None:
         self._root = _root_of(path)
         self.name = self._root.resolve().name
-        self.problems: list[str] = []
-        self._bad_color_paths: set[Path] = set()
+        self._notes = Notes()
+        self.problems = self._notes.lines
         depths = list_images(self._root, "depth", DEPTH_SUFFIXES)
         self._depth_paths = depths.paths
         self.problems += depths.problems
@@ -107,7 +107,7 @@ class FolderRecording:
         try:
             depth_m = self._read_depth(path)
         except InputError as error:
-            self._note(str(error))
+            self._notes.add_alike("images of depth/ cannot be read", str(error))
             return None
         color = self._read_color(self._color_paths.get(index), depth_m)
         camera = self._rig.pinhole
@@ -118,7 +118,7 @@ class FolderRecording:
             if not self._was_read:
                 scale = f"depth_scale is {self._metres_per_unit:g} m per unit"
                 raise InputError(f"{self._root / 'camera.json'}: {scale}; {error}") from None
-            self._note(str(error))
+            self._notes.add_alike("images of depth/ cannot be read", str(error))
             return None
         self._was_read = True
         return frame
@@ -142,11 +142,12 @@ class FolderRecording:
             with naming(path.relative_to(self._root)):
                 color = decode_color(read_bytes(path))
         except InputError as error:
-            self._note_bad_color(path, f"{error}; the frame comes without colour")
+            line = f"{error}; the frame comes without colour"
+            self._notes.add_alike("frames come without colour", line)
             return None
         height, width = color.shape[:2]
         if (width, height) != self._rig.color_size:
-            self._note(
+            self._notes.add(
                 f"rgb/: images are {width} x {height} pixels; {self._rig.right_color}; "
                 "going on without colour"
             )
@@ -157,7 +158,7 @@ class FolderRecording:
         try:
             colors = list_images(self._root, "rgb", COLOR_SUFFIXES)
         except InputError as error:
-            self._note(f"{error}; going on without colour")
+            self._notes.add(f"{error}; going on without colour")
             return ImageList()
         self.problems += colors.problems
         return colors
@@ -169,7 +170,7 @@ class FolderRecording:
             return {index: colors.paths[color] for index, color in pairs.items()}
         if colors.paths and (depths.times_s is None) != (colors.times_s is None):
             told = ("numbers", "times") if depths.times_s is None else ("times", "numbers")
-            self._note(
+            self._notes.add(
                 f"rgb/: images have {told[1]}, those of depth/ {told[0]}; both must have the same; "
                 "going on without colour"
             )
@@ -188,27 +189,10 @@ class FolderRecording:
     def _note_missing_color(self) -> None:
         missing = [index for index in self._depth_paths if index not in self._color_paths]
         if self._color_paths and missing:
-            self._note(
+            self._notes.add(
                 f"rgb/: has no image for {len(missing)} of {self.frame_count} frames, the first of "
                 f"them frame {missing[0]}; they come without colour"
             )
-
-    def _note_bad_color(self, path: Path, problem: str) -> None:
-        if path in self._bad_color_paths:
-            return
-        self._bad_color_paths.add(path)
-        more = len(self._bad_color_paths) - MAX_COLOR_LINES
-        if more > 1:
-            self.problems.remove(_more_bad_color(more - 1))
-        self._note(problem if more < 1 else _more_bad_color(more))
-
-    def _note(self, problem: str) -> None:
-        if problem not in self.problems:
-            self.problems.append(problem)
-
-
-def _more_bad_color(count: int) -> str:
-    return f"rgb/: {count} more cannot be read; these frames come without colour too"
 
 
 def _times_of(depths: ImageList, fps: float) -> dict[int, float]:

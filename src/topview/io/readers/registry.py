@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
@@ -22,6 +23,8 @@ from topview.io.readers import (
     utd_mhad,
 )
 from topview.records import InputError, Recording
+
+_LOGGER: Final = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +123,12 @@ def open_recording(path: str | PathLike[str], format: str | None = None) -> Reco
     if not exists(path):
         raise InputError(f"{path}: no such file or folder; it must be one of {_known()}")
     path = Path(path)
-    if format is not None:
-        return READERS[format].open(path)
-    return format_of(path).open(path)
+    reader = format_of(path) if format is None else READERS[format]
+    recording = reader.open(path)
+    _LOGGER.info("%s: %s", path, reader.reads)
+    for problem in recording.problems:
+        _LOGGER.warning("%s: %s", path, problem)
+    return recording
 
 
 def _known() -> str:

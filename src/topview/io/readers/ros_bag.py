@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,22 +20,19 @@ from topview.files import naming
 from topview.io.camera_values import INTRINSICS_KEYS
 from topview.io.readers.camera_json import MAX_BASELINE_M, metres_per_unit
 from topview.io.readers.depth import METRES_PER_MILLIMETRE
+from topview.io.readers.gravity import MOST_SAMPLES, levelled_by
 from topview.io.readers.pairing import StoredImage
 from topview.io.readers.registration import ColorCamera
 from topview.io.readers.rig import Rig
-from topview.io.readers.ros_cameras import camera_of, extrinsic_of, transform_between, transform_of
+from topview.io.readers.ros_cameras import camera_of
 from topview.io.readers.ros_images import image_color, image_depth_m, is_color, is_depth
-from topview.io.readers.ros_messages import (
-    BAG_SUFFIXES,
-    TRANSFORMS_TYPE,
-    Bag,
-    Topic,
-    starts_with,
-)
+from topview.io.readers.ros_messages import BAG_SUFFIXES, Bag, Topic, starts_with
+from topview.io.readers.ros_places import Places
 from topview.io.readers.stream_recording import StreamRecording
-from topview.records import Camera, InputError, rigid_transform
+from topview.records import Camera, InputError
 
 IMAGE_TYPES: Final = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+IMU_TYPE: Final = "sensor_msgs/msg/Imu"
 INFO_TYPE: Final = "sensor_msgs/msg/CameraInfo"
 _REGISTERED: Final = re.compile(r"aligned|registered")
 _INFRARED: Final = re.compile(r"infra|(^|[/_])ir([/_]|$)|confidence", re.IGNORECASE)
@@ -118,6 +116,7 @@ class _Choice:
             for t in topics.values()
             if t.message_type == INFO_TYPE and (info := bag.first(t.name)) is not None
         }
+        self._places = Places(bag)
         self.is_registered = bool(_REGISTERED.search(self.depth.name))
 
     def rig(self) -> Rig:
@@ -127,6 +126,7 @@ class _Choice:
             raise InputError(
                 f"has no sensor_msgs/CameraInfo for {self.depth.name}; it must be recorded with it"
             )
+        camera = self._levelled(camera)
         rig = Rig(camera)
         if self.color is None:
             self._problems.append("has no colour images")
@@ -175,12 +175,12 @@ class _Choice:
         """None where colour is registered, or left aside because nobody knows where it was."""
         taken = self._camera(topic)
         frames = [self._first[t.name].header.frame_id.strip("/") for t in (topic, self.depth)]
-        T = self._realsense_transform(topic) if self._is_realsense else None
+        T = self._places.by_realsense(topic.name, self.depth.name)
         if T is None and taken is not None and frames[0] == frames[1] and _is_same(taken, camera):
             self.is_registered = True
             return None
         if T is None:
-            T = transform_between(self._static_transforms(), *frames)
+            T = self._places.by_static_transforms(*frames)
         why = "has no CameraInfo" if taken is None else ""
         if T is None:
             why = f"no static transform leads from {frames[1]!r} to its frame {frames[0]!r}"
@@ -191,31 +191,30 @@ class _Choice:
             return None
         return ColorCamera(taken, T)
 
-    def _static_transforms(self) -> dict[tuple[str, str], NDArray[np.float64]]:
-        transforms: dict[tuple[str, str], NDArray[np.float64]] = {}
-        static = self._bag.topics.get("/tf_static")
-        if static is None or static.message_type != TRANSFORMS_TYPE:
-            return transforms
-        for _, _, message in self._bag.messages([static.name]):
-            for stamped in message.transforms:
-                names = stamped.header.frame_id.strip("/"), stamped.child_frame_id.strip("/")
-                transforms[names] = transform_of(stamped.transform)
-        return transforms
-
-    def _realsense_transform(self, color: Topic) -> NDArray[np.float64] | None:
-        """T_color_depth, of each stream's T_stream_reference as librealsense stores it."""
-        T_color, T_depth = (self._extrinsic(topic) for topic in (color, self.depth))
-        if T_color is None or T_depth is None:
-            return None
-        return rigid_transform(T_color @ np.linalg.inv(T_depth), "a transform")
-
-    def _extrinsic(self, topic: Topic) -> NDArray[np.float64] | None:
-        place = f"{topic.name.rsplit('/', 2)[0]}/tf/"
-        name = next((name for name in self._bag.topics if name.startswith(place)), None)
-        message = None if name is None else self._bag.first(name)
-        if message is None or hasattr(message, "rotation"):
-            return None if message is None else transform_of(message)
-        return extrinsic_of(str(getattr(message, "data", "")))
+    def _levelled(self, camera: Camera) -> Camera:
+        """The camera with its gravity, if an accelerometer tells it."""
+        topics = [t for t in self._bag.topics.values() if t.message_type == IMU_TYPE and t.count]
+        topics = [t for t in topics if "gyro" not in t.name.lower()]
+        if not topics:
+            return camera
+        topic = max(topics, key=lambda t: ("accel" in t.name.lower(), t.name))
+        try:
+            told = [m for _, _, m in islice(self._bag.messages([topic.name]), MOST_SAMPLES)]
+        except InputError:  # whoever reads the frames is told
+            return camera
+        frames = [m.header.frame_id.strip("/") for m in (self._first[self.depth.name], told[0])]
+        T = self._places.by_realsense(self.depth.name, topic.name)
+        if T is None:
+            T = self._places.by_static_transforms(*frames)
+        if T is None:
+            self._problems.append(
+                f"{topic.name}: no static transform leads from its frame {frames[1]!r} to "
+                f"{frames[0]!r}; gravity is left to the floor"
+            )
+            return camera
+        accelerations = [m.linear_acceleration for m in told]
+        samples = [np.array([a.x, a.y, a.z]) for a in accelerations]
+        return levelled_by(camera, samples, T[:3, :3], self._problems)
 
 
 def _is_same(a: Camera, b: Camera) -> bool:

@@ -51,7 +51,7 @@ class Bag:
             raise InputError(
                 "ROS bags need rosbags; install it with: pip install 'topview[ros]'"
             ) from None
-        self._store = _standard_types(self._is_ros1)
+        self._store = standard_types(self._is_ros1)
         with _unharmed():
             self._reader: Any = (rosbag1.Reader if self._is_ros1 else rosbag2.Reader)(path)
 
@@ -97,7 +97,7 @@ class Bag:
 
 
 @cache
-def _standard_types(is_ros1: bool) -> Any:
+def standard_types(is_ros1: bool) -> Any:
     """The definitions of standard messages; made once, as that takes longer than to read a few."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import are_rotations, unit
 from topview.io.writers.extras import needed
 from topview.io.writers.levelled import BodyMotion, check_times_grow
 from topview.io.writers.output import write_made
@@ -108,6 +108,8 @@ class _Scene:
     def _animate(self, motion: BodyMotion, first: int, present: NDArray[np.bool_]) -> None:
         times = self._accessor(self._times_s[motion.rows])
         self._channel(first, "translation", times, motion.root_m)
+        if not are_rotations(motion.Rs_parent_node).all():
+            raise InputError("has parts whose turns are no rotations; glTF can tell no others")
         for n in range(len(motion.names)):
             turns = Rotation.from_matrix(motion.Rs_parent_node[:, n]).as_quat()
             self._channel(first + n, "rotation", times, turns)

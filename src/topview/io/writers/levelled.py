@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 UP_OF_LEVEL_CAMERA: Final = np.array([0.0, -1.0, 0.0])
 Y_UP_FROM_STAGE: Final = np.diag([1.0, -1.0, -1.0])  # x right, y up, z towards the camera
 Z_UP_FROM_STAGE: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+# x forward, y left, z up: ROS's REP 103.
+ROS_FROM_STAGE: Final = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+FLOOR_IS_LEVEL: Final = 0.9  # ours; cosine of a floor's tilt, above which gravity agrees with it
 # The frame of a body that animation programs take as unturned: x to its left, y up, z to its front.
 ANIMATION_FROM_PART: Final = np.diag([-1.0, -1.0, 1.0])
 DEFAULT_RATE_HZ: Final = 30.0  # ours; of a single frame, whose rate nobody knows
@@ -28,13 +31,33 @@ NEAREST: Final = 0.75  # ours; of an interval: so far from an even moment a fram
 
 def T_upright_camera(sequence: SkeletonSequence, R_upright_stage: Array) -> Array:
     """[4, 4] from the camera's frame into an upright one with its origin on the floor below the
-    camera. Where no floor was seen the camera is taken to be level, and the origin is its own."""
-    floor = sequence.floor_camera
-    is_known = bool(np.isfinite(floor).all())
-    T = levelled(floor[:3], float(floor[3])) if is_known else levelled(UP_OF_LEVEL_CAMERA, 0.0)
+    camera. Where neither gravity nor the floor is known the camera is taken to be level; without a
+    floor the origin is its own."""
+    down, floor = sequence.gravity_camera, sequence.floor_camera
+    up = -down if is_direction(down) else UP_OF_LEVEL_CAMERA
+    cosine = float(floor[:3] @ up) if is_direction(floor[:3]) else 0.0
+    height_m = float(floor[3]) / cosine if cosine > FLOOR_IS_LEVEL else 0.0
     upright = np.eye(4)
     upright[:3, :3] = R_upright_stage
-    return upright @ T
+    return upright @ levelled(up, height_m)
+
+
+def T_world_camera(sequence: SkeletonSequence) -> Array:
+    """[4, 4] pose of the camera in the world, metres: the user's, where the camera has one; else in
+    a world with its origin on the floor below the camera, x forward, y left and z up, as ROS wants
+    it. NaN if neither gravity nor the floor is known; without a floor the origin is the camera's.
+    """
+    camera = sequence.camera
+    if camera is not None and camera.T_world_camera is not None:
+        return camera.T_world_camera
+    if not is_direction(sequence.gravity_camera):
+        return np.full((4, 4), np.nan)
+    return T_upright_camera(sequence, ROS_FROM_STAGE)
+
+
+def is_direction(vector: Array) -> bool:
+    """Whether it may be a unit vector, not NaN or nonsense that a file holds."""
+    return bool((np.abs(vector) < 1.0 + 1e-6).all())
 
 
 def placed(points_camera: Array, T_upright_camera: Array) -> Array:
@@ -109,11 +132,8 @@ def articulation_of(
     Raises:
         InputError: the sequence has other joints or parts than topview's, or there is no frame.
     """
-    joints = _columns(sequence.joint_names, JOINT_NAMES)
-    parts = _columns(sequence.part_names, PART_NAMES)
     rows, slots = sequence.slots_of(person_id)
-    places, Ts = sequence.joints_camera[rows, slots][:, joints], sequence.Ts_camera_part
-    body = articulated(places, Ts[rows, slots][:, parts])
+    body = articulated(*joints_and_parts(sequence, rows, slots))
     is_whole = np.isfinite(body.Rs_parent_node[:, body.known]).all((1, 2, 3))
     is_whole &= np.isfinite(body.root_camera).all(-1)
     if not is_whole.any() or not body.known[ROOT]:
@@ -122,15 +142,27 @@ def articulation_of(
     return rows[is_whole], whole
 
 
+def joints_and_parts(
+    sequence: SkeletonSequence, rows: NDArray[np.int64], slots: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """[N, J, 3] joints and [N, B, 4, 4] parts of who is in these slots, in topview's order.
+
+    Raises:
+        InputError: the sequence has other joints or parts than topview's.
+    """
+    joints = _columns(sequence.joint_names, JOINT_NAMES)
+    parts = _columns(sequence.part_names, PART_NAMES)
+    Ts = sequence.Ts_camera_part[rows, slots]
+    return sequence.joints_camera[rows, slots][:, joints], Ts[:, parts]
+
+
 def rigidity_m(sequence: SkeletonSequence, person_id: int) -> float:
     """How far somebody's joints lie from those of a body with rigid bones: the largest of all
     frames, metres. Errors as of `articulation_of`."""
     rows, body = articulation_of(sequence, person_id)
-    joints = _columns(sequence.joint_names, JOINT_NAMES)
     slots = np.argmax(sequence.person_ids[rows] == person_id, axis=1)
-    far = np.linalg.norm(
-        body.joints_camera() - sequence.joints_camera[rows, slots][:, joints], axis=-1
-    )
+    joints_camera, _ = joints_and_parts(sequence, rows, slots)
+    far = np.linalg.norm(body.joints_camera() - joints_camera, axis=-1)
     return float(np.nanmax(far))
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from topview.files import Archive, naming
 from topview.io.camera_values import camera_from, camera_values
+from topview.io.writers.levelled import T_world_camera
 from topview.io.writers.output import written_atomically
 from topview.records import JOINT_STATE_NAMES, Camera, InputError
 from topview.skeletons import Skeletons, SkeletonSequence, columns_as_slots
@@ -103,6 +104,7 @@ def _about(sequence: SkeletonSequence) -> dict[str, NDArray[Any]]:
     camera = None if sequence.camera is None else camera_values(sequence.camera)
     return {
         **{key: getattr(sequence, key).astype(d) for key, d in (OF_PEOPLE | OF_ALL).items()},
+        "T_world_camera": T_world_camera(sequence),
         "format_version": np.array(FORMAT_VERSION, np.int64),
         "camera": np.array(json.dumps(camera, sort_keys=True)),
         "topview_version": np.array(sequence.topview_version),

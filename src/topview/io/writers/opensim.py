@@ -82,7 +82,8 @@ def _markers(sequence: SkeletonSequence, name: str) -> str:
     ]
     for number, (time_s, places) in enumerate(zip(timestamps_s, markers_mm, strict=True), 1):
         values = "\t".join(f"{v:.4f}" if np.isfinite(v) else "" for v in places.ravel().tolist())
-        lines.append(f"{number}\t{time_s:.6f}\t{values}")
+        ended = "" if values[-1:].isdigit() else "\t"  # OpenSim drops one empty field at the end
+        lines.append(f"{number}\t{time_s:.6f}\t{values}{ended}")
     return "\n".join(lines) + "\n"
 
 

@@ -14,9 +14,11 @@ from topview.io.writers.csv import write_skeletons_csv
 from topview.io.writers.extras import needed
 from topview.io.writers.gltf import write_skeletons_gltf
 from topview.io.writers.jsonl import write_skeletons_jsonl
+from topview.io.writers.mcap import write_skeletons_mcap
 from topview.io.writers.npz import write_skeletons_npz
 from topview.io.writers.opensim import write_skeletons_mot, write_skeletons_trc
 from topview.io.writers.parquet import write_skeletons_parquet
+from topview.io.writers.rrd import write_skeletons_rrd
 from topview.records import InputError
 from topview.skeletons import Skeletons, in_memory
 
@@ -60,6 +62,8 @@ FORMATS: Final[dict[str, SkeletonFormat]] = {
             needs=("pygltflib", "gltf"),
             endings=("gltf",),
         ),
+        SkeletonFormat("mcap", write_skeletons_mcap, needs=("rosbags", "ros")),
+        SkeletonFormat("rrd", write_skeletons_rrd, needs=("rerun", "view")),
     )
 }
 

@@ -1,0 +1,1 @@
+"""Many recordings: which they are, what each becomes, and who does the work."""
