@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from topview.detect.head_template import track_head
 from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under, head_colors_against, unlikeness
+from topview.people.existence import is_too_near
 from topview.people.height import sunk_m
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -120,7 +121,7 @@ def _ratio(
             return -np.inf
         ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
     ratio += _by_stature(track, scene, head) + _by_colors(track, others, scene, head)
-    ratio -= OWN_HEAD * _is_anothers(others, scene, head)
+    ratio -= OWN_HEAD * _is_anothers(track, others, scene, head)
     return ratio - SLIPPED * _slips(track, scene, head)
 
 
@@ -145,14 +146,19 @@ def _by_clothes(track: Track, others: Sequence[Track], scene: Scene, head: HeadC
     return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(track.clothes, worn))
 
 
-def _is_anothers(others: Sequence[Track], scene: Scene, head: HeadCandidate) -> bool:
-    """Whether a head that is not a good one lies on the body of another whose head is seen."""
+def _is_anothers(
+    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
+) -> bool:
+    """Whether a head is a part of another whose head is seen: too near to that, for one that comes
+    back; or on the other's body and not a good one."""
+    seen = [other for other in others if other.is_seen and other.id]
+    if not track.is_seen and is_too_near(head.center_camera, seen, scene):
+        return True
     if head.confidence >= GOOD_HEAD:
         return False
     row, column, in_view = scene.cloud.pixel_of(head.center_camera)
     return bool(in_view) and any(
-        other.is_seen and other.body_m is not None and other.body_m[row, column] < OWN_HEAD_M
-        for other in others
+        other.body_m is not None and other.body_m[row, column] < OWN_HEAD_M for other in seen
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -27,7 +27,7 @@ CONFIRMED, NEW_TRACK_S = 0.9, 0.05
 ENDED, REFUSED = 0.1, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 LOST_S: Final = 0.3
-# A confirmed one that is so new ends below this.
+# A confirmed one that is so new, and of which the network is asked, ends below this.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
@@ -61,16 +61,24 @@ class Existence:
         self._next_id = 1
         self._is_first = True
 
-    def confirmed(self, tracks: Sequence[Track], scene: Scene, has_network: bool) -> list[Track]:
+    def confirmed(
+        self, tracks: Sequence[Track], scene: Scene, free: Set[int], has_network: bool
+    ) -> list[Track]:
         """The tracks, with identities for those who have come to be people, likeliest first; where
-        a network is asked, not before it has answered, but in the very first frame."""
+        a network is asked, not before it has answered, but in the very first frame.
+
+        Args:
+            tracks: after this frame.
+            scene: of this frame.
+            free: keys of those that may be no part of somebody else.
+            has_network: whether a network is asked.
+        """
         ready = [
             track
             for track in tracks
-            if not track.id
+            if track.key in free
             and self._is_ready(track, scene)
             and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
-            and not is_too_near(track.place_camera, [t for t in tracks if t.id], scene)
         ]
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
         places = len(ready) if self._most is None else self._most - sum(t.id > 0 for t in tracks)
@@ -92,7 +100,7 @@ class Existence:
             return True
         if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
             return True
-        is_new = scene.time_s - track.born_s < NEW_S
+        is_new = scene.time_s - track.born_s < NEW_S and track.evidence.asked_s > 0.0
         least = REFUSED if not track.id else DOUBTED if is_new else ENDED
         return track.existence(self.likelihood) < least
 

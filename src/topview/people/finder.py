@@ -37,7 +37,7 @@ from topview.people.motion import PAUSE_S
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance, full_pixels
 from topview.people.settings import PeopleSettings
-from topview.people.spawning import is_free, rejoined, room_left_of
+from topview.people.spawning import free_of, is_free, rejoined, room_left_of
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
 from topview.people.users import HandCandidate, User, by_depth
@@ -134,7 +134,9 @@ class PeopleFinder:
             tracks, refusals = self._spawned(tracks, scene, left, told)
             tracks = with_appearance(tracks, scene, is_time)
             tracks = self._segmented(tracks, scene, told)
-            tracks = self._ended(self._existence.confirmed(tracks, scene, told.has_network), scene)
+            free = free_of(tracks, scene, told)
+            tracks = self._existence.confirmed(tracks, scene, free, told.has_network)
+            tracks = self._ended(tracks, scene)
             users = self._users(tracks, scene)
         self._learn_room(scene, users)
         doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]

@@ -49,6 +49,16 @@ def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: To
     return None
 
 
+def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
+    """Keys of those that are not confirmed and may be no part of somebody who is."""
+    confirmed = [track for track in tracks if track.id]
+    return {
+        track.key
+        for track in tracks
+        if not track.id and is_free(scene, track.head, confirmed, told) is None
+    }
+
+
 def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
     """Whether a head is on a track's body."""
     row, column, in_view = scene.cloud.pixel_of(head.center_camera)
@@ -99,10 +109,10 @@ def rejoined(
 
 
 def _is_better(scene: Scene, track: Track, head: HeadCandidate) -> bool:
-    """Whether a head looks much more like the track's than what is followed, and is no lower; it
-    may be somewhat where that is not seen."""
+    """Whether a head looks much more like the track's than what is followed, and is no lower, but
+    for what that is unlike a head."""
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
-    least_m = 0.0 if track.is_seen else -LOWER_M
+    least_m = -LOWER_M * (1.0 - track.confidence)
     return up_m > least_m and head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
 
 

@@ -110,6 +110,11 @@ class Track:
         return self.places is None
 
     @property
+    def head(self) -> HeadCandidate:
+        """What is followed."""
+        return HeadCandidate(self.place_camera, self.confidence)
+
+    @property
     def presence(self) -> float:
         """Probability that it has not gone."""
         return 1.0 if self.places is None else self.places.presence

@@ -156,7 +156,7 @@ def test_who_shows_but_a_part_behind_another_for_long_stays_the_same() -> None:
         users = finder.update(Pyramid(frame(with_noise(depths[x], index), index)))
         assert sorted(user.id for user in users) == [1, 2]
         unseen_frames += sum(not user.head_is_seen for user in users)
-    assert unseen_frames > 30 * PeopleSettings().grace_s
+    assert unseen_frames > 30 * (hidden_s - 3.0)
     assert all(user.head_is_seen for user in users)
 
 
