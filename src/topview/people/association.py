@@ -146,9 +146,7 @@ def _by_clothes(track: Track, others: Sequence[Track], scene: Scene, head: HeadC
     return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(track.clothes, worn))
 
 
-def _is_anothers(
-    track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate
-) -> bool:
+def _is_anothers(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> bool:
     """Whether a head is a part of another whose head is seen: too near to that, for one that comes
     back; or on the other's body and not a good one."""
     seen = [other for other in others if other.is_seen and other.id]

@@ -38,8 +38,8 @@ SHOWN_M2: Final = 0.03
 # The trunk is between these shares of the stature; so much of it, in columns as high, tells where
 # the head is, but for so much.
 TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
-# A head that the body tracker told is so exact.
-TOLD_SIGMA_M: Final = 0.1
+# A head that the joint network told is so exact where so much of the body is seen.
+TOLD_SIGMA_M, TOLD_M2 = 0.1, 0.15
 # Where nothing hides a head that is not made out, for so long, nobody is there.
 BENT_S: Final = 3.0
 # Who comes to be hidden seems to slide down by so much before the head is missed.
@@ -99,7 +99,8 @@ def over_body(
         share = min(elapsed_s / ALIKE_S, 1.0)
         height_m = places.height_m + share * (scene.height_of(told_camera) - places.height_m)
         place = scene.overview_of(told_camera)
-        return track.placed(scene, places.drawn_to(place, height_m, TOLD_SIGMA_M, elapsed_s))
+        sigma_m = TOLD_SIGMA_M * max(TOLD_M2 / area_m2, 1.0) ** 0.5
+        return track.placed(scene, places.drawn_to(place, height_m, sigma_m, elapsed_s))
     if places.outside > 0.5:
         return track
     is_bent = track.unseen_s(scene.time_s) < BENT_S

@@ -24,7 +24,7 @@ LEAST_APART_M: Final = 0.33
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
 # Below it a confirmed one ends; and one that is not confirmed.
-ENDED, REFUSED = 0.1, 0.05
+ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 LOST_S: Final = 0.3
 # A confirmed one that is so new, and of which the network is asked, ends below this.

@@ -49,6 +49,10 @@ class Likelihood(msgspec.Struct, frozen=True):
         """By shape and motion, of [F] `FEATURES`."""
         return self.bias - float(self._vector @ features)
 
+    def log_odds_of_shape(self, shape: Features) -> float:
+        """By shape alone, of [S] features."""
+        return self.bias - float(self._vector[: len(shape)] @ shape)
+
     def worst_of(self, features: Features) -> str:
         """The name of the feature that speaks most against a person."""
         return FEATURES[int(np.argmax(self._vector[: len(features)] * features))]
@@ -66,7 +70,7 @@ def _vector(weights: tuple[float, ...]) -> NDArray[np.float64]:
 @cache
 def shipped_likelihood() -> Likelihood:
     """The one that the package carries."""
-    text = resources.files(__package__).joinpath(LIKELIHOOD_FILE).read_bytes()
+    text = resources.files("topview.people").joinpath(LIKELIHOOD_FILE).read_bytes()
     return msgspec.json.decode(text, type=Likelihood)
 
 

@@ -153,7 +153,7 @@ class Places:
         up = (scene.height_of(head_camera) - self.height_m) / rise_m
         return log(max(across, 1e-300)) - 0.5 * up**2 - 0.5 * log(2.0 * pi * rise_m**2)
 
-    def _looked_up(self, scene: Scene) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+    def _looked_up(self, scene: Scene) -> tuple[NDArray[np.float32], Vector, NDArray[np.bool_]]:
         """[K] the depth seen in the direction of each place, its own depth, and whether it is in
         the picture."""
         points = scene.point_at(self.overview_m, self.height_m)

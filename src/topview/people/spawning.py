@@ -24,7 +24,7 @@ from topview.people.told import Told
 from topview.people.track import Track
 
 Mask = NDArray[np.bool_]
-FeaturesOf = Callable[[Scene, HeadCandidate, Sequence[Track]], Features]
+FeaturesOf = Callable[[HeadCandidate, Sequence[Track]], Features]
 
 # All ours. From this confidence on what is followed is the head; so much more makes one of what
 # else is on the body.
@@ -92,7 +92,7 @@ def rejoined(
                 if _is_better(scene, track, head)
                 and reaches(scene, track, head)
                 and all(_away_m(other, head) > SAME_HEAD_M for other in others)
-                and existence.may_be(features_of(scene, head, others))
+                and existence.may_be(features_of(head, others))
             ),
             None,
         )

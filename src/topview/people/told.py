@@ -47,6 +47,10 @@ class ToldHead:
         is_sure = p_person > SURE and proposals.scales_m[0, mode, head].max() < SURE_M
         return cls(p_person, proposals.positions_camera[0, mode, head], bool(is_sure))
 
+    def is_near(self, head_camera: Vector) -> bool:
+        """Whether it may be the head at [3] that the network saw."""
+        return bool(np.linalg.norm(self.head_camera - head_camera) < ELSEWHERE_M)
+
     @property
     def log_odds(self) -> float:
         """Of a person."""
@@ -108,8 +112,7 @@ class Told:
         head = self.heads.get(track.told_as)
         if head is None:
             return None
-        away_m = float(np.linalg.norm(head.head_camera - track.place_camera))
-        is_elsewhere = away_m > ELSEWHERE_M or _is_anothers(head, track, tracks)
+        is_elsewhere = not head.is_near(track.place_camera) or _is_anothers(head, track, tracks)
         return min(head.log_odds, ELSEWHERE) if is_elsewhere else head.log_odds
 
 

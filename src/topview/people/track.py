@@ -165,6 +165,16 @@ class Track:
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(cloud, head), off_since_s=None)
 
+    def restricted_to(self, is_own: NDArray[np.bool_]) -> Track:
+        """With those pixels of its body, [h, w], that are its own."""
+        assert self.body_m is not None
+        return replace(self, body_m=np.where(is_own, self.body_m, np.float32(np.inf)))
+
+    def shadowed(self, is_shadow: bool, time_s: float, evidence: Evidence) -> Track:
+        """With new evidence, and whether what is followed belongs to another."""
+        since_s = time_s if self.shadow_since_s is None else self.shadow_since_s
+        return replace(self, evidence=evidence, shadow_since_s=since_s if is_shadow else None)
+
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """What was followed was not the head; this is."""
         motion = self.motion.restarted(head.center_camera)

@@ -21,7 +21,7 @@ from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
-from topview.people.told import Told
+from topview.people.told import Told, ToldHead
 from topview.people.users import HandCandidate, User, by_depth, label_image
 from topview.records import Frame, InputError, Person, shown
 from topview.timing import StageClock
@@ -191,7 +191,8 @@ class Tracker:
     def _proposals(
         self, image: Pyramid, labels: NDArray[np.int32], users: Sequence[User]
     ) -> dict[int, JointProposals]:
-        """Of each user's joints, by id; those of somebody in doubt are only for the finder."""
+        """Of each user's joints, by id; those of somebody in doubt, and those whose head is another's, are
+        only for the finder."""
         self._proposed = {}
         doubtful = self.finder.doubtful
         asked = [user.id for user in [*users, *doubtful[:1]]]
@@ -208,7 +209,12 @@ class Tracker:
             for index, id in enumerate(asked)
             if proposals.weights[index].any()
         }
-        return {id: own for id, own in self._proposed.items() if id > 0}
+        return {
+            user.id: own
+            for user in users
+            if (own := self._proposed.get(user.id)) is not None
+            and ToldHead.of(own).is_near(user.head_camera)
+        }
 
     def _track_of(self, user: User, threads: int) -> PersonTrack:
         """The track of a user, made where there is none yet."""

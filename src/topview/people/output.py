@@ -1,0 +1,78 @@
+"""What a tracker of bodies is told of each track."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.faces_and_hands import SkinDetections
+from topview.detect.protocol import ColorDetector
+from topview.people.bodies import union_of
+from topview.people.colors import skin_share
+from topview.people.existence import is_put_out
+from topview.people.height import measured_height
+from topview.people.likelihood import Likelihood
+from topview.people.scene import Scene
+from topview.people.segmentation import full_pixels
+from topview.people.track import Track
+from topview.people.users import User
+from topview.records import Frame
+
+Mask = NDArray[np.bool_]
+
+# Ours: so many who may be people are told of.
+MOST_DOUBTS: Final = 4
+
+
+def users_of(
+    tracks: Sequence[Track], scene: Scene, skin: SkinDetections | None, frontal: Set[int]
+) -> list[User]:
+    """Those who are confirmed and whose place is known, with stature and face as this frame shows
+    them; `frontal` are the keys of those whose face is found."""
+    users = []
+    for track in tracks:
+        if not track.id:
+            continue
+        is_own = union_of(scene, [track])
+        share = None
+        if track.is_seen:
+            track.height.add(measured_height(scene, track.place_camera, is_own), scene.time_s)
+            share = skin_share(skin, scene.cloud.frame, track.place_camera)
+        face_share = track.face.update(share, track.key in frontal, scene.time_s)
+        if is_put_out(track, scene):
+            users.append(_user(scene, track, is_own, face_share))
+    return users
+
+
+def doubtful_of(tracks: Sequence[Track], scene: Scene, likelihood: Likelihood) -> tuple[User, ...]:
+    """Who may be people; first of whom the network was asked least, and who is likely."""
+    doubts = [track for track in tracks if not track.id and track.is_seen]
+    doubts.sort(key=lambda t: (t.evidence.asked_s, -t.existence(likelihood), t.key))
+    return tuple(
+        _user(scene, track, union_of(scene, [track]), None) for track in doubts[:MOST_DOUBTS]
+    )
+
+
+def frontal_of(tracks: Sequence[Track], colors: ColorDetector | None, frame: Frame) -> set[int]:
+    """Keys of those whose face a detector of faces finds; who is looked at in turn is whose skin
+    does not tell yet."""
+    if colors is None:
+        return set()
+    asked = [t for t in tracks if t.id and t.is_seen and not t.face.is_known]
+    told = colors.check_faces_in_turn(frame, [track.place_camera for track in asked])
+    return {asked[index].key for index, is_frontal in told if is_frontal}
+
+
+def _user(scene: Scene, track: Track, is_own: Mask, face_share: float | None) -> User:
+    return User(
+        track.told_as,
+        track.place_camera.copy(),
+        track.is_seen,
+        track.height.height_m,
+        track.height.is_measured,
+        full_pixels(scene, is_own),
+        face_share,
+    )

@@ -1,0 +1,123 @@
+"""One step of a track: where it is now, and what the frame tells of whether it is a person."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from topview.detect.heads import HeadCandidate, head_evidence, torso_is_unread
+from topview.people.bodies import body_of, left_of, over_body
+from topview.people.features import Features, features_of
+from topview.people.height import PRIOR_HEIGHT_M
+from topview.people.likelihood import Evidence, Likelihood
+from topview.people.motion import PAUSE_S
+from topview.people.scene import Scene
+from topview.people.segmentation import body_distance
+from topview.people.settings import PeopleSettings
+from topview.people.told import Told
+from topview.people.track import Track
+
+# Ours: a head is in view of which no more than this is hidden.
+IN_VIEW: Final = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """What one frame, and the network in the last one, show.
+
+    Attributes:
+        scene: of this frame.
+        last: of the last one; None in the first.
+        told: what is known of the last frame's bodies.
+        settings: how people are found.
+    """
+
+    scene: Scene
+    last: Scene | None
+    told: Told
+    settings: PeopleSettings
+
+    @property
+    def elapsed_s(self) -> float:
+        """Since the last frame; of a pause only the beginning counts."""
+        gone_s = 0.0 if self.last is None else self.scene.time_s - self.last.time_s
+        return min(max(gone_s, 0.0), PAUSE_S)
+
+    def moved(self, tracks: Sequence[Track], taken: Mapping[int, HeadCandidate]) -> list[Track]:
+        """The tracks in this frame: updated with the heads that they have taken, by their indices;
+        or coasted, to where their bodies are."""
+        scene = self.scene
+        after = []
+        for index, track in enumerate(tracks):
+            told_camera = self.told.head_of(track, tracks, scene.time_s - track.time_s)
+            head = taken.get(index)
+            if head is not None:
+                now = track.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
+            else:
+                now = track.coasted(scene)
+            body_m = body_of(scene, now, self.settings, self.last)
+            after.append((replace(now, body_m=body_m), told_camera))
+        seen = [track for track, _ in after if track.is_seen]
+        return [
+            track if track.is_seen else over_body(scene, track, seen, told_camera, self.elapsed_s)
+            for track, told_camera in after
+        ]
+
+    def with_evidence(self, tracks: Sequence[Track], is_time: bool) -> list[Track]:
+        """The tracks, with what tells whether they are people; `is_time` to look again at the
+        shape of those who are confirmed."""
+        after = []
+        for track in tracks:
+            evidence = track.evidence
+            if is_time or not track.id:
+                evidence = self._with_shape(track, tracks)
+            log_odds = self.told.log_odds_of(track, tracks)
+            if log_odds is not None:
+                evidence = evidence.with_network(log_odds, self.elapsed_s)
+            is_shadow = self.told.is_shadow(track, tracks)
+            after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
+        return after
+
+    def features_under(self, head: HeadCandidate, others: Sequence[Track]) -> Features:
+        """[S] of a head and what of the body below it is nobody else's."""
+        body = body_distance(
+            self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
+        )
+        return features_of(self.scene, head, body, left_of(body, others))
+
+    def _with_shape(self, track: Track, tracks: Sequence[Track]) -> Evidence:
+        head = self._head_in_view(track)
+        if head is None or track.body_m is None:
+            return track.evidence
+        own = left_of(track.body_m, [other for other in tracks if other.key != track.key])
+        shape = features_of(self.scene, head, track.body_m, own)
+        way_m = float(np.linalg.norm(track.place_camera - track.born_camera))
+        return track.evidence.with_shape(shape, way_m, self.scene.time_s)
+
+    def _head_in_view(self, track: Track) -> HeadCandidate | None:
+        """A track's head as it looks; None where it is not in view."""
+        scene, center = self.scene, track.place_camera
+        confidence = track.confidence
+        if not track.is_seen:
+            if scene.covered_share(center) > IN_VIEW:
+                return None
+            evidence = head_evidence(scene.cloud, center[None], scene.up_camera)
+            confidence = float(evidence.confidence[0])
+        is_unread = torso_is_unread(scene.cloud, center[None], scene.up_camera[None])
+        return HeadCandidate(center, confidence, bool(is_unread[0]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShapeOdds:
+    """Log-odds, by shape, that what nobody explained in the last frame is a person below a head."""
+
+    step: Step
+    before: Sequence[Track]
+    likelihood: Likelihood
+
+    def __call__(self, head: HeadCandidate) -> float:
+        seen = [track for track in self.before if track.is_seen]
+        return self.likelihood.log_odds_of_shape(self.step.features_under(head, seen))
