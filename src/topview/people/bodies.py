@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
-from topview.people.places import ALIKE_S
 from topview.people.scene import Scene
 from topview.people.segmentation import (
     Memory,
@@ -38,8 +37,9 @@ SHOWN_M2: Final = 0.03
 # The trunk is between these shares of the stature; so much of it, in columns as high, tells where
 # the head is, but for so much.
 TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
-# A head that the joint network told is so exact where so much of the body is seen.
-TOLD_SIGMA_M, TOLD_M2 = 0.1, 0.15
+# Where so much of the body is seen the joint network knows where the head is, where less is, it is
+# so exact.
+TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
 # Where nothing hides a head that is not made out, for so long, nobody is there.
 BENT_S: Final = 3.0
 # Who comes to be hidden seems to slide down by so much before the head is missed.
@@ -85,8 +85,8 @@ def over_body(
     told_camera: Vector | None,
     elapsed_s: float,
 ) -> Track:
-    """A track whose head is not seen, at the place that its body tells: by the head [3] of the body
-    fitted in the last frame, or else by its trunk. What is nearer to the head of another, who is
+    """A track whose head is not seen, at the place that its body tells: by the head [3] that
+    the joint network told, or else by its trunk. What is nearer to the head of another, who is
     seen, is not its own."""
     assert track.body_m is not None
     body = left_of(track.body_m, [other for other in seen if other.id])
@@ -95,12 +95,12 @@ def over_body(
     places = track.places
     if places is None or area_m2 < SHOWN_M2:
         return track
+    if told_camera is not None and area_m2 > TOLD_M2:
+        return track.told_at(scene, told_camera)
     if told_camera is not None:
-        share = min(elapsed_s / ALIKE_S, 1.0)
-        height_m = places.height_m + share * (scene.height_of(told_camera) - places.height_m)
+        height_m = scene.height_of(told_camera)
         place = scene.overview_of(told_camera)
-        sigma_m = TOLD_SIGMA_M * max(TOLD_M2 / area_m2, 1.0) ** 0.5
-        return track.placed(scene, places.drawn_to(place, height_m, sigma_m, elapsed_s))
+        return track.placed(scene, places.drawn_to(place, height_m, FAINT_SIGMA_M, elapsed_s))
     if places.outside > 0.5:
         return track
     is_bent = track.unseen_s(scene.time_s) < BENT_S

@@ -25,6 +25,8 @@ Vector = NDArray[np.float64]
 
 # Ours: how a head looks is learnt anew from this confidence on, which one that hangs down has.
 VIEW_FROM: Final = 0.25
+# Ours: a head that the joint network tells is so exact, where enough of the body is seen.
+TOLD_SIGMA_M: Final = 0.1
 # Ours: what the network says is so far away, for so long, is not the head.
 TOLD_OFF_M, TOLD_OFF_S = 0.18, 0.08
 
@@ -35,15 +37,16 @@ class Track:
 
     Attributes:
         key: number of the track, from 1 in the order of birth.
-        motion: of the head when it was last seen.
+        motion: of the head, at `motion_s`: when it was last seen, or told by the joint network.
         view: what the head looked like then.
         evidence: what tells whether it is a person.
         height, face: stature, and how much of the face is seen of late.
         born_camera: [3] where the head was first seen.
-        born_s, seen_s, time_s: when it was first and last seen; time of this state.
+        born_s, seen_s, time_s, motion_s: when the head was first and last seen; time of this state,
+            and of `motion`.
         id: of the person, from 1; 0 while it is not confirmed.
         confidence: that what is followed is the head, 0 while it is not seen.
-        places: where the head may be while it is not seen; None while it is.
+        places: where the head may be while it is neither seen nor told; None while it is.
         place_camera: [3] the head's centre: seen, or the most likely place.
         certainty: probability that it is near `place_camera`.
         clothes: histogram of their colours, None while unknown.
@@ -66,6 +69,7 @@ class Track:
     born_s: float
     seen_s: float
     time_s: float
+    motion_s: float
     place_camera: Vector
     id: int = 0
     confidence: float = 0.0
@@ -95,6 +99,7 @@ class Track:
             time_s,
             time_s,
             time_s,
+            time_s,
             center,
             confidence=head.confidence,
         )
@@ -107,7 +112,7 @@ class Track:
     @property
     def is_seen(self) -> bool:
         """Whether the head is."""
-        return self.places is None
+        return self.seen_s == self.time_s
 
     @property
     def head(self) -> HeadCandidate:
@@ -128,18 +133,19 @@ class Track:
         return max(time_s - self.seen_s, 0.0)
 
     def expected(self, time_s: float) -> Motion:
-        """The head's motion, predicted from when it was last seen."""
-        return self.motion.predicted(time_s - self.seen_s)
+        """The head's motion, predicted."""
+        return self.motion.predicted(time_s - self.motion_s)
 
     def updated(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """With a measured head."""
         time_s, center = cloud.frame.timestamp_s, head.center_camera
-        is_back = self.unseen_s(time_s) > PAUSE_S
+        is_back = time_s - self.motion_s > PAUSE_S
         motion = Motion.starting_at(center) if is_back else self.expected(time_s).updated(center)
         view = HeadTemplate.of(cloud, center) if head.confidence > VIEW_FROM else self.view
         return replace(
             self,
             motion=motion,
+            motion_s=time_s,
             view=view,
             seen_s=time_s,
             time_s=time_s,
@@ -178,7 +184,7 @@ class Track:
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """What was followed was not the head; this is."""
         motion = self.motion.restarted(head.center_camera)
-        there = replace(self, motion=motion, seen_s=cloud.frame.timestamp_s, rival_since_s=None)
+        there = replace(self, motion=motion, motion_s=cloud.frame.timestamp_s, rival_since_s=None)
         return there.updated(cloud, head)
 
     def as_person(self, other: Track) -> Track:
@@ -190,6 +196,20 @@ class Track:
             face=other.face,
             clothes=other.clothes,
             head_colors=other.head_colors,
+        )
+
+    def told_at(self, scene: Scene, told_camera: Vector) -> Track:
+        """With a head [3] that is not seen, but that the joint network tells."""
+        motion = self.expected(scene.time_s).updated(told_camera, TOLD_SIGMA_M)
+        return replace(
+            self,
+            motion=motion,
+            motion_s=scene.time_s,
+            time_s=scene.time_s,
+            confidence=0.0,
+            places=None,
+            place_camera=motion.position_camera,
+            certainty=1.0,
         )
 
     def coasted(self, scene: Scene) -> Track:

@@ -191,8 +191,8 @@ class Tracker:
     def _proposals(
         self, image: Pyramid, labels: NDArray[np.int32], users: Sequence[User]
     ) -> dict[int, JointProposals]:
-        """Of each user's joints, by id; those of somebody in doubt, and those whose head is another's, are
-        only for the finder."""
+        """Of each user's joints, by id; those of somebody in doubt, and those whose head is
+        another's, are only for the finder."""
         self._proposed = {}
         doubtful = self.finder.doubtful
         asked = [user.id for user in [*users, *doubtful[:1]]]
