@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ from topview_lab.metrics.statistics import share
 from topview_lab.seeds import PEOPLE_LEARNT_SEEDS
 from topview_lab.training.people import Collected, CollectJob, KnownPeople, TrackRows
 from topview_lab.training.people_fit import (
-    DIGITS,
+    WRITTEN_DIGITS,
     called_people,
     check_both_kinds,
     described,
@@ -79,6 +80,10 @@ def train_people(
         prepare_output_file("--out", out, force)
     given = _given(folders or [], simulated or [])[::every]
     others = find_folder_recordings(measure_on) if measure_on else []
+    if both := {own.name for own in given if own in others}:
+        raise InputError(
+            f"--measure names {min(both)}, which is to be learnt from; it must name others"
+        )
     results = _collect([*given, *others], workers)
     if results is None:
         return INTERRUPTED
@@ -97,7 +102,7 @@ def train_people(
     plain_console().print(_weights_table(likelihood, own.rows))
     sets = {"fitted" if out else "given": own, "others" if others else "held back": other}
     plain_console().print(_called_table(likelihood, sets))
-    print(f"fitted on {likelihood.source}" + (f"; {out} written" if out else ""))
+    print(f"{out} written: {likelihood.source}" if out else f"what ships: {likelihood.source}")
     return 0 if len(own.names) + len(other.names) == len(results) else UNUSABLE_INPUT
 
 
@@ -139,11 +144,11 @@ def _command(
     measure_on: Sequence[Path] | None,
 ) -> str:
     """What was called, for whoever wants to do it again."""
-    words = ["topview train-people", *(path.resolve().name for path in folders or ())]
-    words += [f"--every {every}"] if every > 1 else []
+    words = ["topview", "train-people", *(path.resolve().name for path in folders or ())]
+    words += ["--every", str(every)] if every > 1 else []
     words += ["--simulated", *scenes] if scenes else []
     words += ["--measure", *(path.resolve().name for path in measure_on)] if measure_on else []
-    return " ".join(words)
+    return shlex.join(words)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,18 +173,18 @@ def _weights_table(likelihood: Likelihood, rows: TrackRows) -> Table:
     is_person = rows.is_person
     means = zip(rows.features[is_person].mean(0), rows.features[~is_person].mean(0), strict=True)
     for name, of_kinds in zip(FEATURES, means, strict=True):
-        weight = number(likelihood.weights[name], DIGITS)
+        weight = number(likelihood.weights[name], WRITTEN_DIGITS)
         table.add_row(name, weight, *(number(mean, 2) for mean in of_kinds))
     for name, value in (
         ("bias", likelihood.bias),
         ("with the network: bias", likelihood.joint_bias),
         ("what the log-odds above count", likelihood.by_shape),
     ):
-        table.add_row(name, number(value, DIGITS), "", "")
+        table.add_row(name, number(value, WRITTEN_DIGITS), "", "")
     said = [rows.network[rows.is_asked & is_kind] for is_kind in (is_person, ~is_person)]
     table.add_row(
         "what the network's log-odds count",
-        number(likelihood.by_network, DIGITS),
+        number(likelihood.by_network, WRITTEN_DIGITS),
         *(number(share(float(own.sum()), len(own)), 2) for own in said),
     )
     return table

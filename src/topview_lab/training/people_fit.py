@@ -25,8 +25,10 @@ Mask = NDArray[np.bool_]
 SHAPE_PENALTY, JOINT_PENALTY = 3e-4, 1e-4
 # The log-odds by shape count no more than this while the network's share is fitted.
 MOST_SHAPE: Final = 12.0
+# It is fitted to more digits than are written.
+PRECISION: Final = {"ftol": 1e-13, "gtol": 1e-9}
 # Of what is written.
-DIGITS: Final = 3
+WRITTEN_DIGITS: Final = 3
 # Of one kind of recording; more are not told one by one.
 MOST_SEEDS: Final = 6
 
@@ -75,7 +77,7 @@ def check_both_kinds(is_person: Mask, what_for: str) -> None:
 
 
 def _rounded(value: float) -> float:
-    return round(float(value), DIGITS) + 0.0  # no -0.0
+    return round(float(value), WRITTEN_DIGITS) + 0.0  # no -0.0
 
 
 def _logistic(
@@ -101,9 +103,8 @@ def _logistic(
 
     free, below = (None, None), (None, 0.0)
     bounds = [free, *[free if may_speak_for else below] * values.shape[1]]
-    fitted = minimize(
-        loss, np.zeros(1 + values.shape[1]), jac=True, bounds=bounds, method="L-BFGS-B"
-    )
+    start = np.zeros(1 + values.shape[1])
+    fitted = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B", options=PRECISION)
     return float(fitted.x[0]), fitted.x[1:]
 
 
@@ -114,8 +115,7 @@ class CalledPeople:
     Attributes:
         frames: how many, summed over tracks.
         by_shape: share that is called a person by shape and motion alone.
-        with_network: the same where the network counts, too, which looks before anybody is
-            confirmed.
+        with_network: the same with the network, of those frames in which it had looked.
     """
 
     frames: int

@@ -36,8 +36,9 @@ def made_up(seed: int = 0, people: int = 150, furniture: int = 300) -> TrackRows
 
 
 def part_of(rows: TrackRows, which: Any) -> TrackRows:
-    arrays = rows.features, rows.network, rows.is_asked, rows.is_person
-    return TrackRows(*(array[which] for array in arrays))
+    return TrackRows(
+        rows.features[which], rows.network[which], rows.is_asked[which], rows.is_person[which]
+    )
 
 
 def test_what_only_furniture_has_speaks_against_people() -> None:
@@ -158,6 +159,7 @@ def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
         ((tmp_path / "none",), "is not a folder"),
         ((empty,), "no groundtruth.npz"),
         ((good, "--measure", empty), "no groundtruth.npz"),
+        ((good, "--measure", good), "--measure names walk_1, which is to be learnt from"),
         (("--simulated", "somewhere"), "somewhere"),
         ((broken,), "none of the 1 recordings could be used"),
     ):
