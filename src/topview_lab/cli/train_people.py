@@ -65,7 +65,7 @@ def train_people(
     Args:
         folders: recordings with groundtruth.npz, or folders of such.
         out: the .json to write.
-        every: take only one of so many recordings.
+        every: take only one of so many recordings of the folders.
         simulated: scenes of the simulator to learn from, too; "all" for all of them.
         measure_on: recordings of other people, to measure on; without them one of four of those to
             learn from is held back.
@@ -78,7 +78,7 @@ def train_people(
         raise InputError("there is nothing to learn from; give recordings, or --simulated")
     if out is not None:
         prepare_output_file("--out", out, force)
-    given = _given(folders or [], simulated or [])[::every]
+    given = _given(folders or [], every, simulated or [])
     others = find_folder_recordings(measure_on) if measure_on else []
     if both := {own.name for own in given if own in others}:
         raise InputError(
@@ -118,11 +118,11 @@ def _collect(recordings: Sequence[KnownPeople], workers: int) -> Results | None:
     return run.results
 
 
-def _given(folders: Sequence[Path], scenes: Sequence[str]) -> list[KnownPeople]:
+def _given(folders: Sequence[Path], every: int, scenes: Sequence[str]) -> list[KnownPeople]:
     """The recordings to learn from, in an order that depends on nothing else."""
     given: list[KnownPeople] = []
     if folders:
-        given += find_folder_recordings(folders)
+        given += find_folder_recordings(folders)[::every]
     if scenes:
         given += make_simulated(() if ALL_SCENES in scenes else scenes, PEOPLE_LEARNT_SEEDS)
     return given
