@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -13,10 +14,17 @@ import pytest
 from skeleton_sequences import write_rendered
 from topview.people.features import FEATURES
 from topview.people.likelihood import Likelihood, shipped_likelihood
+from topview.people.track import Track
 from topview.records import InputError
 from topview_lab.cli import train_people as command
 from topview_lab.datasets import SimulatedScene
-from topview_lab.training.people import Collected, CollectJob, KnownPeople, TrackRows
+from topview_lab.training.people import (
+    Collected,
+    CollectJob,
+    KnownPeople,
+    TrackRows,
+    TrueExistence,
+)
 from topview_lab.training.people_fit import called_people, described, fit_likelihood
 
 AGAINST, FOR, NOTHING = (FEATURES.index(name) for name in ("flat", "too low", "rough outline"))
@@ -97,6 +105,25 @@ def test_recordings_in_words() -> None:
     assert described(names) == (
         "13 recordings: cross 0, 60; pass_by 7; lobby; sit 0 to 8 (9 of them)"
     )
+
+
+def track_at(x_m: float, id: int = 0) -> Track:
+    """What a label depends on."""
+    return cast(Track, SimpleNamespace(id=id, place_camera=np.array([x_m, 0.0, 2.0])))
+
+
+def test_whose_track_it_is() -> None:
+    """One true head, at 0: near it a person, far from it furniture, a double beside the confirmed
+    one furniture, too."""
+    existence = TrueExistence()
+    assert existence.label_of(track_at(0.0), []) is False
+    existence.heads_camera = np.array([[0.0, 0.0, 2.0]])
+    labels = [existence.label_of(track_at(x_m), []) for x_m in (0.1, 0.24, 0.3, 0.44, 0.5, -0.5)]
+    assert labels == [True, True, None, None, False, False]
+    person, double = track_at(0.05, id=1), track_at(0.2)
+    assert existence.label_of(double, [person, double]) is False
+    assert existence.label_of(person, [person, double]) is True
+    assert existence.label_of(double, [track_at(0.3, id=1), double]) is True
 
 
 @pytest.mark.slow
