@@ -47,6 +47,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "topview_lab.cli.train_joints:train_joints",
         "Learn to propose joints from recordings with truth.",
     ),
+    "train-people": (
+        "topview_lab.cli.train_people:train_people",
+        "Learn to tell people from furniture from recordings with truth.",
+    ),
 }
 
 # Name of each method to compare with: what makes it, called without arguments, and a sentence about

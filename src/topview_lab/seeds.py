@@ -17,6 +17,8 @@ SKIN_HELD_OUT_SEED: Final = 1
 HANDS_LEARNT_SEEDS: Final = range(1)
 HANDS_HELD_OUT_SEEDS: Final = (100,)
 """Of `topview train-hands --simulated`: every scene of the simulator, with the people of each."""
+PEOPLE_LEARNT_SEEDS: Final = (0,)
+"""Of `topview train-people --simulated`."""
 FOREST_LEARNT_SEED, FOREST_CALIBRATED_SEED, FOREST_HELD_OUT_SEED = 2000, 2500, 2900
 """Of `topview train-forest`, which adds its --seed: keys of generators."""
 REPORT_SEED: Final = 6000

@@ -11,7 +11,9 @@ from topview.io import MirroredRecording, open_recording
 from topview.records import InputError, Recording
 from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.groundtruth import read_groundtruth
+from topview_lab.datasets.true_heads import read_true_heads
 from topview_lab.metrics import ReferenceSequence
+from topview_lab.metrics.heads import TrueHeads
 
 GROUNDTRUTH: Final = "groundtruth.npz"
 
@@ -38,6 +40,10 @@ class FolderRecording:
 
     def reference(self) -> ReferenceSequence:
         return read_groundtruth(self.path / GROUNDTRUTH, action=self.name)
+
+    def true_heads(self) -> TrueHeads:
+        """Of all frames."""
+        return read_true_heads(self.path / GROUNDTRUTH)
 
 
 def find_folder_recordings(

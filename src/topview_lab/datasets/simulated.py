@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from topview.records import Camera, InputError
 from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.groundtruth import reference_from
+from topview_lab.datasets.true_heads import true_heads_from
 from topview_lab.metrics import ReferenceSequence
+from topview_lab.metrics.heads import TrueHeads
 from topview_lab.sim import SCENES, Scene, SimulatedRecording, scene_by_name, simulate_truth
 from topview_lab.sim.recording import SimulatedFrame
 from topview_lab.sim.scenes import KINECT_V1_HALF
@@ -42,6 +44,10 @@ class SimulatedScene:
     def reference(self) -> ReferenceSequence:
         """The truth, for which the whole scene is rendered once more, without noise."""
         return reference_from(simulate_truth(self.make()).arrays(), self.name)
+
+    def true_heads(self) -> TrueHeads:
+        """Of all frames, which are rendered once more for it, without noise."""
+        return true_heads_from(simulate_truth(self.make()).arrays())
 
     def make(self) -> Scene:
         """Raises InputError where the name or a number is wrong."""

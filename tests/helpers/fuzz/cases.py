@@ -81,6 +81,7 @@ _OPTIONS: Final[dict[tuple[str, ...], tuple[str, ...]]] = {
         "people", "board", "offset", "pick", "port",
     ),
     ("train-skin", "camera.json"): ("weight", "start", "skin", "not-skin", "masks", "out", "show"),
+    ("train-people", "camera.json"): ("every", "measure", "simulated", "workers", "out"),
     ("train-hands", "recording", "--out", "OUT/hands.npz"): ("test", "skin"),
 }  # fmt: skip
 _HEAVY: Final[dict[tuple[str, ...], tuple[str, ...]]] = {

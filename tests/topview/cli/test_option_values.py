@@ -23,6 +23,7 @@ WHOLE = [
     ("annotate", "x", "y", "--port"),
     ("train-skin", "x", "--skin", "1", "2", "3"),
     ("train-forest", "--threads"),
+    ("train-people", "x", "--every"),
 ]
 
 

@@ -1,0 +1,189 @@
+"""What is seen of people and of furniture in recordings whose people are known.
+
+The tracker runs with an `Existence` that knows the truth: whatever may be a head is followed, and
+who is truly there is confirmed. Each frame's evidence of each followed head is a row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.people.existence import Existence
+from topview.people.features import FEATURES, Features
+from topview.people.finder import PeopleFinder
+from topview.people.likelihood import Evidence, Likelihood
+from topview.people.scene import Scene
+from topview.people.track import Track
+from topview.records import InputError, Recording
+from topview.track.settings import TrackerSettings
+from topview.track.tracker import Tracker
+from topview_lab.metrics.heads import TrueHeads
+
+Vector = NDArray[np.float64]
+
+# All ours. A track whose head is so near to a true one is the person's; one that is farther from
+# all of them than the other follows furniture; in between nothing is learnt.
+PERSON_M, FURNITURE_M = 0.25, 0.45
+# A second track beside a confirmed one that is so near to the true head, and nearer, is no person.
+DOUBLE_M: Final = 0.2
+# A confirmed track that is farther from all true heads follows nobody any more.
+LOST_M: Final = 0.6
+
+NOTHING_KNOWN: Final = Likelihood("nothing", 0.0, dict.fromkeys(FEATURES, 0.0), 0.0, 1.0, 0.0)
+"""Tells nothing: what is collected does not depend on what was fitted before."""
+
+
+class KnownPeople(Protocol):
+    """A recording whose true heads are known."""
+
+    @property
+    def name(self) -> str: ...
+
+    def open(self) -> Recording: ...
+
+    def true_heads(self) -> TrueHeads: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackRows:
+    """What was seen of tracks, a row for each track and frame.
+
+    Attributes:
+        features: [N, F] means of `FEATURES`.
+        network: [N] mean log-odds of the joint network, 0 where it has not looked.
+        is_asked: [N] whether it has.
+        is_person: [N] whether the track is truly a person's.
+    """
+
+    features: NDArray[np.float64]
+    network: NDArray[np.float64]
+    is_asked: NDArray[np.bool_]
+    is_person: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.is_person)
+
+    @classmethod
+    def of(cls, seen: Sequence[tuple[Evidence, bool]]) -> TrackRows:
+        """From the evidence of tracks, and whether they are people's."""
+        return cls(
+            np.array([own.features for own, _ in seen], np.float64).reshape(-1, len(FEATURES)),
+            np.array([own.network for own, _ in seen], np.float64),
+            np.array([own.asked_s > 0.0 for own, _ in seen], np.bool_),
+            np.array([is_person for _, is_person in seen], np.bool_),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[TrackRows]) -> TrackRows:
+        """One after the other."""
+        parts = [cls.of(()), *parts]
+        return cls(
+            np.concatenate([part.features for part in parts]),
+            np.concatenate([part.network for part in parts]),
+            np.concatenate([part.is_asked for part in parts]),
+            np.concatenate([part.is_person for part in parts]),
+        )
+
+
+class TrueExistence(Existence):
+    """Follows whatever may be a head while it is seen, and confirms who is truly there.
+
+    Attributes:
+        heads_camera: [R, 3] the true heads of the frame.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(likelihood=NOTHING_KNOWN)
+        self.heads_camera: Vector = np.empty((0, 3))
+
+    def label_of(self, track: Track, tracks: Sequence[Track]) -> bool | None:
+        """Whether a track is a person's, not another's or furniture's; None where that is hard to
+        say."""
+        away_m = self._away_m(track)
+        if not track.id and len(self.heads_camera):
+            head = self.heads_camera[np.argmin(_distances_m(self.heads_camera, track))]
+            others = [other for other in tracks if other.id]
+            if any(_distances_m(head[None], o)[0] < min(DOUBLE_M, away_m) for o in others):
+                return False
+        return True if away_m < PERSON_M else False if away_m > FURNITURE_M else None
+
+    def may_be(self, features: Features) -> bool:
+        return True
+
+    def has_ended(self, track: Track, scene: Scene) -> bool:
+        return self._away_m(track) > LOST_M if track.id else not track.is_seen
+
+    def is_room(self, track: Track, scene: Scene) -> bool:
+        return False
+
+    def _is_ready(self, track: Track, scene: Scene) -> bool:
+        return track.is_seen and self._away_m(track) < PERSON_M
+
+    def _away_m(self, track: Track) -> float:
+        """From the nearest true head."""
+        return float(_distances_m(self.heads_camera, track).min(initial=np.inf))
+
+
+def _distances_m(heads_camera: Vector, track: Track) -> Vector:
+    return np.linalg.norm(heads_camera - track.place_camera, axis=1)
+
+
+class _TruePeople(PeopleFinder):
+    """The finder, told who is a person."""
+
+    def __init__(self, existence: TrueExistence) -> None:
+        super().__init__()
+        self._existence = existence
+
+
+def rows_of(recording: Recording, truth: TrueHeads) -> TrackRows:
+    """What is seen of all who may be people in a recording.
+
+    Raises:
+        InputError: the recording cannot be tracked, or the truth has fewer frames.
+    """
+    existence = TrueExistence()
+    finder = _TruePeople(existence)
+    tracker = Tracker(TrackerSettings(method="joints", threads=1), finder=finder)
+    seen: list[tuple[Evidence, bool]] = []
+    for frame in recording:
+        heads_camera = truth.of_frames(np.array([frame.index])).heads_camera[0]
+        existence.heads_camera = heads_camera[np.isfinite(heads_camera).all(axis=-1)]
+        tracker.update(frame)
+        tracks = () if finder.found is None else finder.found.tracks
+        for track in tracks:
+            label = existence.label_of(track, tracks) if track.is_seen else None
+            if label is not None:
+                seen.append((track.evidence, label))
+    return TrackRows.of(seen)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Collected:
+    """Of one recording: the rows, or None and why; what could not be read, one line each."""
+
+    name: str
+    rows: TrackRows | None
+    problems: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CollectJob:
+    """One recording to collect from, in any process."""
+
+    recording: KnownPeople
+
+    def __call__(self) -> Collected:
+        name = self.recording.name
+        try:
+            truth = self.recording.true_heads()
+            recording = self.recording.open()
+            rows = rows_of(recording, truth)
+        except InputError as error:
+            return Collected(name, None, (f"{name}: {error}",))
+        return Collected(name, rows, tuple(f"{name}: {line}" for line in recording.problems))

@@ -1,0 +1,165 @@
+"""Fit what tells people from furniture, and measure it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from topview.people.existence import CONFIRMED
+from topview.people.features import FEATURES
+from topview.people.likelihood import Likelihood
+from topview.records import InputError
+from topview_lab.metrics.statistics import share
+from topview_lab.training.people import TrackRows
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# All ours. Penalties on the squares of the weights: by shape, and with the network.
+SHAPE_PENALTY, JOINT_PENALTY = 3e-4, 1e-4
+# The log-odds by shape count no more than this while the network's share is fitted.
+MOST_SHAPE: Final = 12.0
+# It is fitted to more digits than are written.
+PRECISION: Final = {"ftol": 1e-13, "gtol": 1e-9}
+# Of what is written.
+WRITTEN_DIGITS: Final = 3
+# Of one kind of recording; more are not told one by one.
+MOST_SEEDS: Final = 6
+
+
+def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
+    """Two logistic regressions, in which people and furniture count the same: of the features,
+    which may only speak against a person; and of the log-odds that come of it and the network's.
+
+    Raises:
+        InputError: there are no people, or no furniture, or the network has looked at none of them.
+    """
+    check_both_kinds(rows.is_person, "was followed")
+    check_both_kinds(rows.is_person[rows.is_asked], "was shown to the joint network")
+    balance = np.where(rows.is_person, 1.0 / rows.is_person.mean(), 1.0 / (~rows.is_person).mean())
+    bias, against = _logistic(
+        rows.features, rows.is_person, balance, SHAPE_PENALTY, may_speak_for=False
+    )
+    by_shape = np.clip(bias + rows.features @ against, -MOST_SHAPE, MOST_SHAPE)
+    asked = rows.is_asked
+    joint_bias, counts = _logistic(
+        np.stack([by_shape, rows.network], axis=1)[asked],
+        rows.is_person[asked],
+        balance[asked],
+        JOINT_PENALTY,
+    )
+    return Likelihood(
+        source,
+        _rounded(bias),
+        {name: _rounded(-weight) for name, weight in zip(FEATURES, against, strict=True)},
+        _rounded(joint_bias),
+        *map(_rounded, counts),
+    )
+
+
+def check_both_kinds(is_person: Mask, what_for: str) -> None:
+    """Raises InputError where one kind is lacking among these [N]."""
+    for count, kind in (
+        (is_person.sum(), "person's head"),
+        ((~is_person).sum(), "piece of furniture"),
+    ):
+        if not count:
+            raise InputError(
+                f"no {kind} {what_for}; give more recordings: people and furniture "
+                "that is taken for them must both be in them"
+            )
+
+
+def _rounded(value: float) -> float:
+    return round(float(value), WRITTEN_DIGITS) + 0.0  # no -0.0
+
+
+def _logistic(
+    values: Vector, is_true: Mask, counts: Vector, penalty: float, may_speak_for: bool = True
+) -> tuple[float, Vector]:
+    """Bias and [K] weights of a logistic regression.
+
+    Args:
+        values: [N, K].
+        is_true: [N].
+        counts: [N] how much each row counts.
+        penalty: on the sum of the squares of the weights.
+        may_speak_for: if not, no weight is above 0.
+    """
+    counts = counts / counts.sum()
+
+    def loss(place: Vector) -> tuple[float, Vector]:
+        log_odds = place[0] + values @ place[1:]
+        rates = np.logaddexp(0.0, log_odds) - is_true * log_odds
+        errors = counts * (0.5 * (1.0 + np.tanh(0.5 * log_odds)) - is_true)
+        slope = np.append(errors.sum(), values.T @ errors + 2.0 * penalty * place[1:])
+        return float(counts @ rates + penalty * place[1:] @ place[1:]), slope
+
+    free, below = (None, None), (None, 0.0)
+    bounds = [free, *[free if may_speak_for else below] * values.shape[1]]
+    start = np.zeros(1 + values.shape[1])
+    fitted = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B", options=PRECISION)
+    return float(fitted.x[0]), fitted.x[1:]
+
+
+@dataclass(frozen=True, slots=True)
+class CalledPeople:
+    """How much of what is truly one kind is confirmed.
+
+    Attributes:
+        frames: how many, summed over tracks.
+        by_shape: share that is called a person by shape and motion alone.
+        with_network: the same with the network, of those frames in which it had looked.
+    """
+
+    frames: int
+    by_shape: float
+    with_network: float
+
+
+def called_people(likelihood: Likelihood, rows: TrackRows) -> tuple[CalledPeople, CalledPeople]:
+    """Of people, and of furniture."""
+    by_shape = np.array([likelihood.log_odds_of(features) for features in rows.features])
+    joint = likelihood.joint_bias + likelihood.by_shape * by_shape
+    joint += likelihood.by_network * rows.network
+    least = np.log(CONFIRMED / (1.0 - CONFIRMED))
+    people, furniture = (
+        CalledPeople(
+            int(is_kind.sum()),
+            share(float((by_shape[is_kind] > least).sum()), int(is_kind.sum())),
+            share(
+                float((joint[is_kind & rows.is_asked] > least).sum()),
+                int((is_kind & rows.is_asked).sum()),
+            ),
+        )
+        for is_kind in (rows.is_person, ~rows.is_person)
+    )
+    return people, furniture
+
+
+def described(names: Iterable[str]) -> str:
+    """Recordings in words, by kind: `cross_000` and `cross_060_tof` are `cross 0, 60`; of more than
+    `MOST_SEEDS` seeds the first, the last and how many."""
+    by_kind: dict[str, list[str]] = {}
+    for name in names:
+        found = re.match(r"(.+?)_(\d+)", name)
+        kind, seed = (found[1], str(int(found[2]))) if found else (name, "")
+        by_kind.setdefault(kind, []).append(seed)
+    count = sum(map(len, by_kind.values()))
+    kinds = (
+        f"{kind} {_in_words(sorted(own, key=int))}" if all(own) else kind
+        for kind, own in by_kind.items()
+    )
+    return f"{count} recordings: {'; '.join(kinds)}"
+
+
+def _in_words(seeds: Sequence[str]) -> str:
+    if len(seeds) <= MOST_SEEDS:
+        return ", ".join(seeds)
+    return f"{seeds[0]} to {seeds[-1]} ({len(seeds)} of them)"
