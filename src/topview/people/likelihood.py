@@ -25,6 +25,8 @@ JITTER_M, MOVED_M = 0.06, 0.25
 SOON_S, LONG_S = 1.0, 8.0
 # The network's log-odds count no more than this, frame by frame.
 MOST_LOG_ODDS: Final = 5.0
+# Nor do those by shape beside them.
+MOST_SHAPE_ODDS: Final = 12.0
 
 
 class Likelihood(msgspec.Struct, frozen=True):
@@ -125,7 +127,7 @@ class Evidence:
             return by_shape
         return (
             likelihood.joint_bias
-            + likelihood.by_shape * by_shape
+            + likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
             + likelihood.by_network * self.network
         )
 

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from topview.people.existence import CONFIRMED
 from topview.people.features import FEATURES
-from topview.people.likelihood import Likelihood
+from topview.people.likelihood import MOST_SHAPE_ODDS, Likelihood
 from topview.records import InputError
 from topview_lab.metrics.statistics import share
 from topview_lab.training.people import TrackRows
@@ -21,10 +21,11 @@ from topview_lab.training.people import TrackRows
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# All ours. Penalties on the squares of the weights: by shape, and with the network.
-SHAPE_PENALTY, JOINT_PENALTY = 3e-4, 1e-4
-# The log-odds by shape count no more than this while the network's share is fitted.
-MOST_SHAPE: Final = 12.0
+# All ours. Penalties on the squares of how far weights are from what is taken for them before:
+# features were scaled so that each speaks as much against a person; of things that are in no
+# recording, as lamps at a ceiling, that is all that is known.
+SHAPE_PENALTY, SHAPE_PRIOR = 1e-3, -1.0
+JOINT_PENALTY: Final = 1e-4
 # It is fitted to more digits than are written.
 PRECISION: Final = {"ftol": 1e-13, "gtol": 1e-9}
 # Of what is written.
@@ -34,24 +35,22 @@ MOST_SEEDS: Final = 6
 
 
 def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
-    """Two logistic regressions, in which people and furniture count the same: of the features,
-    which may only speak against a person; and of the log-odds that come of it and the network's.
+    """Two logistic regressions, in which each row counts the same: of the features, which may only
+    speak against a person; and of the log-odds that come of it and the network's.
 
     Raises:
         InputError: there are no people, or no furniture, or the network has looked at none of them.
     """
     check_both_kinds(rows.is_person, "was followed")
     check_both_kinds(rows.is_person[rows.is_asked], "was shown to the joint network")
-    balance = np.where(rows.is_person, 1.0 / rows.is_person.mean(), 1.0 / (~rows.is_person).mean())
     bias, against = _logistic(
-        rows.features, rows.is_person, balance, SHAPE_PENALTY, may_speak_for=False
+        rows.features, rows.is_person, SHAPE_PENALTY, SHAPE_PRIOR, may_speak_for=False
     )
-    by_shape = np.clip(bias + rows.features @ against, -MOST_SHAPE, MOST_SHAPE)
+    by_shape = np.clip(bias + rows.features @ against, -MOST_SHAPE_ODDS, MOST_SHAPE_ODDS)
     asked = rows.is_asked
     joint_bias, counts = _logistic(
         np.stack([by_shape, rows.network], axis=1)[asked],
         rows.is_person[asked],
-        balance[asked],
         JOINT_PENALTY,
     )
     return Likelihood(
@@ -81,29 +80,29 @@ def _rounded(value: float) -> float:
 
 
 def _logistic(
-    values: Vector, is_true: Mask, counts: Vector, penalty: float, may_speak_for: bool = True
+    values: Vector, is_true: Mask, penalty: float, prior: float = 0.0, may_speak_for: bool = True
 ) -> tuple[float, Vector]:
     """Bias and [K] weights of a logistic regression.
 
     Args:
         values: [N, K].
         is_true: [N].
-        counts: [N] how much each row counts.
-        penalty: on the sum of the squares of the weights.
+        penalty: on the sum of the squares of how far the weights are from the prior.
+        prior: what each weight is taken to be before.
         may_speak_for: if not, no weight is above 0.
     """
-    counts = counts / counts.sum()
 
     def loss(place: Vector) -> tuple[float, Vector]:
         log_odds = place[0] + values @ place[1:]
         rates = np.logaddexp(0.0, log_odds) - is_true * log_odds
-        errors = counts * (0.5 * (1.0 + np.tanh(0.5 * log_odds)) - is_true)
-        slope = np.append(errors.sum(), values.T @ errors + 2.0 * penalty * place[1:])
-        return float(counts @ rates + penalty * place[1:] @ place[1:]), slope
+        errors = (0.5 * (1.0 + np.tanh(0.5 * log_odds)) - is_true) / len(is_true)
+        off = place[1:] - prior
+        slope = np.append(errors.sum(), values.T @ errors + 2.0 * penalty * off)
+        return float(rates.mean() + penalty * off @ off), slope
 
     free, below = (None, None), (None, 0.0)
     bounds = [free, *[free if may_speak_for else below] * values.shape[1]]
-    start = np.zeros(1 + values.shape[1])
+    start = np.append(0.0, np.full(values.shape[1], prior))
     fitted = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B", options=PRECISION)
     return float(fitted.x[0]), fitted.x[1:]
 
