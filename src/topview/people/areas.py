@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.people.scene import Scene
 from topview.records import InputError, shown
 
-FLOOR: Final = "floor"
+ON_FLOOR: Final = "floor"
 HELP: Final = (
     "it must be corners in the image, like 0,0 320,0 320,200 (pixels), or a box on the floor, like "
     "floor -1,1 1,4 (two corners; metres to the right and ahead of the camera)"
@@ -103,7 +103,7 @@ def parse_areas(text: str, name: str) -> tuple[Area, ...]:
 
 
 def _parsed(words: Sequence[str], text: str, name: str) -> Area:
-    is_on_floor = words[0] == FLOOR
+    is_on_floor = words[0] == ON_FLOOR
     numbers = words[1:] if is_on_floor else words
     try:
         corners = tuple((float(x), float(y)) for x, y in (word.split(",") for word in numbers))

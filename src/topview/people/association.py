@@ -28,7 +28,7 @@ MISSED: Final = 0.05
 # Log-likelihood ratios of a candidate without and with all marks of a head; of one with the colours
 # of the head against the body's; and of clothes that are alike and not.
 UNLIKE_HEAD, LIKE_HEAD = -2.0, 2.0
-COLOR_WEIGHT, CLOTHES_WEIGHT = 4.0, 10.0
+HEAD_COLOR_WEIGHT, CLOTHES_WEIGHT = 4.0, 10.0
 # The unlikeness of clothes between that of one person and that of two.
 SAME_CLOTHES: Final = 0.45
 # Nobody becomes taller: a head above the stature, besides an error, by so much is unlikely.
@@ -37,7 +37,7 @@ TALLER_M: Final = 0.04
 COVERED, SLIP_M, SLIP_M_PER_S = 0.15, 0.02, 0.3
 SLIPPED: Final = 8.0
 # On somebody else's body, so near to the head, is no other head, if it is not a good one.
-OWN_HEAD_M, OWN_HEAD, GOOD_HEAD = 0.4, 6.0, 0.75
+OWN_HEAD_M, ANOTHERS_HEAD, GOOD_HEAD = 0.4, 6.0, 0.75
 # A head this near to where it is expected, and as sure, is not searched for again.
 AT_ONCE_M, AT_ONCE = 0.06, 0.75
 # Of one who was hidden for longer the head's shape of then is no more followed.
@@ -121,7 +121,7 @@ def _ratio(
             return -np.inf
         ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
     ratio += _by_stature(track, scene, head) + _by_colors(track, others, scene, head)
-    ratio -= OWN_HEAD * _is_anothers(track, others, scene, head)
+    ratio -= ANOTHERS_HEAD * _is_anothers(track, others, scene, head)
     return ratio - SLIPPED * _slips(track, scene, head)
 
 
@@ -133,7 +133,7 @@ def _by_stature(track: Track, scene: Scene, head: HeadCandidate) -> float:
 def _by_colors(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:
     colors = head_colors_against(track, others, scene)
     share = None if colors is None else colors.share_at(scene.cloud, head.center_camera)
-    return 0.0 if share is None else COLOR_WEIGHT * (share - 0.5)
+    return 0.0 if share is None else HEAD_COLOR_WEIGHT * (share - 0.5)
 
 
 def _by_clothes(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:

@@ -19,20 +19,20 @@ from topview.people.track import Track
 Vector = NDArray[np.float64]
 
 # All ours. Two heads, seen from above; a shoulder is nearer to its own head.
-LEAST_APART_M: Final = 0.33
+HEADS_APART_M: Final = 0.33
 # A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
 # Below it a confirmed one ends; and one that is not confirmed.
 ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
-LOST_S: Final = 0.3
+UNSEEN_S: Final = 0.3
 # A confirmed one that is so new, and of which the network is asked, ends below this.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
 # What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
-ROOM_S, ROOM = 5.0, 0.5
+ROOM_S, ROOM_BELOW = 5.0, 0.5
 # Somebody is put out while near to the place that is told with this probability.
 TOLD: Final = 0.5
 # Why heads are refused, besides what their bodies lack.
@@ -96,7 +96,7 @@ class Existence:
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """Whether it is too unlikely to be followed."""
-        if not track.id and track.unseen_s(scene.time_s) > LOST_S:
+        if not track.id and track.unseen_s(scene.time_s) > UNSEEN_S:
             return True
         if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
             return True
@@ -107,7 +107,7 @@ class Existence:
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
         is_old = scene.time_s - track.born_s > ROOM_S
-        return not track.id and is_old and track.existence(self.likelihood) < ROOM
+        return not track.id and is_old and track.existence(self.likelihood) < ROOM_BELOW
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""
@@ -129,7 +129,7 @@ def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> b
         return False
     heads_camera = np.array([track.place_camera for track in tracks])
     aside_m = np.hypot(*scene.overview_of(head_camera - heads_camera).T)
-    return bool(aside_m.min() < LEAST_APART_M)
+    return bool(aside_m.min() < HEADS_APART_M)
 
 
 def is_put_out(track: Track, scene: Scene) -> bool:

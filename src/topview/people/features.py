@@ -20,7 +20,7 @@ from topview.people.surfaces import jump_of
 Distance = NDArray[np.float32]
 Features = NDArray[np.float64]
 
-FEATURES: Final = (
+FEATURE_NAMES: Final = (
     "unlike a head",
     "not upright",
     "head and chest too small",
@@ -42,7 +42,7 @@ FEATURES: Final = (
     "has not moved for long",
 )
 """What is wrong where a feature is large, in their order; those of one frame are `SHAPE`."""
-SHAPE: Final = FEATURES[:-2]
+SHAPE: Final = FEATURE_NAMES[:-2]
 
 # Sizes of people: NASA-STD-3000 and Table 3.1, ours where not said. How far over the surface from
 # the head's centre the bust and the torso reach.
@@ -55,11 +55,11 @@ ROUGH_M: Final = 0.03
 # and side views differ.
 BUST_M2, BUST_FACTOR = 0.085, 1.6
 # Pixels on edges over the root of all: of a disc 1.8, of head and shoulders up to 3.
-OUTLINE: Final = 2.6
+BUST_OUTLINE: Final = 2.6
 # A disc of this radius fits into a child's torso, seen from the side.
 TORSO_M: Final = 0.09
 # From this top of the head down a grown person sits, and up to this top people grow.
-LOW_M, HIGH_M, STEP_M = 1.25, 1.95, 0.15
+LOW_M, HIGH_M, TOP_STEP_M = 1.25, 1.95, 0.15
 # Two raised arms, and a big person in front view.
 RAISED_M2, LARGE_M2 = 0.09, 0.8
 # So far down is the body seen at least, and so much of it is within reach, seen from above.
@@ -69,7 +69,7 @@ HEAD_BAND_M, CHEST_BAND_M = (0.05, 0.20), (0.25, 0.50)
 # A chest is this many times as broad as its head, from the side 1.3 times.
 CHEST_SHARE: Final = 1.6
 # Relief of head and chest; the share of the noise that is left in means of 3 x 3 pixels.
-RELIEF_M, NOISE_LEFT = 0.02, 0.55
+PERSON_RELIEF_M, NOISE_LEFT = 0.02, 0.55
 # Fewer pixels say nothing about relief.
 LEAST_PIXELS: Final = 8
 # A head this near to the border may be cut.
@@ -101,10 +101,10 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
             (1.0 - upright) / 0.4,
             -bust,
             bust,
-            edges - OUTLINE,
+            edges - BUST_OUTLINE,
             1.0 - torso_m / TORSO_M,
-            (LOW_M - top_m) / STEP_M * has_floor,
-            (top_m - HIGH_M) / STEP_M * has_floor,
+            (LOW_M - top_m) / TOP_STEP_M * has_floor,
+            (top_m - HIGH_M) / TOP_STEP_M * has_floor,
             above_m2 / RAISED_M2,
             np.log(max(area_m2, 1e-4) / LARGE_M2),
             (SHORT_M - (top_m - bottom_m)) / 0.2 if area_m2 else MOST,
@@ -125,7 +125,7 @@ def _shape(scene: Scene, own: Distance, top_m: float, head: HeadCandidate) -> tu
     slim = CHEST_SHARE - chest_m / max(head_m, 1e-3)
     noise_m = float(scene.cloud.camera.noise.sigma_m(head.center_camera[2]))
     relief_m = _relief_m(scene, own < TORSO_REACH_M) - NOISE_LEFT * noise_m
-    return slim / 0.3, 1.0 - relief_m / RELIEF_M
+    return slim / 0.3, 1.0 - relief_m / PERSON_RELIEF_M
 
 
 def _to_border_m(scene: Scene, point_camera: NDArray[np.float64]) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.people.features import FEATURES, Features
+from topview.people.features import FEATURE_NAMES, Features
 from topview.people.motion import PAUSE_S
 
 LIKELIHOOD_FILE: Final = "likelihood.json"
@@ -22,7 +22,7 @@ LIKELIHOOD_FILE: Final = "likelihood.json"
 EVIDENCE_MEMORY_S: Final = 2.0
 JITTER_M, MOVED_M = 0.06, 0.25
 # After so long a person has moved, likely and almost surely.
-SOON_S, LONG_S = 1.0, 8.0
+MOVED_SOON_S, LONG_S = 1.0, 8.0
 # The network's log-odds count no more than this, frame by frame.
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
@@ -35,7 +35,7 @@ class Likelihood(msgspec.Struct, frozen=True):
     Attributes:
         source: what it was fitted on.
         bias: log-odds of a person by shape where no feature speaks against it.
-        weights: of `FEATURES`: by how much each lowers the log-odds.
+        weights: of `FEATURE_NAMES`: by how much each lowers the log-odds.
         joint_bias, by_shape, by_network: log-odds where the joint network has looked at the window:
             the bias, and what those by shape and those of the network (`p_person`) count.
     """
@@ -48,7 +48,7 @@ class Likelihood(msgspec.Struct, frozen=True):
     by_network: float
 
     def log_odds_of(self, features: Features) -> float:
-        """By shape and motion, of [F] `FEATURES`."""
+        """By shape and motion, of [F] `FEATURE_NAMES`."""
         return self.bias - float(self._vector @ features)
 
     def log_odds_of_shape(self, shape: Features) -> float:
@@ -57,11 +57,11 @@ class Likelihood(msgspec.Struct, frozen=True):
 
     def worst_of(self, features: Features) -> str:
         """The name of the feature that speaks most against a person."""
-        return FEATURES[int(np.argmax(self._vector[: len(features)] * features))]
+        return FEATURE_NAMES[int(np.argmax(self._vector[: len(features)] * features))]
 
     @property
     def _vector(self) -> NDArray[np.float64]:
-        return _vector(tuple(self.weights[name] for name in FEATURES))
+        return _vector(tuple(self.weights[name] for name in FEATURE_NAMES))
 
 
 @cache
@@ -81,7 +81,7 @@ class Evidence:
     """What has been seen of a track, averaged over the last seconds.
 
     Attributes:
-        features: [F] mean of `FEATURES`.
+        features: [F] mean of `FEATURE_NAMES`.
         still: 1 while the head has not moved, 0 once it has gone some way.
         seen_s: how long it has been looked at.
         looked_s: when it was last looked at.
@@ -109,7 +109,7 @@ class Evidence:
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
         still = min(self.still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
         seen_s = self.seen_s + elapsed_s
-        waited = [min(seen_s / wait_s, 1.0) for wait_s in (SOON_S, LONG_S)]
+        waited = [min(seen_s / wait_s, 1.0) for wait_s in (MOVED_SOON_S, LONG_S)]
         features = np.append(mean, still * np.array(waited))
         return replace(self, features=features, still=still, seen_s=seen_s, looked_s=time_s)
 

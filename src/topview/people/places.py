@@ -27,7 +27,7 @@ SAMPLES: Final = 64
 # comes to change; half of the samples walk on, half stop: over which times their walks fade.
 SPEED_M_PER_S: Final = 0.35
 SPEED_CHANGE: Final = 0.6  # m/s per root of a second
-SPEED_MEMORY_S: Final = np.where(np.arange(SAMPLES) % 2, 4.0, 0.4)
+WALK_MEMORY_S: Final = np.where(np.arange(SAMPLES) % 2, 4.0, 0.4)
 # How soon it is noticed that a head is not where it would be seen, per second: in free space; at a
 # surface that is no head; behind cover; and how soon somebody out of the picture has gone for good.
 FREE_PER_S, SURFACE_PER_S, HIDDEN_PER_S, OUTSIDE_PER_S = 15.0, 2.0, 0.02, 0.1
@@ -42,7 +42,7 @@ ALIKE_S: Final = 0.15
 # Samples that are all less likely than this were wrong: they are moved.
 LEAST_LIKELY: Final = 1e-3
 # "There" is no farther away than this; two people who touch are.
-NEAR_M: Final = 0.4
+PLACE_M: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ class Places:
         return cls(
             overview_m + motion.sigma_m * noise[:, :2],
             velocity + SPEED_M_PER_S * noise[:, 2:],
-            SPEED_MEMORY_S,
+            WALK_MEMORY_S,
             np.full(SAMPLES, 1.0 / SAMPLES),
             scene.height_of(motion.position_camera),
         )
@@ -135,10 +135,10 @@ class Places:
         return replace(self, weights=likely / total, height_m=height_m, presence=1.0)
 
     def best(self, scene: Scene) -> tuple[Vector, float]:
-        """[3] the head's most likely place, and the probability that it is no farther than `NEAR_M`
-        from there."""
+        """[3] the head's most likely place, and the probability that it is within `PLACE_M`
+        of there."""
         offsets = self.overview_m[:, None] - self.overview_m
-        is_near = np.einsum("ijk,ijk->ij", offsets, offsets) < NEAR_M**2
+        is_near = np.einsum("ijk,ijk->ij", offsets, offsets) < PLACE_M**2
         share = is_near @ self.weights
         best = int(np.argmax(share))
         mean = (self.weights * is_near[best]) @ self.overview_m / share[best]

@@ -18,7 +18,7 @@ from topview.people.existence import (
     Existence,
     is_too_near,
 )
-from topview.people.features import FEATURES, Features
+from topview.people.features import FEATURE_NAMES, Features
 from topview.people.scene import Scene
 from topview.people.told import Told
 from topview.people.track import Track
@@ -34,7 +34,7 @@ LOWER_M: Final = 0.3
 # What stands right under a head is the person's, even if the rest hangs together with a wall.
 UNDER_HEAD_M: Final = 0.26
 SPREAD_FEATURES: Final = tuple(
-    FEATURES.index(name) for name in ("too large", "too spread out", "too much above the head")
+    FEATURE_NAMES.index(name) for name in ("too large", "too spread out", "too much above the head")
 )
 
 

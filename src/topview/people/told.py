@@ -15,7 +15,7 @@ from topview.records import Person
 
 Vector = NDArray[np.float64]
 
-HEAD: Final = "head"
+TOLD_JOINT: Final = "head"
 # All ours. A network that takes a window for a person's by this probability, and is no less exact
 # than this (Laplace's scale), knows where the head is.
 SURE, SURE_M = 0.5, 0.12
@@ -42,7 +42,7 @@ class ToldHead:
     @classmethod
     def of(cls, proposals: JointProposals) -> ToldHead:
         """Of one person's proposals."""
-        mode, head = int(np.argmax(proposals.weights[0])), proposals.joint_names.index(HEAD)
+        mode, head = int(np.argmax(proposals.weights[0])), proposals.joint_names.index(TOLD_JOINT)
         p_person = float(proposals.p_person[0])
         is_sure = p_person > SURE and proposals.scales_m[0, mode, head].max() < SURE_M
         return cls(p_person, proposals.positions_camera[0, mode, head], bool(is_sure))

@@ -18,7 +18,7 @@ from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.io import write_atomically
 from topview.people.existence import CONFIRMED
-from topview.people.features import FEATURES
+from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import Likelihood, shipped_likelihood
 from topview.records import InputError
 from topview_lab.datasets import find_folder_recordings, make_simulated
@@ -172,7 +172,7 @@ def _weights_table(likelihood: Likelihood, rows: TrackRows) -> Table:
         table.add_column(column, justify="right")
     is_person = rows.is_person
     means = zip(rows.features[is_person].mean(0), rows.features[~is_person].mean(0), strict=True)
-    for name, of_kinds in zip(FEATURES, means, strict=True):
+    for name, of_kinds in zip(FEATURE_NAMES, means, strict=True):
         weight = number(likelihood.weights[name], WRITTEN_DIGITS)
         table.add_row(name, weight, *(number(mean, 2) for mean in of_kinds))
     for name, value in (

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.people.existence import Existence
-from topview.people.features import FEATURES, Features
+from topview.people.features import FEATURE_NAMES, Features
 from topview.people.finder import PeopleFinder
 from topview.people.likelihood import Evidence, Likelihood
 from topview.people.scene import Scene
@@ -34,7 +34,7 @@ DOUBLE_M: Final = 0.2
 # A confirmed track that is farther from all true heads follows nobody any more.
 LOST_M: Final = 0.6
 
-NOTHING_KNOWN: Final = Likelihood("nothing", 0.0, dict.fromkeys(FEATURES, 0.0), 0.0, 1.0, 0.0)
+NOTHING_KNOWN: Final = Likelihood("nothing", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 1.0, 0.0)
 """Tells nothing: what is collected does not depend on what was fitted before."""
 
 
@@ -54,7 +54,7 @@ class TrackRows:
     """What was seen of tracks, a row for each track and frame.
 
     Attributes:
-        features: [N, F] means of `FEATURES`.
+        features: [N, F] means of `FEATURE_NAMES`.
         network: [N] mean log-odds of the joint network, 0 where it has not looked.
         is_asked: [N] whether it has.
         is_person: [N] whether the track is truly a person's.
@@ -72,7 +72,7 @@ class TrackRows:
     def of(cls, seen: Sequence[tuple[Evidence, bool]]) -> TrackRows:
         """From the evidence of tracks, and whether they are people's."""
         return cls(
-            np.array([own.features for own, _ in seen], np.float64).reshape(-1, len(FEATURES)),
+            np.array([own.features for own, _ in seen], np.float64).reshape(-1, len(FEATURE_NAMES)),
             np.array([own.network for own, _ in seen], np.float64),
             np.array([own.asked_s > 0.0 for own, _ in seen], np.bool_),
             np.array([is_person for _, is_person in seen], np.bool_),

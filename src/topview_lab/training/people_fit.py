@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from topview.people.existence import CONFIRMED
-from topview.people.features import FEATURES
+from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import MOST_SHAPE_ODDS, Likelihood
 from topview.records import InputError
 from topview_lab.metrics.statistics import share
@@ -56,7 +56,7 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     return Likelihood(
         source,
         _rounded(bias),
-        {name: _rounded(-weight) for name, weight in zip(FEATURES, against, strict=True)},
+        {name: _rounded(-weight) for name, weight in zip(FEATURE_NAMES, against, strict=True)},
         _rounded(joint_bias),
         *map(_rounded, counts),
     )
