@@ -81,7 +81,7 @@ class Existence:
             and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
         ]
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
-        places = len(ready) if self._most is None else self._most - sum(t.id > 0 for t in tracks)
+        places = len(ready) if self._most is None else self._most - sum(is_put_out(t, scene) for t in tracks)
         ids: dict[int, int] = {}
         for track in ready[: max(places, 0)]:
             ids[track.key] = self._next_id
