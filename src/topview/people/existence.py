@@ -81,9 +81,10 @@ class Existence:
             and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
         ]
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
-        places = len(ready) if self._most is None else self._most - sum(is_put_out(t, scene) for t in tracks)
+        there = sum(is_put_out(track, scene) for track in tracks)
+        most = len(ready) if self._most is None else max(self._most - there, 0)
         ids: dict[int, int] = {}
-        for track in ready[: max(places, 0)]:
+        for track in ready[:most]:
             ids[track.key] = self._next_id
             self._next_id += 1
         self._is_first = False
