@@ -1,14 +1,21 @@
-"""Known heads in a coloured room, for the tests of who is who and of heads that are not seen."""
+"""Known heads in a coloured room, for the tests of tracks."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from people_scenes import CAMERA, Ball, frame, plane, render
 
 from topview.detect.cloud import Cloud
+from topview.detect.heads import HeadCandidate
+from topview.people.bodies import body_of
+from topview.people.features import SHAPE
 from topview.people.floor import FloorPlane
 from topview.people.scene import Scene, SceneSettings
+from topview.people.settings import PeopleSettings
+from topview.people.track import Track
 from topview.records import Frame
 
 UP = np.array([0.0, -1.0, 0.0])
@@ -35,3 +42,19 @@ def dressed(people: list[tuple[list[Ball], Rgb]]) -> tuple[NDArray[np.float32], 
     for balls, rgb in people:
         color[(render(balls) > 0.0) & (np.abs(render(balls) - depth_m) < 1e-4)] = rgb
     return depth_m, color
+
+
+def track_at(
+    scene: Scene,
+    place_camera: NDArray[np.float64],
+    key: int = 1,
+    *,
+    confidence: float = 0.9,
+    stature_m: float | None = None,
+) -> Track:
+    """Of a person, with the body, whose head is seen at [3] in a scene."""
+    features = np.zeros(len(SHAPE))
+    track = Track.born(key, scene.cloud, HeadCandidate(place_camera, confidence), features)
+    track.height.add(stature_m, scene.time_s)
+    track = replace(track, id=key)
+    return replace(track, body_m=body_of(scene, track, PeopleSettings(), None))

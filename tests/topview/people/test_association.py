@@ -1,0 +1,187 @@
+"""Which head is whose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations, permutations
+
+import numpy as np
+import pytest
+from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, dressed, scene_of, track_at
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from people_scenes import box, head_of, render, standing_person
+
+from topview.detect.heads import HeadCandidate
+from topview.people.appearance import clothes_under
+from topview.people.association import assign, associate
+from topview.people.motion import Motion
+from topview.people.scene import Scene
+from topview.people.track import Track
+
+FRAME_S = 1 / 30
+LIKE_A_PERSON, LIKE_FURNITURE = 6.0, -6.0
+
+
+def best_sum(scores: NDArray[np.float64]) -> float:
+    """Of all ways to make pairs, or none."""
+    rows, columns = scores.shape
+    return max(
+        float(sum(scores[row, column] for row, column in zip(some, others, strict=True)))
+        for count in range(min(rows, columns) + 1)
+        for some in combinations(range(rows), count)
+        for others in permutations(range(columns), count)
+    )
+
+
+@settings(max_examples=50)
+@given(st.integers(1, 4), st.integers(0, 4), st.integers(0, 1000))
+def test_an_assignment_is_one_to_one_never_forbidden_and_the_best(
+    tracks: int, heads: int, seed: int
+) -> None:
+    scores = np.random.default_rng(seed).uniform(-0.5, 1.0, (tracks, heads))
+    scores[scores <= 0.0] = -np.inf
+    pairs = assign(scores)
+    assert len(set(pairs.values())) == len(pairs)
+    assert sum(scores[pair] for pair in pairs.items()) == pytest.approx(best_sum(scores))
+
+
+def hidden(track: Track, scene: Scene, for_s: float) -> Track:
+    """The same, whose head has not been seen for so long until this scene."""
+    ago_s = scene.time_s - for_s
+    there = track.coasted(scene)
+    return replace(there, time_s=scene.time_s - FRAME_S, seen_s=ago_s, motion_s=ago_s)
+
+
+def moved_by(track: Track, offset: NDArray[np.float64], scene: Scene) -> Track:
+    """The same, as it was one frame ago and so far away."""
+    place_camera = track.place_camera + offset
+    ago_s = scene.time_s - FRAME_S
+    motion = Motion.starting_at(place_camera)
+    return replace(
+        track, motion=motion, place_camera=place_camera, seen_s=ago_s, time_s=ago_s, motion_s=ago_s
+    )
+
+
+def taken(
+    tracks: Sequence[Track], scene: Scene, heads: Sequence[HeadCandidate],
+    log_odds: float = LIKE_A_PERSON,
+) -> tuple[dict[int, HeadCandidate], list[HeadCandidate]]:  # fmt: skip
+    return associate(tracks, scene, heads, lambda _: log_odds)
+
+
+def test_a_head_in_plain_view_is_taken() -> None:
+    balls = standing_person(0.05, 2.6, GROUND_Y)
+    before, scene = (scene_of(render(balls, ROOM), None, index) for index in (0, 1))
+    head = HeadCandidate(head_of(0.05, 2.6, GROUND_Y), 0.95)
+    track = track_at(before, head.center_camera - np.array([0.05, 0.0, 0.0]))
+    assert taken([track], scene, [head]) == ({0: head}, [])
+    far = HeadCandidate(head_of(1.2, 2.6, GROUND_Y), 0.95)
+    assert taken([track], scene, [far, head]) == ({0: head}, [far])
+
+
+def test_a_head_that_nobody_detects_is_followed_by_its_shape() -> None:
+    place = head_of(0.0, 2.6, GROUND_Y)
+    depths = [render(standing_person(x, 2.6, GROUND_Y), ROOM) for x in (0.0, 0.08)]
+    before, scene = (scene_of(depth, None, index) for index, depth in enumerate(depths))
+    matches, left = taken([track_at(before, place)], scene, [])
+    assert np.linalg.norm(matches[0].center_camera - place - np.array([0.08, 0.0, 0.0])) < 0.05
+    assert left == []
+
+
+@pytest.mark.parametrize("step_m", [-0.08, 0.0, 0.08])
+def test_two_who_are_near_each_other_keep_their_own_heads(step_m: float) -> None:
+    """Also when both go the same way, which brings one to where the other is expected."""
+    xs = (-0.18, 0.18)
+    balls = [ball for x in xs for ball in standing_person(x + step_m, 2.6, GROUND_Y)]
+    scene = scene_of(render(balls, ROOM), None, 1)
+    back = np.array([-step_m, 0.0, 0.0])
+    tracks = [
+        moved_by(track_at(scene, head_of(x + step_m, 2.6, GROUND_Y), key), back, scene)
+        for key, x in enumerate(xs, 1)
+    ]
+    heads = [HeadCandidate(head_of(x + step_m, 2.6, GROUND_Y), 0.95) for x in xs]
+    for order in (heads, heads[::-1]):
+        matches, left = taken(tracks, scene, order)
+        assert left == []
+        for row, head in enumerate(heads):
+            assert np.linalg.norm(matches[row].center_camera - head.center_camera) < 0.06
+
+
+def test_two_who_cross_are_told_apart_by_their_motion() -> None:
+    left, right = (Motion.starting_at(np.array([x, 0.0, 3.0])) for x in (-0.3, 0.3))
+    for step in range(1, 8):
+        way = np.array([0.04 * step, 0.0, 0.0])
+        left = left.predicted(FRAME_S).updated(np.array([-0.3, 0.0, 3.0]) + way)
+        right = right.predicted(FRAME_S).updated(np.array([0.3, 0.0, 3.0]) - way)
+    # After the next step the one who came from the left is on the right.
+    heads = [np.array([x, 0.0, 3.0]) for x in (0.02, -0.02)]
+    scores = [[m.predicted(FRAME_S).log_density(head) for head in heads] for m in (left, right)]
+    assert assign(np.array(scores)) == {0: 0, 1: 1}
+
+
+def test_who_is_hidden_takes_nobodys_head() -> None:
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 1)
+    seen = moved_by(track_at(scene, place, 1), np.array([0.08, 0.0, 0.0]), scene)
+    behind = hidden(track_at(scene, place, 2), scene, 0.2)  # nearer to where the head is now
+    head = HeadCandidate(place, 0.95)
+    matches, left = taken([behind, seen], scene, [head])
+    assert (matches.keys(), left) == ({1}, [])
+    assert np.linalg.norm(matches[1].center_camera - place) < 0.04
+
+
+@pytest.mark.parametrize(
+    ("offset", "log_odds", "comes_back"),
+    [
+        ((0.0, 0.0, 0.0), LIKE_A_PERSON, True),
+        ((0.1, 0.0, 0.0), LIKE_A_PERSON, True),
+        ((0.0, 0.0, 0.0), LIKE_FURNITURE, False),
+        ((0.0, 0.45, 0.0), LIKE_A_PERSON, False),  # the chest
+        ((0.0, -0.25, 0.0), LIKE_A_PERSON, False),  # a fist above the head
+        ((1.5, 0.0, 0.0), LIKE_A_PERSON, False),
+    ],
+)
+def test_who_was_hidden_comes_back_where_a_person_of_that_height_may_be(
+    offset: tuple[float, float, float], log_odds: float, comes_back: bool
+) -> None:
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 60)
+    pillar = box((-0.5, GROUND_Y - 2.2, 1.6), (0.5, GROUND_Y, 1.8))
+    covered = scene_of(render([], [*ROOM, pillar]), None, 59)
+    behind = hidden(track_at(scene, place, stature_m=1.75), covered, 1.0)
+    head = HeadCandidate(place + np.array(offset), 0.95)
+    matches, left = taken([behind], scene, [head], log_odds)
+    assert (matches == {0: head}) == comes_back
+    assert (left == [head]) != comes_back
+
+
+@pytest.mark.parametrize("rgb", [RED, BLUE])
+def test_who_comes_back_wears_the_same_clothes(rgb: tuple[int, int, int]) -> None:
+    """Of two who are hidden it is the one with these clothes, though the other was nearer."""
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(*dressed([(standing_person(0.0, 2.6, GROUND_Y), rgb)]), 60)
+    covered = scene_of(render([], [*ROOM, box((-0.9, -1.1, 1.6), (0.9, 1.1, 1.8))]), None, 59)
+    tracks = []
+    for key, (worn, x) in enumerate(((RED, -0.12), (BLUE, 0.12)), 1):
+        dress = scene_of(*dressed([(standing_person(0.0, 2.6, GROUND_Y), worn)]), 0)
+        clothes = clothes_under(dress, place, [])
+        track = track_at(scene, place + np.array([x, 0.0, 0.0]), key)
+        tracks.append(replace(hidden(track, covered, 1.0), clothes=clothes))
+    head = HeadCandidate(place, 0.95)
+    assert taken(tracks, scene, [head])[0] == {(RED, BLUE).index(rgb): head}
+
+
+def test_a_head_that_sinks_under_cover_is_a_shoulder() -> None:
+    z = 3.0
+    truth = head_of(0.0, z, GROUND_Y)
+    arm = box((-0.6, (truth[1] - 0.2) * 2 / 3, 2.0), (0.6, (truth[1] + 0.1) * 2 / 3, 2.1))
+    balls = standing_person(0.0, z, GROUND_Y)
+    before = scene_of(render(balls, ROOM), None, 0)
+    scene = scene_of(render(balls, [*ROOM, arm]), None, 1)
+    shoulder = HeadCandidate(truth - 0.25 * UP, 0.9)
+    matches, left = taken([track_at(before, truth)], scene, [shoulder])
+    assert left == [shoulder]
+    assert all(head is not shoulder for head in matches.values())

@@ -1,0 +1,165 @@
+"""Who is confirmed, who ends, and who is told of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import log
+from typing import Any
+
+import numpy as np
+import pytest
+from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from hypothesis import given
+from hypothesis import strategies as st
+from people_scenes import head_of, render, standing_person
+
+from topview.people.existence import (
+    CONFIRMED,
+    ENDED,
+    NEW_TRACK_S,
+    REFUSED,
+    ROOM_S,
+    SHADOW_S,
+    UNSEEN_S,
+    Existence,
+    is_too_near,
+)
+from topview.people.features import FEATURE_NAMES
+from topview.people.likelihood import Evidence, Likelihood, probability
+from topview.people.places import Places
+from topview.people.track import Track
+
+FRAME_S = 1 / 30
+HEAD = head_of(0.0, 2.6, GROUND_Y)
+SCENES = [
+    scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 30)
+]
+FIRST, LATER = SCENES
+LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 0.0, 1.0)
+"""Whose log-odds are those of the network."""
+log_odds = st.floats(-4.9, 4.9)
+
+
+def track_with(odds: float, key: int = 1, **changes: Any) -> Track:
+    """Of nobody yet, born in the first scene."""
+    evidence = replace(BORN.evidence, network=odds, asked_s=1.0)
+    return replace(BORN, **{"key": key, "evidence": evidence, **changes})
+
+
+BORN = replace(track_at(FIRST, HEAD), id=0)
+
+
+def log_odds_of(share: float) -> float:
+    return log(share / (1.0 - share))
+
+
+def confirmed(existence: Existence, *tracks: Track, has_network: bool = False) -> list[int]:
+    """The ids that they get in the later scene, where all may be somebody."""
+    free = {track.key for track in tracks if not track.id}
+    return [track.id for track in existence.confirmed(tracks, LATER, free, has_network)]
+
+
+@given(log_odds)
+def test_who_is_probably_a_person_is_confirmed(odds: float) -> None:
+    is_person = probability(odds) > CONFIRMED
+    assert confirmed(Existence(None, LIKE_A_PERSON), track_with(odds)) == [int(is_person)]
+
+
+@given(odds=log_odds, is_confirmed=st.booleans())
+def test_who_is_hardly_a_person_ends(odds: float, is_confirmed: bool) -> None:
+    track = track_with(odds, id=int(is_confirmed), seen_s=LATER.time_s)
+    least = ENDED if is_confirmed else REFUSED
+    assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == (probability(odds) < least)
+
+
+@given(st.lists(log_odds, min_size=1, max_size=6), st.integers(1, 4), st.integers(0, 3))
+def test_there_are_no_more_people_than_the_user_says_and_the_likeliest(
+    odds: list[float], most: int, known: int
+) -> None:
+    people = [track_with(4.0, key=100 + k, id=10 + k) for k in range(min(known, most))]
+    tracks = [track_with(each, key) for key, each in enumerate(odds, 1)]
+    ids = confirmed(Existence(most, LIKE_A_PERSON), *people, *tracks)
+    likely = sorted((each for each in odds if probability(each) > CONFIRMED), reverse=True)
+    told = [each for each, id in zip(odds, ids[len(people) :], strict=True) if id]
+    assert sorted(told, reverse=True) == likely[: most - len(people)]
+    assert ids[: len(people)] == [track.id for track in people]
+    assert len(set(filter(None, ids))) == len(people) + len(told)
+
+
+def test_an_id_is_given_once_and_kept() -> None:
+    existence = Existence(None, LIKE_A_PERSON)
+    assert confirmed(existence, track_with(4.0, 1), track_with(4.5, 2)) == [2, 1]
+    assert confirmed(existence, track_with(4.0, 1, id=2), track_with(4.0, 3)) == [2, 3]
+
+
+def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_is_one() -> None:
+    existence = Existence(None, LIKE_A_PERSON)
+    sure, born_s = log_odds_of(0.99), LATER.time_s - 0.5 * NEW_TRACK_S
+    unasked = Evidence.starting_with(np.zeros(len(FEATURE_NAMES) - 2), 0.0)
+    shape = Existence(None, replace_bias(sure))
+    for each in (existence, shape):
+        confirmed(each)  # the first frame, of nobody
+    assert confirmed(existence, track_with(sure, born_s=born_s)) == [0]
+    assert confirmed(existence, track_with(sure)) == [1]
+    assert confirmed(shape, track_with(0.0, evidence=unasked), has_network=True) == [0]
+    assert confirmed(shape, track_with(0.0, evidence=unasked)) == [1]
+
+
+def replace_bias(bias: float) -> Likelihood:
+    return Likelihood("made up", bias, LIKE_A_PERSON.weights, 0.0, 1.0, 1.0)
+
+
+def test_what_may_be_a_part_of_somebody_is_not_confirmed() -> None:
+    (track,) = Existence(None, LIKE_A_PERSON).confirmed([track_with(4.0)], LATER, set(), False)
+    assert track.id == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "ends"),
+    [
+        ({"id": 1}, False),
+        ({}, False),
+        ({"seen_s": LATER.time_s - 2.0 * UNSEEN_S}, True),
+        ({"id": 1, "seen_s": LATER.time_s - 2.0 * UNSEEN_S}, False),
+        ({"id": 1, "shadow_since_s": LATER.time_s - 0.5 * SHADOW_S}, False),
+        ({"id": 1, "shadow_since_s": LATER.time_s - 2.0 * SHADOW_S}, True),
+    ],
+)
+def test_what_is_lost_before_it_was_somebody_ends_and_so_does_anothers_shadow(
+    changes: dict[str, Any], ends: bool
+) -> None:
+    track = track_with(4.0, **{"seen_s": LATER.time_s, **changes})
+    assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
+
+
+def test_who_has_gone_ends() -> None:
+    places = Places.around(LATER, BORN.motion, 1)
+    for presence, ends in ((1.0, False), (0.01, True)):
+        track = track_with(4.0, id=1, places=replace(places, presence=presence))
+        assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
+
+
+def test_what_is_long_no_person_is_the_rooms() -> None:
+    existence = Existence(None, LIKE_A_PERSON)
+    old_s = LATER.time_s - ROOM_S - FRAME_S
+    assert existence.is_room(track_with(-1.0, born_s=old_s), LATER)
+    assert not existence.is_room(track_with(1.0, born_s=old_s), LATER)
+    assert not existence.is_room(track_with(-1.0, born_s=old_s, id=1), LATER)
+    assert not existence.is_room(track_with(-1.0), LATER)
+
+
+def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
+    worst = "too low"
+    likelihood = Likelihood(
+        "made up", 0.0, {n: float(n == worst) for n in FEATURE_NAMES}, 0.0, 1.0, 1.0
+    )
+    shape = np.ones(len(FEATURE_NAMES) - 2)
+    track = replace(BORN, evidence=Evidence.starting_with(shape, 0.0))
+    assert Existence(None, likelihood).refusal_of(track).reason == worst
+
+
+def test_a_shoulder_is_too_near_to_its_head_to_be_another() -> None:
+    aside, below = np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.6, 0.0])
+    assert is_too_near(HEAD + aside + below, [BORN], LATER)
+    assert not is_too_near(HEAD + 3.0 * aside, [BORN], LATER)
+    assert not is_too_near(HEAD, [], LATER)

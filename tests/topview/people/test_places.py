@@ -1,0 +1,90 @@
+"""Where a head may be that is not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of
+from numpy.typing import NDArray
+from people_scenes import box, head_of, render
+
+from topview.people.motion import Motion
+from topview.people.places import SAMPLES, Places
+from topview.people.scene import Scene
+
+FPS = 30
+HEAD = head_of(0.0, 3.2, GROUND_Y)
+FREE = render([], ROOM)
+COVERED = render([], [*ROOM, box((-1.4, GROUND_Y - 2.2, 1.8), (1.4, GROUND_Y, 2.0))])
+NO_READING = render([], [FLOOR])
+
+
+def watched(depth_m: NDArray[np.float32], seconds: float, key: int = 1) -> tuple[Places, Scene]:
+    """Of a head that stood still, after so long in the same picture."""
+    scene = scene_of(depth_m, None, 0)
+    places = Places.around(scene, Motion.starting_at(HEAD), key)
+    for index in range(1, round(FPS * seconds) + 1):
+        scene = scene_of(depth_m, None, index)
+        places = places.seen(scene, 1 / FPS, key)
+        assert places.weights.sum() == pytest.approx(1.0)
+        assert (places.weights >= 0.0).all()
+    return places, scene
+
+
+@pytest.mark.xfail(strict=True, reason="a presence that begins with 1 stays 1")
+def test_who_would_be_seen_and_is_not_has_gone() -> None:
+    assert watched(FREE, 0.1)[0].presence > 0.1
+    assert watched(FREE, 1.0)[0].presence < 0.01
+
+
+def test_who_stands_behind_cover_is_still_there() -> None:
+    places, scene = watched(COVERED, 2.0)
+    assert places.presence > 0.9
+    place_camera, certainty = places.best(scene)
+    assert scene.is_hidden_at(place_camera)
+    assert scene.height_of(place_camera) == pytest.approx(scene.height_of(HEAD))
+    assert 0.0 < certainty <= 1.0
+
+
+@pytest.mark.xfail(strict=True, reason="a presence that begins with 1 stays 1")
+def test_what_is_not_read_hides_nobody_for_certain() -> None:
+    """Without a reading somebody may be there, but less surely than behind cover."""
+    presence = watched(NO_READING, 0.5)[0].presence
+    assert presence < watched(COVERED, 0.5)[0].presence
+
+
+def test_the_samples_belong_to_a_track_and_a_moment() -> None:
+    first, again, other = (watched(COVERED, 0.2, key)[0] for key in (1, 1, 2))
+    np.testing.assert_array_equal(first.overview_m, again.overview_m)
+    np.testing.assert_array_equal(first.weights, again.weights)
+    assert not np.array_equal(first.overview_m, other.overview_m)
+    later, _ = watched(COVERED, 0.3)
+    assert not np.array_equal(first.velocity, later.velocity)
+
+
+@pytest.mark.parametrize("offset_m", [0.2, 5.0])
+def test_a_body_that_is_seen_draws_the_head_over_it(offset_m: float) -> None:
+    """Even if that is far away from all of the samples."""
+    places, scene = watched(COVERED, 1.0)
+    body_m = scene.overview_of(HEAD) + np.array([offset_m, 0.0])
+    drawn = places.drawn_to(body_m, 1.4, 0.1, 1 / FPS)
+    for _ in range(5):
+        drawn = drawn.drawn_to(body_m, 1.4, 0.1, 1 / FPS)
+    away_m, before_m = (
+        float(np.linalg.norm(each.weights @ each.overview_m - body_m)) for each in (drawn, places)
+    )
+    assert away_m < 0.5 * before_m
+    assert drawn.weights.sum() == pytest.approx(1.0)
+    assert drawn.height_m == 1.4
+    assert drawn.presence > 0.9
+
+
+def test_a_head_comes_back_where_it_may_be() -> None:
+    places, scene = watched(COVERED, 0.5)
+    place_camera, _ = places.best(scene)
+    here, aside, below = (
+        places.log_density(scene, place_camera + np.array(offset), 0.5)
+        for offset in ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 0.5, 0.0))
+    )
+    assert here > max(aside, below) + 5.0
+    assert len(places.weights) == SAMPLES

@@ -1,0 +1,107 @@
+"""What the joint network says of the last frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from numpy.typing import NDArray
+from people_scenes import head_of, render
+
+from topview.body.parts import JOINT_NAMES
+from topview.detect.joints.proposals import JointProposals
+from topview.people.told import ELSEWHERE, ELSEWHERE_M, SURE_M, TOLD_JOINT, Told, ToldHead
+from topview.people.track import Track
+
+SCENE = scene_of(render([], ROOM), None, 0)
+RIGHT = np.array([1.0, 0.0, 0.0])
+PLACE = head_of(0.0, 2.6, GROUND_Y)
+ONE = track_at(SCENE, PLACE, 1)
+OTHER = track_at(SCENE, PLACE + 1.5 * RIGHT, 2)
+BOTH = [ONE, OTHER]
+
+
+def told_of(id: int, place_camera: NDArray[np.float64], p_person: float = 0.95) -> Told:
+    return Told((), {id: ToldHead(p_person, place_camera, p_person > 0.5)}, True)
+
+
+def proposals_of(p_person: float, scale_m: float) -> JointProposals:
+    """Of one person and two modes, of which the second is the likelier."""
+    positions = np.zeros((1, 2, len(JOINT_NAMES), 3))
+    positions[0, 1, JOINT_NAMES.index(TOLD_JOINT)] = PLACE
+    weights, scales = np.array([[0.2, 0.8]]), np.full(positions.shape, scale_m)
+    return JointProposals(positions, scales, weights, np.array([p_person]), JOINT_NAMES)
+
+
+@pytest.mark.parametrize(
+    ("p_person", "scale_m", "is_sure"),
+    [
+        (0.9, 0.5 * SURE_M, True),
+        (0.1, 0.5 * SURE_M, False),
+        (0.9, 2.0 * SURE_M, False),
+    ],
+)
+def test_the_head_is_that_of_the_likeliest_mode(
+    p_person: float, scale_m: float, is_sure: bool
+) -> None:
+    told = Told.of((), {1: proposals_of(p_person, scale_m)}, True)
+    head = told.heads[1]
+    np.testing.assert_array_equal(head.head_camera, PLACE)
+    assert head.is_sure == is_sure
+    assert head.log_odds == pytest.approx(np.log(p_person / (1.0 - p_person)))
+    assert np.isfinite([ToldHead(p, PLACE, True).log_odds for p in (0.0, 1.0)]).all()
+
+
+def test_what_is_told_of_one_is_nobody_elses() -> None:
+    told = told_of(1, PLACE)
+    assert told.log_odds_of(ONE, BOTH) == pytest.approx(np.log(19.0))
+    assert told.log_odds_of(OTHER, BOTH) is None
+    doubtful = replace(OTHER, id=0)
+    assert told_of(-doubtful.key, OTHER.place_camera).log_odds_of(doubtful, [ONE, doubtful])
+
+
+def test_a_head_that_is_seen_elsewhere_speaks_against_a_track() -> None:
+    away = PLACE - 1.5 * ELSEWHERE_M * RIGHT
+    assert told_of(1, away).log_odds_of(ONE, BOTH) == ELSEWHERE
+    assert told_of(1, away, 0.001).log_odds_of(ONE, BOTH) == pytest.approx(np.log(1 / 999))
+
+
+def near(track: Track) -> Track:
+    """Of the other person, beside the track."""
+    return replace(OTHER, place_camera=track.place_camera + 0.35 * RIGHT)
+
+
+def unseen(track: Track) -> Track:
+    return replace(track.coasted(SCENE), seen_s=SCENE.time_s - 0.1)
+
+
+def test_who_is_followed_on_the_body_of_another_is_the_others_shadow() -> None:
+    other = near(ONE)
+    shadow = told_of(1, other.place_camera)
+    assert shadow.is_shadow(ONE, [ONE, other])
+    assert shadow.log_odds_of(ONE, [ONE, other]) == ELSEWHERE
+    assert shadow.head_of(ONE, [ONE, other], 0.0) is None
+    assert not told_of(1, PLACE).is_shadow(ONE, [ONE, other])
+    assert not shadow.is_shadow(ONE, [ONE, replace(other, id=0)])
+    assert not shadow.is_shadow(ONE, [ONE, unseen(other)])
+    assert not shadow.is_shadow(unseen(ONE), [ONE, other])
+
+
+def test_the_head_that_the_network_sees_is_a_persons_own() -> None:
+    """So no new person has it; where it is not sure it claims nothing."""
+    seen = PLACE + 0.3 * RIGHT
+    assert told_of(1, seen).claims(seen + 0.05 * RIGHT, BOTH)
+    assert not told_of(1, seen).claims(PLACE - 0.5 * RIGHT, BOTH)
+    assert not told_of(1, seen, 0.2).claims(seen, BOTH)
+    assert not told_of(1, seen).claims(seen, [replace(ONE, id=0), OTHER])
+
+
+def test_a_head_that_was_seen_goes_on_with_its_track() -> None:
+    moving = replace(ONE, motion=replace(ONE.motion, velocity=RIGHT))
+    head = told_of(1, PLACE).head_of(moving, BOTH, 0.1)
+    assert head is not None
+    np.testing.assert_allclose(head, PLACE + 0.1 * RIGHT)
+    assert told_of(1, PLACE, 0.2).head_of(moving, BOTH, 0.1) is None
+    assert Told().head_of(ONE, BOTH, 0.0) is None
