@@ -80,7 +80,8 @@ class Middles:
 
 @dataclass
 class People:
-    """A finder that finds the same people in every frame, in the order that it is told."""
+    """A finder that finds the same people in every frame, in the order that it is told; their
+    heads are near the middles of their boxes."""
 
     pixels: dict[int, np.ndarray]
     order: list[int]
@@ -89,15 +90,17 @@ class People:
     skin_detections: Any = None
     found: Any = None
     hands: tuple[()] = ()
+    doubtful: tuple[()] = ()
+    head_y_m: float = 0.1
 
-    def update(self, image: Pyramid, tracked: Any = ()) -> list[User]:
+    def update(self, image: Pyramid, told: Any = None) -> list[User]:
         return [self.user(person, image.full.depth_m) for person in self.order]
 
     def user(self, person: int, depth_m: np.ndarray) -> User:
         pixels = self.pixels[person]
         depth = float(np.median(depth_m.ravel()[pixels]))
         x = (float(np.median(pixels % CAMERA.width)) - CAMERA.cx) / CAMERA.fx * depth
-        return User(person, np.array([x, -0.7, depth]), True, 1.7, True, pixels)
+        return User(person, np.array([x, self.head_y_m, depth]), True, 1.7, True, pixels)
 
 
 def frame_of(index: int = 0) -> Frame:
@@ -151,6 +154,13 @@ def test_who_is_hardly_seen_has_no_proposals() -> None:
     assert Asking.given[3] != [None]
 
 
+def test_a_network_that_sees_the_head_elsewhere_guides_nobody() -> None:
+    finder = people([3, 8])
+    finder.head_y_m = -0.7
+    run(finder, ONE_THREAD, Middles())
+    assert Asking.given == {3: [None], 8: [None]}
+
+
 def test_without_proposals_nothing_is_cut_out() -> None:
     tracker = run(people([3, 8]), TrackerSettings(threads=1, proposals="none"))
     assert Asking.given == {3: [None], 8: [None]}
@@ -166,7 +176,11 @@ def test_who_does_not_ask_costs_nothing() -> None:
     assert not {"windows", "joints"} & tracker.clock.seconds.keys()
 
 
-def test_the_network_s_proposals_come_with_a_given_file(tmp_path: Path) -> None:
+def test_the_network_s_proposals_come_with_a_given_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # One of random weights sees the head anywhere.
+    monkeypatch.setattr("topview.people.told.ELSEWHERE_M", np.inf)
     weights = write_network(tmp_path / "own.onnx")
     tracker = run(people([3, 8]), TrackerSettings(threads=1, weights=weights))
     kept = json.loads(json.dumps(tracker.settings_as_json()))
