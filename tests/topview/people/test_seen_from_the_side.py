@@ -9,13 +9,11 @@ from people_scenes import box, frame, head_of, plane, render, standing_person, w
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.head_template import HeadTemplate, track_head
-from topview.detect.heads import HeadCandidate, head_evidence
+from topview.detect.heads import head_evidence
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
-from topview.people.identity import KnownUser
 from topview.people.scene import Scene, SceneSettings
 from topview.people.settings import PeopleSettings
-from topview.people.stillness import Stillness
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
 
@@ -44,19 +42,6 @@ def test_a_head_is_covered_by_what_is_nearer_and_by_the_border() -> None:
     assert covered_share([], np.array([9.0, 0.0, 3.0])) == 1.0
 
 
-def test_who_is_not_seen_goes_on_as_high_as_he_was() -> None:
-    view = HeadTemplate(np.zeros((3, 3), np.float32))
-    user = KnownUser(1, HeadCandidate(np.array([0.0, -0.5, 3.0]), 0.9), view, 0.0)
-    for step in range(1, 6):
-        place = np.array([0.03 * step, -0.5 + 0.03 * step, 3.0])
-        user.see(HeadCandidate(place, 0.9), view, step / 30)
-    low = user.head_camera[1]
-    for step in range(6, 20):
-        user.miss(step / 30, UP, np.zeros(3))
-    assert user.head_camera[0] > 0.2
-    assert user.head_camera[1] - low < 0.05
-
-
 def test_a_head_does_not_sink_while_something_passes_before_it() -> None:
     finder = PeopleFinder(PeopleSettings(detector="depth"))
     person = standing_person(X, Z, GROUND_Y)
@@ -80,22 +65,6 @@ def test_one_who_walks_in_profile_is_found_by_his_head(seed: int) -> None:
     head = recording.simulate(29).truth.joints[0, SIM_JOINT_NAMES.index("head")]
     assert [len(users) for users in found[15:]] == [1] * 15  # within half a second
     assert np.linalg.norm(found[-1][0].head_camera - head) < 0.1
-
-
-def test_an_outline_that_flickers_is_no_movement() -> None:
-    rng = np.random.default_rng(3)
-    is_body = np.ones((40, 10), np.bool_)
-    outline = np.zeros(is_body.shape)
-    outline[:20, 0], outline[20:, -1] = 1.0, -1.0
-    depth_m = np.full(is_body.shape, 4.4, np.float32)
-
-    def seen(outline_m: float) -> np.ndarray:
-        noise = rng.normal(size=depth_m.shape) * 0.01
-        return (depth_m + noise + outline_m * outline).astype(np.float32)
-
-    stillness = Stillness(seen(0.0), is_body, 0.0, 0.1)
-    assert not any(stillness.is_broken_in(seen(0.12 * (k > 20))) for k in range(90))
-    assert any(stillness.is_broken_in(seen(0.0) - np.float32(0.04)) for _ in range(15))
 
 
 def test_a_head_that_hangs_down_is_followed() -> None:

@@ -19,6 +19,7 @@ from topview_lab.sim import SimulatedRecording, scene_by_name
 
 PAUSE_S = 10.0
 AGAIN_S = 0.5
+SOON_S = 0.3
 
 
 @cache
@@ -40,12 +41,18 @@ def first_seen_s(frames: list[Frame]) -> dict[int, float]:
     return first
 
 
-def check_found_in_time(frames: list[Frame], fps: int, others: list[Frame] | None = None) -> None:
-    """`others` are the same at another rate; else frames are left out, or shown several times."""
-    usual, now = first_seen_s(frames), first_seen_s(others or at_rate(frames, fps))
+def check_found_in_time(
+    frames: list[Frame], fps: int, others: list[Frame] | None = None, late: int = 0
+) -> None:
+    """`others` are the same at another rate; else frames are left out, or shown several times. From
+    the first frame on that could show it, somebody may be found so many frames late."""
+    shown = others or at_rate(frames, fps)
+    usual, now = first_seen_s(frames), first_seen_s(shown)
     assert usual.keys() == now.keys()
     for number, time_s in usual.items():
-        assert now[number] == pytest.approx(time_s, abs=max(0.3, 1 / fps)), number
+        due_s = next(frame.timestamp_s for frame in shown if frame.timestamp_s > time_s - 1e-6)
+        latest_s = max(time_s + SOON_S, due_s + late / fps + 1e-6)
+        assert time_s - SOON_S <= now[number] <= latest_s, number
 
 
 @pytest.mark.slow
@@ -65,8 +72,10 @@ def test_who_enters_is_found_as_soon_in_a_scene_that_is_rendered_at_any_rate(fps
 @pytest.mark.slow
 @pytest.mark.parametrize("fps", [5, 15, 60, 120])
 def test_who_passes_by_is_found_as_soon_at_any_rate_of_frames(shared: Path, fps: int) -> None:
+    """A new head is confirmed once it was seen twice, and moved or was clearly a person's: of one
+    who is half in the picture at first, that takes up to three frames."""
     frames = list(topview.open(shared / "bench" / "b1_pass_by"))[:90]
-    check_found_in_time(frames, fps)
+    check_found_in_time(frames, fps, late=3)
 
 
 @pytest.mark.parametrize(("first", "step"), [(1, 5), (7, 3), (0, 0)])

@@ -8,8 +8,6 @@ from people_scenes import frame, plane, render, standing_person
 
 from topview.body.parts import JOINTS
 from topview.detect.cloud import Cloud
-from topview.detect.head_template import HeadTemplate
-from topview.detect.heads import HeadCandidate
 from topview.people.background import KNOWN_S, Background
 from topview.people.floor import FloorPlane
 from topview.people.height import (
@@ -20,7 +18,6 @@ from topview.people.height import (
     HeightEstimate,
     measured_height,
 )
-from topview.people.identity import VELOCITY_DECAY_S, KnownUser, assign
 from topview.people.scene import Scene, SceneSettings
 from topview.people.segmentation import (
     BY_OVERVIEW,
@@ -32,45 +29,6 @@ from topview.people.segmentation import (
 )
 
 UP = np.array([0.0, -1.0, 0.0])
-VIEW = HeadTemplate(np.zeros((3, 3), np.float32))
-
-
-def head(x: float, y: float = 0.0, z: float = 3.0, confidence: float = 0.9) -> HeadCandidate:
-    return HeadCandidate(np.array([x, y, z]), confidence)
-
-
-@settings(max_examples=50)
-@given(st.integers(1, 4), st.integers(0, 5), st.integers(0, 1000))
-def test_an_assignment_is_one_to_one_and_never_forbidden(users: int, heads: int, seed: int) -> None:
-    scores = np.random.default_rng(seed).uniform(-1, 1, (users, heads))
-    scores[scores < -0.3] = -np.inf
-    pairs = assign(scores)
-    assert len(set(pairs.values())) == len(pairs)
-    assert all(np.isfinite(scores[pair]) for pair in pairs.items())
-
-
-def test_two_who_come_close_are_told_apart_by_their_motion() -> None:
-    left, right = KnownUser(1, head(-0.3), VIEW, 0.0), KnownUser(2, head(0.3), VIEW, 0.0)
-    for step in range(1, 8):
-        left.see(head(-0.3 + 0.04 * step), VIEW, step / 30)
-        right.see(head(0.3 - 0.04 * step), VIEW, step / 30)
-    # After the next step the one who came from the left is on the right.
-    heads = [head(0.02), head(-0.02)]
-    scores = [[user.score(h, UP, 8 / 30) for h in heads] for user in (left, right)]
-    assert assign(np.array(scores)) == {0: 0, 1: 1}
-
-
-def test_a_hidden_user_slows_down_and_the_search_widens() -> None:
-    user = KnownUser(1, head(0.0), VIEW, 0.0)
-    for step in range(1, 15):
-        user.see(head(0.05 * step), VIEW, step / 30)
-    start, seen_s = user.head_camera[0], user.seen_s
-    reached = [user.predicted(seen_s + ahead)[0] for ahead in (0.2, 1.0, 3.0, 5.0)]
-    furthest = start + 0.05 * 30 * VELOCITY_DECAY_S  # as if the speed lasted for that long
-    assert start < reached[0] < reached[1] < reached[2] < reached[3] < furthest + 1e-9
-    aside = head(user.head_camera[0], z=3.6)
-    assert user.score(aside, UP, seen_s + 0.03) == -np.inf
-    assert user.score(aside, UP, seen_s + 1.0) > -np.inf
 
 
 def scene_with(depth: np.ndarray, ground_y: float) -> Scene:
