@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_READING_M, Cloud
-from topview.detect.heads import center_behind
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -32,12 +31,8 @@ LEAST_COLOR_PIXELS: Final = 12
 COLOR_LEARNING_RATE: Final = 0.2
 # Added to every bin: a colour that neither has more of is no evidence.
 RARE: Final = np.float32(0.002)
-# Colours are averaged over this radius about a place; over a head's where a head is searched on a
-# body, as hands and arms have its colours, too, but are not as broad.
+# Colours are averaged over this radius about a place.
 ABOUT_M: Final = 0.06
-SEARCHED_M: Final = 0.1
-# Dark hair is hard to read: at least this share of a head counts as read.
-LEAST_READ_SHARE: Final = 0.5
 # A pixel whose depth differs from the head's by more than this is no evidence.
 HEAD_DEPTH_M: Final = 0.35
 
@@ -104,25 +99,6 @@ class HeadColors:
         shares[off_m > HEAD_DEPTH_M] = 0.5
         return _mean_about(shares, about_px)[about_px:-about_px, about_px:-about_px]
 
-    def place_in(
-        self, cloud: Cloud, is_body: NDArray[np.bool_], near_camera: Vector, reach_m: float
-    ) -> tuple[Vector, float] | None:
-        """The [3] centre of a head where a body, [h, w], has most of the head's colours, within
-        `reach_m` of a place [3], and their share of a window as broad as a head; None without
-        colour or body there."""
-        offset = cloud.points_camera - near_camera.astype(np.float32)
-        is_near = is_body & (np.einsum("ijk,ijk->ij", offset, offset) < reach_m**2)
-        every = cloud.color
-        if every is None or not is_near.any():
-            return None
-        own = np.zeros(is_body.shape, np.float32)
-        own[is_body] = self._shares(every[is_body][None])[0]
-        about_px = _about_px(cloud, float(near_camera[2]), SEARCHED_M)
-        read = _mean_about((cloud.depth_m > 0.0).astype(np.float32), about_px)
-        share = _mean_about(own, about_px) / np.maximum(read, LEAST_READ_SHARE)
-        best = np.unravel_index(int(np.argmax(np.where(is_near, share, 0.0))), share.shape)
-        return center_behind(cloud.points_camera[best].astype(np.float64)), float(share[best])
-
     def _shares(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
         """[n, m] whether each of [n, m, 3] colours is the head's (1) or the body's (0)."""
         yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
@@ -131,8 +107,8 @@ class HeadColors:
         return np.asarray(head / (head + body), np.float32)
 
 
-def _about_px(cloud: Cloud, depth_m: float, radius_m: float = ABOUT_M) -> int:
-    return max(1, round(radius_m * cloud.camera.fx / max(depth_m, NEAREST_READING_M)))
+def _about_px(cloud: Cloud, depth_m: float) -> int:
+    return max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_READING_M)))
 
 
 def _mean_about(shares: NDArray[np.float32], about_px: int) -> NDArray[np.float32]:

@@ -69,6 +69,13 @@ def body_of(scene: Scene, track: Track, settings: PeopleSettings, last: Scene | 
     )
 
 
+def area_m2(scene: Scene, track: Track) -> float:
+    """Of what is seen of a track's body."""
+    if track.body_m is None:
+        return 0.0
+    return np.count_nonzero(track.body_m < np.inf) * scene.cloud.pixel_m(track.place_camera) ** 2
+
+
 def left_of(body: Distance, others: Sequence[Track]) -> Distance:
     """[h, w] what of a body is not nearer to another's head."""
     own = body.copy()
@@ -90,12 +97,12 @@ def over_body(
     seen, is not its own."""
     assert track.body_m is not None
     body = left_of(track.body_m, [other for other in seen if other.id])
-    area_m2 = np.count_nonzero(body < np.inf) * scene.cloud.pixel_m(track.place_camera) ** 2
-    track = replace(track, body_m2=area_m2)
+    shown_m2 = area_m2(scene, replace(track, body_m=body))
+    track = replace(track, body_m2=shown_m2)
     places = track.places
-    if places is None or area_m2 < SHOWN_M2:
+    if places is None or shown_m2 < SHOWN_M2:
         return track
-    if told_camera is not None and area_m2 > TOLD_M2:
+    if told_camera is not None and shown_m2 > TOLD_M2:
         return track.told_at(scene, told_camera)
     if told_camera is not None:
         height_m = scene.height_of(told_camera)

@@ -76,7 +76,8 @@ class Existence:
         ready = [
             track
             for track in tracks
-            if track.key in free
+            if not track.id
+            and track.key in free
             and self._is_ready(track, scene)
             and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
         ]

@@ -14,16 +14,6 @@ from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import bulky_surfaces, jump_of
 
 WHOLE = (slice(None), slice(None))
-# Ours: behind what a head goes is so far aside at most, if it goes at all.
-HEAD_ASIDES_M = 0.05 * np.arange(1, 9)
-GOING_M_PER_S = 0.5
-# Ours: where a body is, right of and above the head's centre; how far aside it may be hidden, and
-# what each metre costs in shares of it.
-BODY = np.array([(right, -up) for up in (0.0, 0.3, 0.5, 0.7, 0.9) for right in (-0.18, 0.0, 0.18)])
-ASIDES_M = 0.05 * np.arange(-12, 13)
-COST_PER_M = 0.3
-# Ours: this share of a body is below its top, save for single readings.
-TOP = 0.97
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,33 +127,6 @@ class Scene:
         top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M
         return (self.aside_of(head_camera) < radius_m) & (self.heights_m < top_m)
 
-    def top_near(
-        self, is_body: NDArray[np.bool_], head_camera: NDArray[np.float64], radius_m: float
-    ) -> NDArray[np.float64] | None:
-        """[3] centre of a head at the top of what of a body [h, w] is within a radius of a head's
-        place, seen from above; None if nothing is."""
-        is_near = is_body & (self.aside_of(head_camera) < radius_m)
-        if not is_near.any():
-            return None
-        heights_m = self.heights_m[is_near]
-        top_m = float(np.quantile(heights_m, TOP))
-        is_head = heights_m > top_m - 2 * HEAD_HALF_HEIGHT_M
-        seen = np.median(self.cloud.points_camera[is_near][is_head], axis=0).astype(np.float64)
-        return seen + (top_m - HEAD_HALF_HEIGHT_M - self.height_of(seen)) * self.up_camera
-
-    def is_out(self, point_camera: NDArray[np.float64], border_m: float) -> bool:
-        """Whether a [3] point is out of view, or less than `border_m` from where the view ends."""
-        z = float(point_camera[2])
-        camera = self.cloud.camera
-        if z <= 0.1:
-            return True
-        u = point_camera[0] / z * camera.fx + camera.cx
-        v = point_camera[1] / z * camera.fy + camera.cy
-        border_px = border_m / z * camera.fx
-        return not (
-            border_px <= u < camera.width - border_px and border_px <= v < camera.height - border_px
-        )
-
     def is_above(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether a [3] point is out of view beyond the upper border alone."""
         x, y, z = point_camera.tolist()
@@ -187,36 +150,6 @@ class Scene:
         """[..., 3] points at [..., 2] places of the overview, so high along up."""
         above_camera_m = height_m if self.floor is None else height_m - self.floor.distance_m
         return overview_m @ self.basis_camera + above_camera_m * self.up_camera
-
-    def is_empty_at(self, point_camera: NDArray[np.float64]) -> bool:
-        """Whether a head's place is seen to be in free space."""
-        depth_m, in_view = self.cloud.lookup(point_camera)
-        is_free = depth_m == 0.0 or depth_m > point_camera[2] + 2 * HEAD_RADIUS_M
-        return bool(in_view and is_free)
-
-    def way_to_hidden(
-        self, head_camera: NDArray[np.float64], velocity: NDArray[np.float64]
-    ) -> NDArray[np.float64] | None:
-        """[3] how far a head goes on ([3] m/s) from a place until something hides it; None where
-        nothing does soon."""
-        aside = right_of(self.up_camera)
-        aside_m_per_s = float(velocity @ aside)
-        if abs(aside_m_per_s) < GOING_M_PER_S:
-            return None
-        for way_m in np.copysign(HEAD_ASIDES_M, aside_m_per_s):
-            if self.is_hidden_at(head_camera + way_m * aside):
-                return way_m * aside
-        return None
-
-    def way_to_cover(self, head_camera: NDArray[np.float64]) -> NDArray[np.float64]:
-        """[3] how far aside of a head's place a body of which nothing is seen may be: where the
-        most of it is hidden, but no further than it must."""
-        right = right_of(self.up_camera)
-        body = head_camera + BODY[:, :1] * right + BODY[:, 1:] * self.up_camera
-        places = body[:, None] + ASIDES_M[:, None] * right
-        depth_m, _ = self.cloud.lookup(np.moveaxis(places, -1, 0))
-        gain = _is_nearer(depth_m, places[..., 2]).mean(0) - COST_PER_M * np.abs(ASIDES_M)
-        return ASIDES_M[int(np.argmax(gain))] * right
 
     def covered_share(self, head_camera: NDArray[np.float64]) -> float:
         """Share of a head at a [3] place that something nearer hides or that is out of view."""

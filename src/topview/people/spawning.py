@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
 from topview.people.association import SAME_HEAD_M
+from topview.people.bodies import SHOWN_M2, area_m2
 from topview.people.existence import (
     NEW_TRACK_S,
     OWN_HEAD,
@@ -50,12 +51,15 @@ def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: To
 
 
 def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
-    """Keys of those that are not confirmed and may be no part of somebody who is."""
+    """Keys of those that are not confirmed, and that have a body and a head which may be no part of
+    somebody who is."""
     confirmed = [track for track in tracks if track.id]
     return {
         track.key
         for track in tracks
-        if not track.id and is_free(scene, track.head, confirmed, told) is None
+        if not track.id
+        and area_m2(scene, track) > SHOWN_M2
+        and is_free(scene, track.head, confirmed, told) is None
     }
 
 

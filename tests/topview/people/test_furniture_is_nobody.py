@@ -83,7 +83,6 @@ def test_in_furnished_rooms_there_are_people_only(scene: str, seed: int) -> None
         assert len(finder.update(Pyramid(each))) == len(recording.scene.actors)
 
 
-@pytest.mark.xfail(strict=True, reason="by shape alone a hand before the chest is a head")
 def test_an_arm_that_is_swung_is_nobody() -> None:
     """It moves, as people do and furniture does not."""
     scene = replace(scene_by_name("throwing", seed=521, frames=40), start_s=1.0)

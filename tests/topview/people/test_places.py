@@ -31,7 +31,6 @@ def watched(depth_m: NDArray[np.float32], seconds: float, key: int = 1) -> tuple
     return places, scene
 
 
-@pytest.mark.xfail(strict=True, reason="a presence that begins with 1 stays 1")
 def test_who_would_be_seen_and_is_not_has_gone() -> None:
     assert watched(FREE, 0.1)[0].presence > 0.1
     assert watched(FREE, 1.0)[0].presence < 0.01
@@ -46,7 +45,6 @@ def test_who_stands_behind_cover_is_still_there() -> None:
     assert 0.0 < certainty <= 1.0
 
 
-@pytest.mark.xfail(strict=True, reason="a presence that begins with 1 stays 1")
 def test_what_is_not_read_hides_nobody_for_certain() -> None:
     """Without a reading somebody may be there, but less surely than behind cover."""
     presence = watched(NO_READING, 0.5)[0].presence
