@@ -42,7 +42,7 @@ ALIKE_S: Final = 0.15
 # Samples that are all less likely than this were wrong: they are moved.
 LEAST_LIKELY: Final = 1e-3
 # Whoever was seen a moment ago, or whose body is, is there so surely.
-THERE: Final = 0.99
+SURELY_THERE: Final = 0.99
 # "There" is no farther away than this; two people who touch are.
 PLACE_M: Final = 0.4
 
@@ -66,7 +66,7 @@ class Places:
     memory_s: Vector
     weights: Vector
     height_m: float
-    presence: float = THERE
+    presence: float = SURELY_THERE
     outside: float = 0.0
 
     @classmethod
@@ -133,8 +133,8 @@ class Places:
         total = float(likely.sum())
         if total < LEAST_LIKELY:
             shifted = self.overview_m + (overview_m - self.weights @ self.overview_m)
-            return replace(self, overview_m=shifted, height_m=height_m, presence=THERE)
-        return replace(self, weights=likely / total, height_m=height_m, presence=THERE)
+            return replace(self, overview_m=shifted, height_m=height_m, presence=SURELY_THERE)
+        return replace(self, weights=likely / total, height_m=height_m, presence=SURELY_THERE)
 
     def best(self, scene: Scene) -> tuple[Vector, float]:
         """[3] the head's most likely place, and the probability that it is within `PLACE_M`

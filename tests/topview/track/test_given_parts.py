@@ -20,6 +20,7 @@ from topview.camera.pyramid import Pyramid
 from topview.detect.detectors import DETECTORS, DetectorName, head_detector
 from topview.detect.heads import NO_HINTS, HeadCandidate
 from topview.io.writers import read_skeletons_npz, write_skeletons_npz
+from topview.people.told import NOTHING_TOLD, Told
 from topview.people.users import User
 from topview.records import InputError
 from topview.timing import StageClock
@@ -96,14 +97,14 @@ class EverythingIsSomebody:
     """A finder that takes all pixels for those of one person, whose head is known."""
 
     floor = skin_detections = found = None
-    hands = ()
+    hands = doubtful = ()
 
     def __init__(self) -> None:
         self.clock = StageClock()
         self.tracked: list[int] = []
 
-    def update(self, image: Pyramid, tracked: Any = ()) -> list[User]:
-        self.tracked.append(len(tracked))
+    def update(self, image: Pyramid, told: Told = NOTHING_TOLD) -> list[User]:
+        self.tracked.append(len(told.people))
         pixels = np.flatnonzero(image.frame.depth_m).astype(np.int32)
         return [User(7, np.array([0.1, -0.6, 2.5]), True, 1.8, True, pixels)]
 

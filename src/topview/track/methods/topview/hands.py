@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 PALM_MOTION_M: Final = 0.15
 SIDE_WEIGHT: Final = 0.5
 LEAST_SIDE_BELIEF: Final = 0.01  # a lower belief counts as this
+UNMATCHED: Final = 1e3  # cost of a hand that goes to no arm
 PALM_REACH: Final = 1.1  # a hand is no farther from its shoulder, in lengths of the arm
 ARMS = ((LEFT_UPPER_ARM, LEFT_FOREARM), (RIGHT_UPPER_ARM, RIGHT_FOREARM))
 
@@ -63,5 +64,5 @@ def hands_of_arms(
         costs[row, np.linalg.norm(palms - shoulders[upper], axis=1) > reach_m] = np.inf
     return {
         ARMS[row][0]: Hand(palms[column], seen[column].confidence)
-        for row, column in assign(-costs).items()
+        for row, column in assign(-costs, unmatched=-UNMATCHED).items()
     }
