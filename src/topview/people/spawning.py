@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
 from topview.people.association import SAME_HEAD_M
-from topview.people.bodies import SHOWN_M2, area_m2
+from topview.people.bodies import SHOWN_M2, area_m2, union_of
 from topview.people.existence import (
     NEW_TRACK_S,
     OWN_HEAD,
@@ -69,12 +69,15 @@ def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
     return bool(in_view) and track.body_m is not None and bool(track.body_m[row, column] < np.inf)
 
 
-def room_left_of(scene: Scene, track: Track, body: NDArray[np.float32]) -> Mask:
+def room_left_of(
+    scene: Scene, track: Track, body: NDArray[np.float32], others: Sequence[Track]
+) -> Mask:
     """[h, w] what of a new track's body, [h, w], is held for the room until it moves: where that is
-    no person's, only what stands right under the head is."""
+    no person's, only what stands right under the head is; and nothing that is another's."""
     if not track.evidence.features[list(SPREAD_FEATURES)].any():
         return np.zeros(body.shape, np.bool_)
-    return (body < np.inf) & ~scene.is_under(track.place_camera, UNDER_HEAD_M)
+    is_rest = (body < np.inf) & ~scene.is_under(track.place_camera, UNDER_HEAD_M)
+    return is_rest & ~union_of(scene, others)
 
 
 def rejoined(
