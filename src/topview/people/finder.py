@@ -174,7 +174,8 @@ class PeopleFinder:
             if features is not None and self._existence.may_be(features):
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = body_of(scene, track, self.settings, None)
-                is_rest = room_left_of(scene, track, body, after)
+                people = [other for other in after if other.id]
+                is_rest = room_left_of(scene, track, body, people)
                 self._background.learn(scene.cloud.depth_m, is_rest)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
@@ -202,8 +203,8 @@ class PeopleFinder:
         after = []
         for track in tracks:
             if self._existence.is_room(track, scene):
-                others = [other for other in tracks if other.key != track.key]
-                is_body = union_of(scene, [track]) & ~union_of(scene, others)
+                people = [other for other in tracks if other.id]
+                is_body = union_of(scene, [track]) & ~union_of(scene, people)
                 self._background.learn(scene.cloud.depth_m, is_body)
             elif not self._existence.has_ended(track, scene):
                 after.append(track)

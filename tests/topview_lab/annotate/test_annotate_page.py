@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
 
+from browser import Browser
 from conftest import Marked
 from topview_lab.annotate.automatic import FindOptions
 from topview_lab.annotate.joints import JointBasis
