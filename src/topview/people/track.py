@@ -151,7 +151,7 @@ class Track:
             time_s=time_s,
             confidence=head.confidence,
             places=None,
-            place_camera=motion.position_camera,
+            place_camera=center,
             certainty=1.0,
         )
 
