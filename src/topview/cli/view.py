@@ -87,20 +87,7 @@ class _Images:
 
 def people_of(block: SkeletonSequence) -> Iterator[list[Person]]:
     """The people of each frame, as a tracker gives them."""
-    heights_m = dict(zip(block.people_ids.tolist(), block.heights_m.tolist(), strict=True))
-    for row, ids in enumerate(block.person_ids.tolist()):
-        yield [
-            Person(
-                person_id,
-                heights_m[person_id],
-                block.joints_camera[row, slot],
-                block.joint_state[row, slot],
-                block.joint_confidence[row, slot],
-                block.Ts_camera_part[row, slot],
-            )
-            for slot, person_id in enumerate(ids)
-            if person_id
-        ]
+    return map(block.people_in, range(len(block.person_ids)))
 
 
 def check_viewer() -> None:

@@ -93,9 +93,9 @@ def associate(
 
 def _missed(track: Track, scene: Scene) -> float:
     """Log-likelihood of no measurement: unlikely of a head that is in plain view."""
-    is_free = 1.0 - scene.covered_share(track.expected(scene.time_s).position_camera)
     if track.places is not None:
         return 0.0
+    is_free = 1.0 - scene.covered_share(track.expected(scene.time_s).position_camera)
     return log(1.0 - (1.0 - MISSED) * is_free)
 
 
