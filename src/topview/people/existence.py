@@ -23,8 +23,8 @@ HEADS_APART_M: Final = 0.33
 # A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
-# What a single frame shows is noisy, the mean over so long is not: then this is enough, and in
-# between as much less as time has gone by.
+# What the network says of a single frame is noisy, the mean over so long is not: then this is
+# enough, and in between as much less as time has gone by.
 KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
 # Below it a confirmed one ends; and one that is not confirmed.
 ENDED, REFUSED = 0.2, 0.05
@@ -96,7 +96,7 @@ class Existence:
 
     def _is_ready(self, track: Track, scene: Scene) -> bool:
         is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
-        waited = min(track.evidence.seen_s / KNOWN_WELL_S, 1.0)
+        waited = min(track.evidence.asked_s / KNOWN_WELL_S, 1.0)
         enough = CONFIRMED + waited * (CONFIRMED_LATE - CONFIRMED)
         is_person = track.existence(self.likelihood) > enough
         return track.is_seen and is_long_enough and is_person

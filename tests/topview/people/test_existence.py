@@ -15,7 +15,9 @@ from people_scenes import head_of, render, standing_person
 
 from topview.people.existence import (
     CONFIRMED,
+    CONFIRMED_LATE,
     ENDED,
+    KNOWN_WELL_S,
     NEW_TRACK_S,
     REFUSED,
     ROOM_S,
@@ -40,9 +42,9 @@ LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.
 log_odds = st.floats(-4.9, 4.9)
 
 
-def track_with(odds: float, key: int = 1, **changes: Any) -> Track:
-    """Of nobody yet, born in the first scene."""
-    evidence = replace(BORN.evidence, network=odds, asked_s=1.0)
+def track_with(odds: float, key: int = 1, asked_s: float = 1e-9, **changes: Any) -> Track:
+    """Of nobody yet, born in the first scene; the network has looked for a moment."""
+    evidence = replace(BORN.evidence, network=odds, asked_s=asked_s)
     return replace(BORN, **{"key": key, "evidence": evidence, **changes})
 
 
@@ -63,6 +65,13 @@ def confirmed(existence: Existence, *tracks: Track, has_network: bool = False) -
 def test_who_is_probably_a_person_is_confirmed(odds: float) -> None:
     is_person = probability(odds) > CONFIRMED
     assert confirmed(Existence(None, LIKE_A_PERSON), track_with(odds)) == [int(is_person)]
+
+
+@given(log_odds)
+def test_whom_the_network_has_looked_at_for_long_needs_less(odds: float) -> None:
+    is_person = probability(odds) > CONFIRMED_LATE
+    track = track_with(odds, asked_s=KNOWN_WELL_S)
+    assert confirmed(Existence(None, LIKE_A_PERSON), track) == [int(is_person)]
 
 
 @given(odds=log_odds, is_confirmed=st.booleans())

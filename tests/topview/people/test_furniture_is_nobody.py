@@ -83,9 +83,6 @@ def test_in_furnished_rooms_there_are_people_only(scene: str, seed: int) -> None
         assert len(finder.update(Pyramid(each))) == len(recording.scene.actors)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="by shape alone it is taken for a person; the network says no"
-)
 def test_an_arm_that_is_swung_is_nobody() -> None:
     """It moves, as people do and furniture does not."""
     scene = replace(scene_by_name("throwing", seed=521, frames=40), start_s=1.0)
@@ -105,9 +102,6 @@ def test_a_board_half_hidden_at_first_is_nobody_and_somebody_there_is_once_he_mo
     assert users_in(behind)[-1] == 2
 
 
-@pytest.mark.xfail(
-    strict=True, reason="by shape alone it is taken for a person; the network says no"
-)
 def test_the_piece_of_a_cupboard_that_somebody_stood_before_is_nobody() -> None:
     recording = SimulatedRecording(scene_by_name("hug", seed=731, frames=75))
     finder = PeopleFinder()

@@ -20,7 +20,7 @@ from topview.track.degrees_of_freedom import DOF_AXIS, DOF_PART, N_DOFS
 from topview.track.joint_fit import JointFitSettings, fit_joints, robust_residual
 from topview.track.pose import OTHER_SIDE, Pose
 
-SETTINGS = JointFitSettings()
+SETTINGS = JointFitSettings(iterations=30)  # where it ends, whatever the pose
 OTHER_WORD = {"left": "right", "right": "left"}
 MIRROR = np.diag([-1.0, 1.0, 1.0])
 OTHER_JOINTS = [
