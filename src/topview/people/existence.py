@@ -23,6 +23,8 @@ HEADS_APART_M: Final = 0.33
 # A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
+# In the very first frame, where a network is asked but has not answered yet, this is needed.
+SURE_AT_ONCE: Final = 0.99
 # What the network says of a single frame is noisy, the mean over so long is not: then this is
 # enough, and in between as much less as time has gone by.
 KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
@@ -37,7 +39,7 @@ SHADOW_S: Final = 0.25
 # What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
 ROOM_S, ROOM_BELOW = 5.0, 0.5
 # Somebody is put out while near to the place that is told with this probability.
-TOLD: Final = 0.5
+TOLD: Final = 0.9
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, TOO_NEAR = "on somebody's body", "just come", "too near to another head"
 
@@ -79,10 +81,7 @@ class Existence:
         ready = [
             track
             for track in tracks
-            if not track.id
-            and track.key in free
-            and self._is_ready(track, scene)
-            and (track.evidence.asked_s > 0.0 or self._is_first or not has_network)
+            if not track.id and track.key in free and self._is_ready(track, scene, has_network)
         ]
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
         there = sum(is_put_out(track, scene) for track in tracks)
@@ -94,12 +93,16 @@ class Existence:
         self._is_first = False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
 
-    def _is_ready(self, track: Track, scene: Scene) -> bool:
-        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+    def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
+        is_asked = track.evidence.asked_s > 0.0
+        if has_network and not (is_asked or self._is_first):
+            return False
         waited = min(track.evidence.asked_s / KNOWN_WELL_S, 1.0)
         enough = CONFIRMED + waited * (CONFIRMED_LATE - CONFIRMED)
-        is_person = track.existence(self.likelihood) > enough
-        return track.is_seen and is_long_enough and is_person
+        if has_network and not is_asked:
+            enough = SURE_AT_ONCE
+        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+        return track.is_seen and is_long_enough and track.existence(self.likelihood) > enough
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """Whether it is too unlikely to be followed."""
@@ -107,9 +110,13 @@ class Existence:
             return True
         if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
             return True
-        is_new = scene.time_s - track.born_s < NEW_S and track.evidence.asked_s > 0.0
-        least = REFUSED if not track.id else DOUBTED if is_new else ENDED
-        return track.existence(self.likelihood) < least
+        is_asked = track.evidence.asked_s > 0.0
+        if not track.id:
+            # What was refused and stands still is kept, so that it is not asked about as if new.
+            is_kept = is_asked and track.evidence.still == 1.0
+            return track.existence(self.likelihood) < REFUSED and not is_kept
+        is_new = scene.time_s - track.born_s < NEW_S and is_asked
+        return track.existence(self.likelihood) < (DOUBTED if is_new else ENDED)
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""

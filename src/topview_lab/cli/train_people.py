@@ -14,15 +14,15 @@ from rich.table import Table
 
 from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
-from topview.cli.progress import compile_kernels, warn
+from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.io import write_atomically
 from topview.people.existence import CONFIRMED
 from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import Likelihood, shipped_likelihood
 from topview.records import InputError
+from topview_lab.cli.train_people_layer import check_onnx, collected, learn_layer, split
 from topview_lab.datasets import find_folder_recordings, make_simulated
-from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import empty_table, number, percent
 from topview_lab.metrics.statistics import share
 from topview_lab.seeds import PEOPLE_LEARNT_SEEDS
@@ -35,8 +35,6 @@ from topview_lab.training.people_fit import (
     fit_likelihood,
 )
 
-# Ours: of so many recordings one is held back.
-HELD_BACK: Final = 4
 ALL_SCENES: Final = "all"
 MOST_RECORDINGS: Final = 1_000_000
 
@@ -48,6 +46,7 @@ def train_people(
     /,
     *,
     out: Path | None = None,
+    joints_out: Path | None = None,
     every: int = 1,
     simulated: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     measure_on: Annotated[
@@ -65,6 +64,9 @@ def train_people(
     Args:
         folders: recordings with groundtruth.npz, or folders of such.
         out: the .json to write.
+        joints_out: the .onnx to write: the joint network, of which the last layer, which tells
+            whether a window shows a person, is learnt first, from the windows that the tracker
+            cuts; then the rest is learnt with it.
         every: take only one of so many recordings of the folders.
         simulated: scenes of the simulator to learn from, too; "all" for all of them.
         measure_on: recordings of other people, to measure on; without them one of four of those to
@@ -78,18 +80,28 @@ def train_people(
         raise InputError("there is nothing to learn from; give recordings, or --simulated")
     if out is not None:
         prepare_output_file("--out", out, force)
+    if joints_out is not None:
+        prepare_output_file("--joints-out", joints_out, force)
+        check_onnx()
     given = _given(folders or [], every, simulated or [])
     others = find_folder_recordings(measure_on) if measure_on else []
     if both := {own.name for own in given if own in others}:
         raise InputError(
             f"--measure names {min(both)}, which is to be learnt from; it must name others"
         )
-    results = _collect([*given, *others], workers)
+    if joints_out is not None:
+        table = learn_layer(given, others, workers, joints_out)
+        if table is None:
+            return INTERRUPTED
+        plain_console().print(table)
+    jobs = [CollectJob(each, joints_out) for each in (*given, *others)]
+    results = collected(jobs, workers, "collecting")
     if results is None:
         return INTERRUPTED
+    warn(*(line for each in results if each is not None for line in each.problems))
     learnt, measured = results[: len(given)], results[len(given) :]
     if out is not None and not others:
-        learnt, measured = _split(learnt)
+        learnt, measured = split(learnt)
     own, other = _Set.of(learnt), _Set.of(measured)
     if not own.names:
         raise InputError(f"none of the {len(learnt)} recordings could be used")
@@ -97,6 +109,7 @@ def train_people(
     likelihood = shipped_likelihood()
     if out is not None:
         source = f"{described(own.names)}; {_command(folders, simulated, every, measure_on)}"
+        source += f" --joints-out {joints_out.name}" if joints_out else ""
         likelihood = fit_likelihood(own.rows, source)
         write_atomically(out, msgspec.json.format(msgspec.json.encode(likelihood), indent=2))
     plain_console().print(_weights_table(likelihood, own.rows))
@@ -104,18 +117,6 @@ def train_people(
     plain_console().print(_called_table(likelihood, sets))
     print(f"{out} written: {likelihood.source}" if out else f"what ships: {likelihood.source}")
     return 0 if len(own.names) + len(other.names) == len(results) else UNUSABLE_INPUT
-
-
-def _collect(recordings: Sequence[KnownPeople], workers: int) -> Results | None:
-    """Of each recording in turn, None for one that failed; None if Ctrl-C ended it early."""
-    compile_kernels()
-    run = run_all([CollectJob(recording) for recording in recordings], workers, what="collecting")
-    done = [collected for collected in run.results if collected is not None]
-    warn(*(problem for collected in done for problem in collected.problems), *run.problems)
-    if run.interrupted:
-        warn(f"interrupted: {len(done)} of {len(recordings)} recordings; nothing is learnt")
-        return None
-    return run.results
 
 
 def _given(folders: Sequence[Path], every: int, scenes: Sequence[str]) -> list[KnownPeople]:
@@ -126,15 +127,6 @@ def _given(folders: Sequence[Path], every: int, scenes: Sequence[str]) -> list[K
     if scenes:
         given += make_simulated(() if ALL_SCENES in scenes else scenes, PEOPLE_LEARNT_SEEDS)
     return given
-
-
-def _split(results: Results) -> tuple[Results, Results]:
-    """Those to learn from, and those that are held back."""
-    is_back = [index % HELD_BACK == HELD_BACK - 1 for index in range(len(results))]
-    return (
-        [each for each, back in zip(results, is_back, strict=True) if not back],
-        [each for each, back in zip(results, is_back, strict=True) if back],
-    )
 
 
 def _command(

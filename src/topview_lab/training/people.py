@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Protocol
 
 import numpy as np
@@ -101,6 +102,11 @@ class TrueExistence(Existence):
         super().__init__(likelihood=NOTHING_KNOWN)
         self.heads_camera: Vector = np.empty((0, 3))
 
+    def look_at(self, truth: TrueHeads, index: int) -> None:
+        """Go on to a frame of the recording."""
+        heads_camera = truth.of_frames(np.array([index])).heads_camera[0]
+        self.heads_camera = heads_camera[np.isfinite(heads_camera).all(axis=-1)]
+
     def label_of(self, track: Track, tracks: Sequence[Track]) -> bool | None:
         """Whether a track is a person's, not another's or furniture's; None where that is hard to
         say."""
@@ -121,7 +127,7 @@ class TrueExistence(Existence):
     def is_room(self, track: Track, scene: Scene) -> bool:
         return False
 
-    def _is_ready(self, track: Track, scene: Scene) -> bool:
+    def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         return track.is_seen and self._away_m(track) < PERSON_M
 
     def _away_m(self, track: Track) -> float:
@@ -133,7 +139,7 @@ def _distances_m(heads_camera: Vector, track: Track) -> Vector:
     return np.linalg.norm(heads_camera - track.place_camera, axis=1)
 
 
-class _TruePeople(PeopleFinder):
+class TruePeople(PeopleFinder):
     """The finder, told who is a person."""
 
     def __init__(self, existence: TrueExistence) -> None:
@@ -141,19 +147,20 @@ class _TruePeople(PeopleFinder):
         self._existence = existence
 
 
-def rows_of(recording: Recording, truth: TrueHeads) -> TrackRows:
-    """What is seen of all who may be people in a recording.
+def rows_of(recording: Recording, truth: TrueHeads, weights: Path | None = None) -> TrackRows:
+    """What is seen of all who may be people in a recording; by a network with other weights than
+    those that ship, where they are given.
 
     Raises:
         InputError: the recording cannot be tracked, or the truth has fewer frames.
     """
     existence = TrueExistence()
-    finder = _TruePeople(existence)
-    tracker = Tracker(TrackerSettings(method="joints", threads=1), finder=finder)
+    finder = TruePeople(existence)
+    settings = TrackerSettings(method="joints", threads=1, weights=weights)
+    tracker = Tracker(settings, finder=finder)
     seen: list[tuple[Evidence, bool]] = []
     for frame in recording:
-        heads_camera = truth.of_frames(np.array([frame.index])).heads_camera[0]
-        existence.heads_camera = heads_camera[np.isfinite(heads_camera).all(axis=-1)]
+        existence.look_at(truth, frame.index)
         tracker.update(frame)
         tracks = () if finder.found is None else finder.found.tracks
         for track in tracks:
@@ -174,16 +181,17 @@ class Collected:
 
 @dataclass(frozen=True, slots=True)
 class CollectJob:
-    """One recording to collect from, in any process."""
+    """One recording to collect from, in any process, by a network with these weights."""
 
     recording: KnownPeople
+    weights: Path | None = None
 
     def __call__(self) -> Collected:
         name = self.recording.name
         try:
             truth = self.recording.true_heads()
             recording = self.recording.open()
-            rows = rows_of(recording, truth)
+            rows = rows_of(recording, truth, self.weights)
         except InputError as error:
             return Collected(name, None, (f"{name}: {error}",))
         return Collected(name, rows, tuple(f"{name}: {line}" for line in recording.problems))

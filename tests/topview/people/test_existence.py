@@ -22,6 +22,7 @@ from topview.people.existence import (
     REFUSED,
     ROOM_S,
     SHADOW_S,
+    SURE_AT_ONCE,
     UNSEEN_S,
     Existence,
     is_too_near,
@@ -77,8 +78,23 @@ def test_whom_the_network_has_looked_at_for_long_needs_less(odds: float) -> None
 @given(odds=log_odds, is_confirmed=st.booleans())
 def test_who_is_hardly_a_person_ends(odds: float, is_confirmed: bool) -> None:
     track = track_with(odds, id=int(is_confirmed), seen_s=LATER.time_s)
+    track = replace(track, evidence=replace(track.evidence, still=0.5))
     least = ENDED if is_confirmed else REFUSED
     assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == (probability(odds) < least)
+
+
+def test_what_the_network_has_refused_is_kept_while_it_stands_still() -> None:
+    existence, refused = Existence(None, LIKE_A_PERSON), track_with(-4.0, seen_s=LATER.time_s)
+    assert not existence.has_ended(refused, LATER)
+    unasked = replace(BORN, seen_s=LATER.time_s)
+    assert Existence(None, replace_bias(-4.0)).has_ended(unasked, LATER)
+
+
+def test_in_the_first_frame_only_the_sure_are_told_before_the_network_answers() -> None:
+    for share, id in ((CONFIRMED, 0), (SURE_AT_ONCE, 1)):
+        shape = replace_bias(log_odds_of(share) + 0.01)
+        assert confirmed(Existence(None, shape), BORN, has_network=True) == [id]
+        assert confirmed(Existence(None, shape), BORN) == [1]
 
 
 @given(st.lists(log_odds, min_size=1, max_size=6), st.integers(1, 4), st.integers(0, 3))

@@ -153,7 +153,7 @@ def write_people(folder: Path) -> Path:
 
 
 def test_the_command_fits_measures_and_writes(tmp_path, topview, monkeypatch) -> None:
-    monkeypatch.setattr(command, "CollectJob", MadeUpJob)
+    monkeypatch.setattr(command, "CollectJob", lambda recording, _: MadeUpJob(recording))
     for name in ("broken_0", "walk_1", "walk_2", "walk_3", "walk_4"):
         write_people(tmp_path / "all" / name)
     out = tmp_path / "a.json"
@@ -172,7 +172,7 @@ def test_the_command_fits_measures_and_writes(tmp_path, topview, monkeypatch) ->
 
 
 def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
-    monkeypatch.setattr(command, "CollectJob", MadeUpJob)
+    monkeypatch.setattr(command, "CollectJob", lambda recording, _: MadeUpJob(recording))
     good, empty, out = write_people(tmp_path / "walk_1"), tmp_path / "empty", tmp_path / "a.json"
     broken = write_people(tmp_path / "broken_1")
     empty.mkdir()

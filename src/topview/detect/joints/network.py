@@ -67,7 +67,7 @@ class JointNetwork:
         """
         self._path = weights or WEIGHTS
         with naming(self._path, right=WEIGHTS_RIGHT):
-            self._network = _opened(_weights(self._path))
+            self._network = opened(_weights(self._path))
 
     def propose(self, windows: Windows) -> JointProposals:
         """Proposals for each window, in their order; weight 0 for those that are not used.
@@ -128,7 +128,7 @@ def _weights(path: Path) -> bytes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Network:
+class Network:
     """A network that was opened.
 
     Attributes:
@@ -179,7 +179,7 @@ def silent_onnxruntime() -> ModuleType:
 
 
 @lru_cache(maxsize=2)  # kept: the project's own and one more
-def _opened(weights: bytes) -> _Network:
+def opened(weights: bytes) -> Network:
     """The network of a file's content.
 
     Raises:
@@ -207,7 +207,7 @@ def _opened(weights: bytes) -> _Network:
         raise InputError(
             f"its joints are {names}, not the network's of this version; {WEIGHTS_RIGHT}"
         )
-    return _Network(session.run, _modes(session.run))
+    return Network(session.run, _modes(session.run))
 
 
 def _modes(run: Run) -> int:

@@ -79,7 +79,7 @@ def cached(folder: Path, cache: Path) -> LabelledRecording:
     key = hashlib.sha256(f"{_LAYOUT} {folder.resolve()} {written_ns}".encode()).hexdigest()[:8]
     place = cache / f"{folder.name}_{key}"
     if not (place / "complete.json").exists():
-        _store(_read(folder), place)
+        _store(read_labelled(folder), place)
     described = json.loads((place / "complete.json").read_text())
     arrays: dict[str, Any] = {
         name: np.load(place / f"{name}.npy", mmap_mode="r") for name in _ARRAYS
@@ -97,8 +97,12 @@ def _store(recording: LabelledRecording, place: Path) -> None:
     write_atomically(place / "complete.json", json.dumps(described).encode())
 
 
-def _read(folder: Path) -> LabelledRecording:
-    """Read depth, masks and truth of the frames that have all of them."""
+def read_labelled(folder: Path) -> LabelledRecording:
+    """Depth, masks and truth of the frames that have all of them.
+
+    Raises:
+        InputError: as for `cached`.
+    """
     with naming(folder / "groundtruth.npz"):
         truth = read_archive(folder / "groundtruth.npz")
     for key in ("names", "joints", "present"):

@@ -1,0 +1,102 @@
+"""`topview train-people --joints-out`: the joint network's last layer; what both steps share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Final, TypeVar
+
+from rich.table import Table
+
+from topview.cli.progress import compile_kernels, warn
+from topview.detect.joints.network import WEIGHTS
+from topview.io import write_atomically
+from topview.records import InputError
+from topview_lab.evaluate.run import run_all
+from topview_lab.evaluate.tables import empty_table, percent
+from topview_lab.training.people import KnownPeople
+from topview_lab.training.people_fit import fit_person_layer, windows_called_right
+from topview_lab.training.people_windows import CollectedWindows, WindowRows, WindowsJob
+from topview_lab.training.person_layer import Vector, layer_in, with_layer
+
+# Ours: of so many recordings one is held back.
+HELD_BACK: Final = 4
+
+Row = TypeVar("Row")
+
+
+def check_onnx() -> None:
+    """Raises InputError where onnx is missing, which rewrites the network."""
+    try:
+        import onnx  # noqa: F401
+    except ImportError as error:
+        raise InputError("--joints-out needs onnx: pip install 'topview[train]'") from error
+
+
+def collected(
+    jobs: Sequence[Callable[[], Row]], workers: int, what: str
+) -> list[Row | None] | None:
+    """Of each recording in turn, None for one that failed; None if Ctrl-C ended it early."""
+    compile_kernels()
+    run = run_all(jobs, workers, what=what)
+    warn(*run.problems)
+    if run.interrupted:
+        done = sum(row is not None for row in run.results)
+        warn(f"interrupted: {done} of {len(jobs)} recordings; nothing is learnt")
+        return None
+    return list(run.results)
+
+
+def split(results: Sequence[Row]) -> tuple[Sequence[Row], Sequence[Row]]:
+    """Those to learn from, and those that are held back."""
+    is_back = [index % HELD_BACK == HELD_BACK - 1 for index in range(len(results))]
+    return (
+        [each for each, back in zip(results, is_back, strict=True) if not back],
+        [each for each, back in zip(results, is_back, strict=True) if back],
+    )
+
+
+def learn_layer(
+    given: Sequence[KnownPeople], others: Sequence[KnownPeople], workers: int, out: Path
+) -> Table | None:
+    """Fit the layer on what was given, write the network, and measure it on the others, or on what
+    is held back if there are none; None if Ctrl-C ended it early."""
+    jobs = [WindowsJob(each, getattr(each, "path", None), WEIGHTS) for each in (*given, *others)]
+    results = collected(jobs, workers, "collecting windows")
+    if results is None:
+        return None
+    warn(*(each.problem for each in results if each is not None and each.problem))
+    learnt, measured = results[: len(given)], results[len(given) :]
+    if not others:
+        learnt, measured = split(learnt)
+    own, other = _joined(learnt), _joined(measured)
+    if own is None:
+        raise InputError(f"none of the {len(given)} recordings could be used")
+    weights = WEIGHTS.read_bytes()
+    layers = {"before": layer_in(weights), "now": fit_person_layer(own)}
+    write_atomically(out, with_layer(weights, *layers["now"]))
+    return _windows_table({"fitted": own, "others" if others else "held back": other}, layers)
+
+
+def _joined(results: Sequence[CollectedWindows | None]) -> WindowRows | None:
+    rows = [each.rows for each in results if each is not None and each.rows is not None]
+    return WindowRows.joined(rows) if rows else None
+
+
+def _windows_table(
+    sets: Mapping[str, WindowRows | None], layers: Mapping[str, tuple[float, Vector]]
+) -> Table:
+    table = empty_table("windows that the network tells right", "recordings")
+    table.add_column("windows")
+    for column in ("with a\nperson", "people,\nbefore", "now", "others,\nbefore", "now"):
+        table.add_column(column, justify="right")
+    for name, rows in sets.items():
+        if rows is None:
+            continue
+        for kind, is_varied in (("asked about", False), ("varied", True)):
+            is_kind = rows.is_varied == is_varied
+            right = [windows_called_right(rows, layer, is_varied) for layer in layers.values()]
+            shares = [percent(each[of]) for of in (0, 1) for each in right]
+            people = str((rows.is_person & is_kind).sum())
+            table.add_row(name, f"{is_kind.sum()} {kind}", people, *shares)
+    return table

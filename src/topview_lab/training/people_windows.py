@@ -1,0 +1,140 @@
+"""Windows that the tracker asks the joint network about, and whether they show a person."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.detect.joints import JointProposals, Windows
+from topview.detect.joints.network import JointNetwork
+from topview.records import InputError
+from topview.track.settings import TrackerSettings
+from topview.track.tracker import Tracker
+from topview_lab.training.joints.recordings import gathered, read_labelled
+from topview_lab.training.joints.windows import Variation, labelled_window
+from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
+from topview_lab.training.person_layer import means_under
+
+Floats = NDArray[np.float32]
+
+# Ours: so many windows of a recording are varied, too, as no recording has them: without a
+# background, with wrong masks. Of them so many show no person, and more than one.
+VARIED_WINDOWS: Final = 80
+VARIED: Final = replace(Variation(), nobody_share=0.25, several_share=0.1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WindowRows:
+    """N windows.
+
+    Attributes:
+        means: [N, C] what the network's last layer sees.
+        is_person: [N].
+        is_varied: [N] whether a window was varied, and none that the tracker asked about.
+    """
+
+    means: Floats
+    is_person: NDArray[np.bool_]
+    is_varied: NDArray[np.bool_]
+
+    @classmethod
+    def joined(cls, parts: Sequence[WindowRows]) -> WindowRows:
+        """One after the other."""
+        return cls(
+            np.concatenate([part.means for part in parts]),
+            np.concatenate([part.is_person for part in parts]),
+            np.concatenate([part.is_varied for part in parts]),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollectedWindows:
+    """Of one recording: the windows, or None and why, in one line."""
+
+    name: str
+    rows: WindowRows | None
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WindowsJob:
+    """One recording to collect windows from, in any process.
+
+    Attributes:
+        recording: whose people are known.
+        folder: where it lies, if it has joints and masks, for varied windows; None for none.
+        weights: of the network whose layer is to be learnt.
+    """
+
+    recording: KnownPeople
+    folder: Path | None
+    weights: Path
+
+    def __call__(self) -> CollectedWindows:
+        name = self.recording.name
+        try:
+            asked = _asked_windows(self.recording, self.weights)
+            varied = [] if self.folder is None else _varied_windows(self.folder)
+        except InputError as error:
+            return CollectedWindows(name, None, f"{name}: {error}")
+        windows = [*asked, *varied]
+        if not windows:
+            return CollectedWindows(name, None, f"{name}: nothing was followed")
+        images, is_person = zip(*windows, strict=True)
+        means = means_under(self.weights.read_bytes())(np.array(images))
+        is_varied = np.arange(len(windows)) >= len(asked)
+        return CollectedWindows(name, WindowRows(means, np.array(is_person), is_varied))
+
+
+class _WatchedNetwork:
+    """A `JointProposer` that keeps what it was asked about."""
+
+    def __init__(self, weights: Path) -> None:
+        self.windows: Windows | None = None
+        self._network = JointNetwork(weights)
+
+    def propose(self, windows: Windows) -> JointProposals:
+        self.windows = windows
+        return self._network.propose(windows)
+
+
+def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool]]:
+    """What the tracker asks about people, and about whoever is in doubt, frame by frame."""
+    truth, existence, network = known.true_heads(), TrueExistence(), _WatchedNetwork(weights)
+    finder = TruePeople(existence)
+    settings = TrackerSettings(method="joints", threads=1)
+    tracker = Tracker(settings, finder=finder, proposer=network)
+    seen: list[tuple[Floats, bool]] = []
+    for frame in known.open():
+        existence.look_at(truth, frame.index)
+        network.windows = None
+        tracker.update(frame)
+        if finder.found is None or network.windows is None:
+            continue
+        by_id = {track.told_as: track for track in finder.found.tracks}
+        asked = [*finder.found.users, *finder.doubtful[:1]]
+        for user, image, is_used in zip(
+            asked, network.windows.images, network.windows.is_used, strict=True
+        ):
+            track = by_id[user.id]
+            is_told = is_used and track.is_seen
+            label = existence.label_of(track, finder.found.tracks) if is_told else None
+            if label is not None:
+                seen.append((image, label))
+    return seen
+
+
+def _varied_windows(folder: Path) -> list[tuple[Floats, bool]]:
+    samples = gathered([read_labelled(folder)])
+    if not len(samples):
+        return []
+    rng = np.random.default_rng(crc32(folder.name.encode()))
+    numbers = rng.integers(0, len(samples), VARIED_WINDOWS)
+    windows = [labelled_window(samples, int(number), rng, VARIED) for number in numbers]
+    return [(window.image, window.is_person) for window in windows]
