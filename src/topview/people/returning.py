@@ -25,7 +25,7 @@ LEFT_S: Final = 1.0
 # than the second.
 LOOKED_S, WAITED_S = 0.3, 1.0
 # Log-likelihood ratio of being one who left, against somebody new and all others who left.
-CLEARLY: Final = 2.0
+CLEARLY_BACK: Final = 2.0
 # Standard deviations between two measurements of one stature, and between the statures of two
 # people; a stature speaks against somebody no more than the third, as people stoop.
 SAME_STATURE_M, OTHER_STATURE_M, LEAST_BY_STATURE = 0.04, 0.14, -4.0
@@ -160,7 +160,7 @@ def clear_ones(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
     clear = np.full(ratios.shape, -np.inf)
     for (row, column), ratio in np.ndenumerate(ratios):
         others = np.append(np.delete(ratios[row], column), 0.0)
-        if ratio - np.logaddexp.reduce(others) > CLEARLY:
+        if ratio - np.logaddexp.reduce(others) > CLEARLY_BACK:
             clear[row, column] = ratio
     return clear
 

@@ -50,6 +50,12 @@ def test_a_single_image_is_one_frame(tmp_path):
     assert frame.index == 0
 
 
+def test_the_folder_may_be_given(tmp_path):
+    write(tmp_path, MM)
+    recording = topview.open(tmp_path)
+    assert (recording.name, recording.frame_count) == (tmp_path.name, 3)
+
+
 @pytest.mark.parametrize(
     ("array", "told"),
     [

@@ -13,7 +13,7 @@ from people_scenes import CAMERA, standing_person
 from topview import TrackerSettings
 from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
-from topview.people.returning import CLEARLY, LEAST_BY_STATURE, by_stature, clear_ones
+from topview.people.returning import CLEARLY_BACK, LEAST_BY_STATURE, by_stature, clear_ones
 from topview.people.settings import PeopleSettings
 from topview.records import Frame
 
@@ -64,7 +64,7 @@ def test_a_stranger_and_whoever_is_not_to_be_known_are_new(back, how) -> None:
 def test_a_stature_tells_a_little_and_never_much_against_somebody() -> None:
     ratios = [by_stature(off_m) for off_m in (0.0, 0.03, 0.1, 0.5)]
     assert ratios == sorted(ratios, reverse=True)
-    assert 0.0 < ratios[0] < CLEARLY  # never enough alone
+    assert 0.0 < ratios[0] < CLEARLY_BACK  # never enough alone
     assert ratios[2] < 0.0
     assert ratios[3] == by_stature(-0.9) == LEAST_BY_STATURE
 
@@ -75,7 +75,7 @@ def test_whoever_is_known_again_is_likelier_than_all_others_together(ratios) -> 
     clear = clear_ones(ratios)
     for row, column in np.argwhere(np.isfinite(clear)):
         others = [0.0, *np.delete(ratios[row], column)]
-        assert np.exp(clear[row, column]) > np.exp(CLEARLY) * np.exp(others).sum()
+        assert np.exp(clear[row, column]) > np.exp(CLEARLY_BACK) * np.exp(others).sum()
     assert (np.isfinite(clear).sum(1) <= 1).all()
 
 

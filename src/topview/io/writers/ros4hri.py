@@ -39,7 +39,7 @@ KEYPOINTS: Final = (
     "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle",
     "", "", "", "",
 )  # fmt: skip
-HANGING_RAD: Final = 1e-6  # ours: an arm that is raised by less hangs
+HANGS_BELOW_RAD: Final = 1e-6  # ours: an arm that is raised by less hangs
 # REP 155's names where it has some, ours for `lower_torso` and `neck`.
 _NAMES: Final = {"pelvis": "body", "torso": "lower_torso", WAIST: "waist"}
 _KINDS: Final = {"hand": "wrist"}
@@ -91,7 +91,7 @@ def _turns(R: Rotation, axes: str, joints: tuple[tuple[str, int], ...]) -> Array
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # an arm that hangs: only the sum of two turns is known
         turns = np.asarray(R.as_euler(axes))
-    if axes == "ZXZ" and joints[1][1] * turns[1] < -HANGING_RAD:
+    if axes == "ZXZ" and joints[1][1] * turns[1] < -HANGS_BELOW_RAD:
         turns = (turns * (1, -1, 1) + (2 * np.pi, np.pi, 2 * np.pi)) % (2 * np.pi) - np.pi
     return turns
 
