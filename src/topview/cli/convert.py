@@ -45,7 +45,8 @@ def convert(
     """
     name = (format or out.suffix.removeprefix(".")).lower()
     if not name:
-        raise InputError(f"{out}: has no ending; give one, or --format {'|'.join([*FORMATS, VIDEO])}")
+        known = "|".join([*FORMATS, VIDEO])
+        raise InputError(f"{out}: has no ending; give one, or --format {known}")
     if (source is not None) != (name == VIDEO):
         told = "missing" if source is None else f"{source}"
         raise InputError(
