@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from numpy.typing import NDArray
 
 from topview.files import naming
@@ -66,6 +67,8 @@ class ArrayRecording:
         image = self._image(index)
         if image is None:
             return None
+        if image.dtype == np.float16:  # too few digits to be multiplied
+            image = image.astype(np.float32)
         depth_m = self._rig.depth(depth_image(image, self._metres_per_unit))
         return Frame(index, index / self.fps, depth_m, self._rig.pinhole)
 
