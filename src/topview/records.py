@@ -436,7 +436,7 @@ class Frame:
         if not _is_image(self.depth_m, shape, np.float32):
             raise InputError(
                 f"frame {self.index}: depth is {_told(self.depth_m)}; "
-                f"it must be float32 {shape}, as the camera says"
+                f"it must be float32 metres, {shape} as the camera says"
             )
         if self.color is not None and not _is_image(self.color, (*shape, 3), np.uint8):
             raise InputError(

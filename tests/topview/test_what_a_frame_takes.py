@@ -42,7 +42,9 @@ def test_what_is_no_reading_becomes_none(depth_m):
 
 @pytest.mark.parametrize("depth_m", [[[1.0] * 8] * 6, None, "depth", np.ones(SHAPE), np.float32(2)])
 def test_what_is_no_depth_image_is_refused_in_one_line(depth_m):
-    with pytest.raises(InputError, match=r"frame 0: depth is .*; it must be float32 \(6, 8\)"):
+    with pytest.raises(
+        InputError, match=r"frame 0: depth is .*; it must be float32 metres, \(6, 8\) as the camera"
+    ):
         frame_of(depth_m)
 
 

@@ -45,10 +45,12 @@ def convert(
     """
     name = (format or out.suffix.removeprefix(".")).lower()
     if not name:
-        raise InputError(f"{out}: has no ending; give one, or --format {'|'.join(FORMATS)}")
+        known = "|".join([*FORMATS, VIDEO])
+        raise InputError(f"{out}: has no ending; give one, or --format {known}")
     if (source is not None) != (name == VIDEO):
+        told = "missing" if source is None else f"{source}"
         raise InputError(
-            f"--source is {source}; it must name the recording for {VIDEO}, and only for that"
+            f"--source is {told}; it must name the recording for {VIDEO}, and only for that"
         )
     made = None if source is not None else format_named(name)
     sequence = _people(skeletons, person)

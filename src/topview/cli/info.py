@@ -73,7 +73,8 @@ def _frames(contents: Contents) -> str:
 
 
 def _depth(contents: Contents) -> str:
-    looked = f"{contents.frames_looked_at} frames looked at"
+    count = contents.frames_looked_at
+    looked = "1 frame looked at" if count == 1 else f"{count} frames looked at"
     if contents.nearest_m is None:
         return f"no reading at all, {looked}"
     return (

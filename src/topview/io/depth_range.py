@@ -84,5 +84,6 @@ class DepthRange:
             return ""
         return (
             f"{self.told}; people must be seen at {low:g} to {high:g} m. The unit of depth is "
-            "probably wrong: depth_scale is 0.001 for millimetres, 0.0002 for TUM RGB-D"
+            "probably wrong: depth_scale is 0.001 for millimetres, 0.0002 for TUM RGB-D, 1 for "
+            "floats in metres"
         )

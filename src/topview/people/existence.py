@@ -86,12 +86,15 @@ class Existence:
         ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
         there = sum(is_put_out(track, scene) for track in tracks)
         most = len(ready) if self._most is None else max(self._most - there, 0)
-        ids: dict[int, int] = {}
-        for track in ready[:most]:
-            ids[track.key] = self._next_id
-            self._next_id += 1
+        ids = self._identities(ready[:most])
         self._is_first = False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
+
+    def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
+        """By key, of those who come to be people: new ones."""
+        first = self._next_id
+        self._next_id += len(ready)
+        return {track.key: first + number for number, track in enumerate(ready)}
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         is_asked = track.evidence.asked_s > 0.0

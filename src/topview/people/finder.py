@@ -25,6 +25,7 @@ from topview.people.colors import hands_in
 from topview.people.existence import Existence, Refusal
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.output import doubtful_of, frontal_of, users_of
+from topview.people.returning import ReturningPeople
 from topview.people.scene import Scene
 from topview.people.settings import PeopleSettings
 from topview.people.spawning import free_of, is_free, rejoined, room_left_of
@@ -80,7 +81,8 @@ class PeopleFinder:
         self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
-        self._existence = Existence(self.settings.people)
+        kind = ReturningPeople if self.settings.reidentify else Existence
+        self._existence = kind(self.settings.people)
         self._looks = Turns(EVERY_S)
         self._next_key = 1
 

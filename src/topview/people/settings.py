@@ -20,6 +20,7 @@ class PeopleSettings:
         detector: of heads: "auto" takes depth and, where the recording allows, the colour of skin;
             "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) that alone.
         people: at most so many at the same time; None for any number.
+        reidentify: whether somebody who comes back is known again by clothes and stature.
         areas: where people are looked for.
         floor: which planes may be a floor.
         scene: what is floor and what is furniture.
@@ -29,6 +30,7 @@ class PeopleSettings:
 
     detector: DetectorName = "auto"
     people: int | None = None
+    reidentify: bool = False
     areas: Areas = field(default_factory=Areas)
     floor: FloorSettings = field(default_factory=FloorSettings)
     scene: SceneSettings = field(default_factory=SceneSettings)

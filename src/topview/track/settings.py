@@ -46,6 +46,9 @@ class TrackerSettings:
             "0,0 320,0 320,200", or a box on the floor, in metres to the right and ahead of the
             camera, like "floor -1,1 1,4"; several are separated by ";".
         ignore: people are not looked for here; written like `region`.
+        reidentify: whoever left and comes back gets the number of before, by the colours of the
+            clothes and by stature, if these tell clearly; whoever else wears the same may get it,
+            too.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
         smoothing_s: memory of the mean that each body is smoothed by, seconds: the longest delay of
@@ -65,6 +68,7 @@ class TrackerSettings:
     proposals: ProposalsName = NETWORK
     weights: Path | None = None
     people: int | None = None
+    reidentify: bool = False
     region: str = ""
     ignore: str = ""
     smoothing_s: float = 0.0
@@ -94,7 +98,9 @@ class TrackerSettings:
     def finding(self) -> PeopleSettings:
         """How people are found."""
         areas = Areas.told(self.region, self.ignore)
-        return PeopleSettings(detector=self.detector, people=self.people, areas=areas)
+        return PeopleSettings(
+            detector=self.detector, people=self.people, reidentify=self.reidentify, areas=areas
+        )
 
     def as_json(self, needs: Needs | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
@@ -109,7 +115,10 @@ class TrackerSettings:
         named: dict[str, Any] = {
             "method": self.method, "detector": self.detector, "seed": self.seed,
         }  # fmt: skip
-        chosen = {"people": self.people, "region": self.region, "ignore": self.ignore}
+        chosen = {
+            "people": self.people, "reidentify": self.reidentify,
+            "region": self.region, "ignore": self.ignore,
+        }  # fmt: skip
         named |= {name: value for name, value in chosen.items() if value}
         needs = needs or method_by_name(self.method).needs
         if needs.joints:

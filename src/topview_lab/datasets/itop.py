@@ -24,15 +24,13 @@ from numpy.typing import NDArray
 
 from topview.files import naming
 from topview.io.readers.depth import depth_image
+from topview.io.readers.hdf5 import ITOP_CAMERA, open_hdf5
 from topview.io.readers.notes import Notes
-from topview.records import Camera, Frame, InputError
+from topview.records import Frame, InputError
 from topview_lab.datasets.base import select_by_name
 from topview_lab.datasets.joints import facing_sides
 from topview_lab.metrics import ReferenceSequence
 
-ITOP_CAMERA: Final = Camera(
-    fx=1.0 / 3.50666662e-3, fy=1.0 / 3.50666662e-3, cx=160.0, cy=120.0, width=320, height=240
-)
 ITOP_FPS: Final = 30.0
 ITOP_JOINTS: Final = (
     "head", "neck", "right_shoulder", "left_shoulder", "right_elbow", "left_elbow", "right_hand",
@@ -134,7 +132,6 @@ def find_itop(root: Path, split: str = "test", pattern: str = "*") -> list[ItopS
     """
     if split not in ("train", "test"):
         raise InputError(f"split is {split!r}; it must be train or test")
-    _h5py()
     files = [_file(root, split, kind) for kind in ("depth_map", "labels")]
     if missing := [file.name for file in files if not file.is_file()]:
         is_top = any(root.glob("ITOP_top_*.h5"))
@@ -153,29 +150,13 @@ def _file(root: Path, split: str, kind: str) -> Path:
     return root / f"ITOP_side_{split}_{kind}.h5"
 
 
-def _h5py() -> Any:
-    try:
-        import h5py
-    except ImportError:
-        raise InputError(
-            "ITOP's files are HDF5 and need h5py; install it with: pip install 'topview[datasets]'"
-        ) from None
-    return h5py
-
-
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """An HDF5 file; errors name it."""
-    h5py = _h5py()
     with naming(path, right=_RIGHT):
-        try:
-            file = h5py.File(path, "r")
-        except FileNotFoundError:
-            raise InputError(f"is not there; {_RIGHT}") from None
-        except OSError as error:
-            reason = " ".join(str(error).split())
-            raise InputError(f"is truncated or damaged ({reason}); {_RIGHT}") from None
-        with file:
+        if not path.exists():
+            raise InputError(f"is not there; {_RIGHT}")
+        with open_hdf5(path, _RIGHT) as file:
             yield file
 
 

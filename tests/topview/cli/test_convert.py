@@ -103,7 +103,7 @@ def shows(picture: NDArray[Any], color: tuple[int, int, int]) -> bool:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["o.mp4"], "--source is None; it must name the recording for mp4, and only for that"),
+        (["o.mp4"], "--source is missing; it must name the recording for mp4, and only for that"),
         (["o.csv", "--source", "."], "--source is .; it must name the recording for mp4, and only"),
         (["o.xyz"], "format is 'xyz'; it must be one of npz, csv, jsonl"),
         (["o"], "has no ending; give one, or --format npz|csv"),

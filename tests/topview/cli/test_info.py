@@ -68,7 +68,7 @@ def test_depth_of_another_unit_is_noted(topview, make_recording):
         ("x.oni", "is an OpenNI recording"),
         ("x.xef", "is a Kinect Studio recording"),
         ("x.mp4", "is a video without depth"),
-        ("x.h5", "topview evaluate itop"),
+        ("x.npz", "save the depth alone as depth.npy"),
         ("x.bag", "no format that is known"),
         ("gone", "no such file or folder"),
     ],

@@ -27,6 +27,14 @@ WriteFolder = Callable[..., Path]
 
 
 @pytest.fixture
+def tmp_path(tmp_path: Path) -> Path:
+    """All that these tests read and write lies at a path with a space and beyond ASCII."""
+    folder = tmp_path / "é 名"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
 def depths() -> dict[int, NDArray[np.uint16]]:
     """Frames 0 to 3, up to 20 m, with the least and the greatest value that 16 bits can hold."""
     rng = np.random.default_rng(0)

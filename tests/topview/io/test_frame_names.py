@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import topview
+from damage import cut, flipped
 from topview.io.readers.frame_names import MAX_NAME_LINES, by_number, by_time
 from topview.records import InputError
 
@@ -184,6 +185,18 @@ class TestTimesInAList:
             "depth.txt: images of depth/ that it does not name, left out: 2",
             "depth.txt: times out of order: 1; frames are read by time",
         ]
+
+    def test_cut_or_spoiled_anywhere_it_costs_the_frames_of_these_lines(self, write_folder):
+        root = write_folder()
+        whole = "".join(f"{10 + i}.5 depth/{i:06d}.png\n" for i in range(4)).encode()
+        for data in (*cut(whole), *flipped(whole)):
+            (root / "depth.txt").write_bytes(data)
+            lines = data.count(b"\n") if whole.startswith(data) else 3
+            if not lines:
+                continue
+            recording = topview.open(root)
+            assert len(list(recording)) >= lines
+            assert len(list(recording)) == 4 or recording.problems
 
     @pytest.mark.parametrize("text", ["", "depth/000000.png", "x depth/000000.png", "\0", "nan a"])
     def test_a_broken_one_is_one_line(self, write_folder, text):

@@ -33,6 +33,7 @@ def write(folder: Path, array: Any, **camera: Any) -> Path:
         ((MM / 1e3).astype(np.float32), {}),
         (MM / 1e3, {}),
         (MM.astype(np.float32), {"depth_scale": 1000}),
+        (MM.astype(np.float16), {"depth_scale": 1000}),
         (np.asfortranarray(MM), {}),
     ],
 )
@@ -41,13 +42,20 @@ def test_every_value_comes_back(tmp_path, array, camera):
     assert recording.frame_count == 3
     for index, frame in enumerate(recording):
         assert (frame.index, frame.timestamp_s) == (index, index / 30.0)
-        expected = (MM[index] / 1e3).astype(np.float32)
+        values = MM[index] if array.dtype != np.float16 else array[index].astype(np.float64)
+        expected = (values / 1e3).astype(np.float32)
         np.testing.assert_allclose(frame.depth_m, expected, rtol=2.4e-7)  # two roundings
 
 
 def test_a_single_image_is_one_frame(tmp_path):
     (frame,) = topview.open(write(tmp_path, MM[0]))
     assert frame.index == 0
+
+
+def test_the_folder_may_be_given(tmp_path):
+    write(tmp_path, MM)
+    recording = topview.open(tmp_path)
+    assert (recording.name, recording.frame_count) == (tmp_path.name, 3)
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 from moving_bodies import WHO, moving_people
 from topview import Camera, InputError, T_world_camera
 from topview.body import JOINT_NAMES, PART_NAMES
-from topview.io.writers.mcap import frame_name
+from topview.body.hierarchy import NODES
 from topview.io.writers.registry import format_named, write_format
+from topview.io.writers.ros4hri import frame_name, joint_turns
 
 MM = 1e-3
 CAMERA = Camera(285.63, 285.63, 159.0, 120.0, 320, 240)
@@ -39,6 +40,11 @@ def rows_of(reader: str, path: Path, entity: str) -> list[dict[str, Any]]:
     return [row for batch in found for row in batch.to_pylist()]
 
 
+def messages_of(path: Path, topic: str, kind: str) -> list[dict[str, Any]]:
+    column = f"{kind}:message"
+    return [row[column][0] for row in rows_of("McapReader", path, topic) if column in row]
+
+
 def world(points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     T = T_world_camera(SEQUENCE)
     return points_camera @ T[:3, :3].T + T[:3, 3]
@@ -60,6 +66,10 @@ class Transforms:
     @property
     def frames(self) -> set[str]:
         return {*self._to}
+
+    def of(self, frame: str) -> tuple[str, Rotation, NDArray[np.float64]]:
+        """Its parent, and how it stands in it."""
+        return self._to[frame]
 
     def pose(self, frame: str) -> tuple[Rotation, NDArray[np.float64]]:
         """In the world."""
@@ -99,22 +109,71 @@ def test_a_frame_of_mcap_looks_along_x_and_has_z_up(tmp_path):
 
 def test_mcap_tells_who_is_tracked_and_shows_them(tmp_path):
     path = written("mcap", tmp_path)
-    messages = [
-        row["hri_msgs.msg.IdsList:message"][0]
-        for row in rows_of("McapReader", path, "/humans/bodies/tracked")
-        if "hri_msgs.msg.IdsList:message" in row
-    ]
+    messages = messages_of(path, "/humans/bodies/tracked", "hri_msgs.msg.IdsList")
     assert [m["ids"] for m in messages] == [[f"p{p}" for p in people] for people in WHO.values()]
-    shown = [
-        row["visualization_msgs.msg.MarkerArray:message"][0]["markers"]
-        for row in rows_of("McapReader", path, "/humans/bodies/p3/markers")
-        if "visualization_msgs.msg.MarkerArray:message" in row
-    ]
+    kind = "visualization_msgs.msg.MarkerArray"
+    shown = [m["markers"] for m in messages_of(path, "/humans/bodies/p3/markers", kind)]
     # Person 3 is there, away, and there again twice.
     assert [[m["action"] for m in markers] for markers in shown] == [[0, 0], [3], [0, 0], [0, 0]]
     points = [[p[axis] for axis in "xyz"] for p in shown[0][0]["points"]]
     np.testing.assert_allclose(points, SEQUENCE.of_person(3).joints_camera[1, 0], atol=1e-9)
     assert shown[0][0]["header"]["frame_id"] == "camera_depth_optical_frame"
+
+
+# Frame: the joints of `human_description`'s URDF that turn it in its parent, and their axes.
+URDF = {
+    "neck": {"r_head": (1, 0, 0), "y_head": (0, 0, 1), "p_head": (0, -1, 0)},
+    "l_shoulder": {
+        "l_y_shoulder": (0, 0, -1), "l_p_shoulder": (1, 0, 0), "l_r_shoulder": (0, 0, 1),
+    },
+    "r_shoulder": {
+        "r_y_shoulder": (0, 0, 1), "r_p_shoulder": (-1, 0, 0), "r_r_shoulder": (0, 0, -1),
+    },
+    "l_elbow": {"l_elbow": (0, -1, 0)},
+    "r_elbow": {"r_elbow": (0, -1, 0)},
+    "l_hip": {"l_y_hip": (0, 0, -1), "l_p_hip": (1, 0, 0), "l_r_hip": (0, -1, 0)},
+    "r_hip": {"r_y_hip": (0, 0, -1), "r_p_hip": (-1, 0, 0), "r_r_hip": (0, -1, 0)},
+    "l_knee": {"l_knee": (0, -1, 0)},
+    "r_knee": {"r_knee": (0, -1, 0)},
+}  # fmt: skip
+
+
+def test_joint_states_of_mcap_turn_the_urdf_as_the_frames_are_turned(tmp_path):
+    path = written("mcap", tmp_path)
+    told = rows_of("McapReader", path, "/humans/bodies/p3/joint_states/position")
+    assert [_seconds(row) for row in told] == pytest.approx([0.1, 0.4, 0.5])
+    tree = Transforms(path, TIMES_S[1])
+    turns = dict(zip(told[0]["SeriesLines:names"], told[0]["Scalars:scalars"], strict=True))
+    assert "waist_p3" in turns
+    for frame, joints in URDF.items():
+        turn = Rotation.identity()
+        for name, axis in joints.items():
+            turn *= Rotation.from_rotvec(turns[f"{name}_p3"] * np.array(axis))
+        _, parents_turn, _ = tree.of(f"{frame}_p3")
+        assert (turn * parents_turn.inv()).magnitude() < 1e-6, frame
+    assert turns["r_elbow_p3"] >= 0.0 >= turns["l_knee_p3"]  # as the limits of the URDF
+    assert turns["l_p_shoulder_p3"] >= 0.0 <= turns["r_p_shoulder_p3"]
+
+
+def test_whoever_stands_upright_with_hanging_arms_has_no_turns():
+    turns = joint_turns(np.broadcast_to(np.eye(3), (len(NODES), 3, 3)))
+    assert len(turns) == 20  # the joints of the URDF that move
+    np.testing.assert_allclose([*turns.values()], 0.0, atol=1e-9)
+
+
+def test_skeleton2d_of_mcap_is_where_the_camera_sees_the_joints(tmp_path):
+    path = written("mcap", tmp_path)
+    told = messages_of(path, "/humans/bodies/p3/skeleton2d", "hri_msgs.msg.Skeleton2D")
+    points = np.array([[point[axis] for axis in "xyc"] for point in told[0]["skeleton"]])
+    joints = SEQUENCE.of_person(3).joints_camera[1, 0]
+    for code, name in {1: "neck", 4: "right_hand", 13: "left_ankle"}.items():  # OpenPose's codes
+        x, y, z = joints[JOINT_NAMES.index(name)]
+        u, v = CAMERA.fx * x / z + CAMERA.cx, CAMERA.fy * y / z + CAMERA.cy
+        is_inside = -0.5 <= u <= CAMERA.width - 0.5 and -0.5 <= v <= CAMERA.height - 0.5
+        expected = ((u + 0.5) / CAMERA.width, (v + 0.5) / CAMERA.height, 0.5)
+        np.testing.assert_allclose(points[code], expected if is_inside else 0.0, atol=1e-6)
+    assert points[1, 2] == 0.5
+    assert not points[[0, *range(14, 18)]].any()  # nose, eyes and ears are not tracked
 
 
 def test_mcap_is_the_same_each_time_and_times_before_zero_are_refused(tmp_path):

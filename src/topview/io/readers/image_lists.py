@@ -79,7 +79,7 @@ def _timed(directory: Path, seconds: dict[str, float], problems: list[str]) -> I
 def _associated(path: Path, folder: str, names: list[str]) -> tuple[dict[str, float], list[str]]:
     """Seconds by name, in order of time, as a list of times and names says; what is odd in it."""
     right = f"it must hold lines of seconds and file name, as 1305031102.160407 {folder}/000000.png"
-    there, listed, missing = set(names), dict[str, float](), 0
+    there, listed, missing, wrong = set(names), dict[str, float](), 0, list[str]()
     with naming(path, right=right):
         for number, line in enumerate(read_text(path, right=right).splitlines(), 1):
             words = line.replace(",", " ").split()
@@ -88,14 +88,14 @@ def _associated(path: Path, folder: str, names: list[str]) -> tuple[dict[str, fl
             name = PurePath(words[-1]).name
             time_s = _seconds(words[0])
             if len(words) < 2 or time_s is None:
-                raise InputError(f"line {number} is {shown(line)}; {right}")
-            if name in there:
+                wrong.append(f"line {number} is {shown(line)}")
+            elif name in there:
                 listed.setdefault(name, time_s)
             else:
                 missing += 1
         if not listed:
-            raise InputError(f"names no image of {folder}/; {right}")
-    problems: list[str] = []
+            raise InputError(f"{wrong[0] if wrong else f'names no image of {folder}/'}; {right}")
+    problems = few([f"{path.name}: {line}; {right}" for line in wrong])
     if missing:
         problems.append(f"{path.name}: images that it names and {folder}/ does not hold: {missing}")
     if unlisted := len(there) - len(listed):

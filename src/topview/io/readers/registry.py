@@ -15,6 +15,7 @@ from topview.io.readers import (
     azure_mkv,
     berkeley_mhad,
     folder,
+    hdf5,
     msr_action3d,
     npy,
     pcd,
@@ -78,18 +79,21 @@ READERS: Final[dict[str, Reader]] = {
             azure_mkv.AzureRecording,
         ),
         Reader("npy", "a depth .npy with camera.json", npy.recognises, npy.NpyRecording),
+        Reader(
+            "hdf5", "an HDF5 file with camera.json, or of ITOP", hdf5.recognises, hdf5.Hdf5Recording
+        ),
         Reader("pcd", "an organized .pcd", pcd.recognises, pcd.PcdRecording),
     )
 }
 
 
+RIGHT_SOURCE: Final = "docs/recordings.md says what is read, docs/live.md which cameras"
 # What formats that are not read are, and what to do with them: by the file's suffix.
 NOT_READ: Final = {
     (".oni",): "is an OpenNI recording; export its frames as images with OpenNI 2",
     (".xef", ".xed"): "is a Kinect Studio recording; export its frames as images",
     (".mp4", ".avi", ".mov", ".webm"): "is a video without depth; depth is needed",
-    (".h5", ".hdf5"): "is HDF5, whose arrays have no common names; save the depth as .npy. ITOP's "
-    "is read by `topview evaluate itop`",
+    (".npz",): "is an archive of arrays; save the depth alone as depth.npy",
     (".svo", ".svo2"): "is a ZED recording; export depth as images with the ZED SDK",
 }
 
@@ -104,6 +108,8 @@ def format_of(path: Path) -> Reader:
         for reader in reversed(READERS.values()):  # any folder is taken for one of images
             if reader.recognises(path):
                 return reader
+    if path.is_file() and not path.stat().st_size:
+        raise InputError(f"{path}: is empty; it must be one of {_known()}")
     for suffixes, what in NOT_READ.items():
         if path.suffix.lower() in suffixes:
             raise InputError(f"{path}: {what} (docs/recordings.md says how)")
@@ -121,7 +127,7 @@ def open_recording(path: str | PathLike[str], format: str | None = None) -> Reco
     if format is not None and format not in READERS:
         raise InputError(f"format is {format!r}; it must be one of {_known()}")
     if not exists(path):
-        raise InputError(f"{path}: no such file or folder; it must be one of {_known()}")
+        raise InputError(f"{path}: no such file or folder; {RIGHT_SOURCE}")
     path = Path(path)
     reader = format_of(path) if format is None else READERS[format]
     recording = reader.open(path)

@@ -31,6 +31,17 @@ from topview.io.writers.levelled import (
     joints_and_parts,
 )
 from topview.io.writers.output import HAS_ROOM, written_atomically
+from topview.io.writers.ros4hri import (
+    DEFINITIONS,
+    IDS_TYPE,
+    POINT_TYPE,
+    ROS_FROM_PART,
+    SKELETON_TYPE,
+    body_id,
+    frame_name,
+    joint_turns,
+    keypoints,
+)
 from topview.io.writers.ros_made import (
     CAMERA_FRAME,
     LINES,
@@ -46,28 +57,10 @@ from topview.skeletons import Skeletons, SkeletonSequence
 Array = NDArray[np.float64]
 
 WORLD_FRAME: Final = "world"
-IDS_TYPE: Final = "hri_msgs/msg/IdsList"
-IDS: Final = "std_msgs/Header header\nstring[] ids"  # not among rosbags' messages
+JOINTS_TYPE: Final = "sensor_msgs/msg/JointState"
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
-ROS_FROM_PART: Final = ROS_FROM_STAGE  # a part has its x, y and z where the stage has them
 MARKER_JOINT_M, MARKER_BONE_M = 0.05, 0.02  # ours: as thick as markers are drawn
 HIDDEN_ALPHA: Final = 0.35  # ours: of what is not visible
-# REP 155's names where it has some, ours for `lower_torso` and `neck`.
-_NAMES: Final = {"pelvis": "body", "torso": "lower_torso", WAIST: "waist"}
-_KINDS: Final = {"hand": "wrist"}
-
-
-def frame_name(node: str, body: str) -> str:
-    """What REP 155 calls the frame of a node of `topview.body.hierarchy`."""
-    side, _, kind = node.partition("_")
-    is_limb = side in ("left", "right")
-    name = f"{side[0]}_{_KINDS.get(kind, kind)}" if is_limb else _NAMES.get(node, node)
-    return f"{name}_{body}"
-
-
-def body_id(person_id: int) -> str:
-    """A person's number as a part of topics, none of which may begin with a digit."""
-    return f"p{person_id}"
 
 
 def write_skeletons_mcap(skeletons: Skeletons, path: str | PathLike[str]) -> None:
@@ -98,8 +91,9 @@ class _Bag:
         from rosbags.typesys import get_types_from_msg
 
         self._store = standard_types(False)
-        if IDS_TYPE not in self._store.types:
-            self._store.register(get_types_from_msg(IDS, IDS_TYPE))
+        for name, definition in DEFINITIONS.items():
+            if name not in self._store.types:
+                self._store.register(get_types_from_msg(definition, name))
         plugin = rosbag2.StoragePlugin.MCAP
         self._writer: Any = rosbag2.Writer(folder, version=9, storage_plugin=plugin)
         self._made = Messages(self._store.types)
@@ -146,13 +140,18 @@ class _Bag:
         header, ids = self._made.header(CAMERA_FRAME, time_s), list(map(body_id, people))
         self._write("/humans/bodies/tracked", IDS_TYPE, time_s, header=header, ids=ids)
         order = [block.joint_names.index(name) for name in JOINT_NAMES]
-        for person, slot, own_joints in zip(people, slots.tolist(), joints, strict=True):
+        for k, (person, slot) in enumerate(zip(people, slots.tolist(), strict=True)):
             is_seen = block.joint_state[row, slot, order] == JointState.VISIBLE
-            markers = self._markers(person, own_joints, is_seen, time_s)
-            self._write(_markers_topic(person), MARKERS_TYPE, time_s, markers=markers)
+            markers = self._markers(person, joints[k], is_seen, time_s)
+            self._write(_topic(person, "markers"), MARKERS_TYPE, time_s, markers=markers)
+            self._write_turns(person, joints[k], Ts[k], time_s)
+            if block.camera is not None:
+                confidence = block.joint_confidence[row, slot, order]
+                points = keypoints(joints[k], confidence, block.camera)
+                self._write_places(person, points, time_s)
         for person in sorted(self._shown - set(people)):
             markers = [self._made.marker(0, REMOVE_ALL, 0.0, 0, time_s, [], [])]
-            self._write(_markers_topic(person), MARKERS_TYPE, time_s, markers=markers)
+            self._write(_topic(person, "markers"), MARKERS_TYPE, time_s, markers=markers)
         self._shown = set(people)
 
     def _body(self, body: str, joints_camera: Array, Ts_camera_part: Array, time_s: float) -> Any:
@@ -194,6 +193,26 @@ class _Bag:
             marker(1, LINES, MARKER_BONE_M, ends),
         ]
 
+    def _write_turns(
+        self, person: int, joints_camera: Array, Ts_camera_part: Array, time_s: float
+    ) -> None:
+        _, Rs = nodes_of(joints_camera[None], Ts_camera_part[None])
+        turns = joint_turns(Rs[0])
+        fields: dict[str, Any] = {
+            "header": self._made.header(f"body_{body_id(person)}", time_s),
+            "name": [f"{name}_{body_id(person)}" for name in turns],
+            "position": np.array(list(turns.values())),
+        }
+        nothing = {"velocity": np.zeros(0), "effort": np.zeros(0)}
+        self._write(_topic(person, "joint_states"), JOINTS_TYPE, time_s, **fields, **nothing)
+
+    def _write_places(self, person: int, points: Array, time_s: float) -> None:
+        point = self._store.types[POINT_TYPE]
+        header = self._made.header(CAMERA_FRAME, time_s)
+        skeleton = [point(*values) for values in points.tolist()]
+        topic = _topic(person, "skeleton2d")
+        self._write(topic, SKELETON_TYPE, time_s, header=header, skeleton=skeleton)
+
     def _write(self, topic: str, kind: str, time_s: float, **fields: Any) -> None:
         if topic not in self._topics:
             self._topics[topic] = self._writer.add_connection(
@@ -203,5 +222,5 @@ class _Bag:
         self._writer.write(self._topics[topic], nanoseconds(time_s), data)
 
 
-def _markers_topic(person_id: int) -> str:
-    return f"/humans/bodies/{body_id(person_id)}/markers"
+def _topic(person_id: int, what: str) -> str:
+    return f"/humans/bodies/{body_id(person_id)}/{what}"
