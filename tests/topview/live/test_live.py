@@ -165,7 +165,7 @@ def test_a_recording_is_not_recorded_again(topview, make_recording, tmp_path):
 
 
 def test_another_camera_is_named():
-    with pytest.raises(InputError, match="must be one of realsense:, orbbec:"):
+    with pytest.raises(InputError, match="must be one of realsense:, orbbec:, oak:, ros2:"):
         open_camera("kinect:")
     assert not registry.is_camera("recordings/monday")
     assert not registry.is_camera(str(Path("C:/recordings")))

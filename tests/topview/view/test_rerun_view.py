@@ -119,8 +119,8 @@ def test_the_viewer_listens_on_this_machine_alone():
 
 def listening_at(port: int | None) -> set[str]:
     """Addresses of this machine, hexadecimal, at which a program listens on a port."""
-    lines = [*Path("/proc/net/tcp").open(), *Path("/proc/net/tcp6").open()]
-    sockets = [line.split()[1:4] for line in lines]
+    lists = Path("/proc/net/tcp"), Path("/proc/net/tcp6")
+    sockets = [line.split()[1:4] for each in lists for line in each.read_text().splitlines()]
     return {
         at.partition(":")[0]
         for at, _, state in sockets
