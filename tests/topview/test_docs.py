@@ -13,6 +13,7 @@ import pytest
 
 import topview
 from moving_bodies import moving_people
+from topview.body import JOINT_NAMES, PART_NAMES
 from topview.cli.app import QUIET, app
 from topview.io.writers.registry import FORMATS
 
@@ -152,6 +153,12 @@ def test_the_table_of_formats_names_all_of_them_and_their_tests() -> None:
     ]
     tests = definitions(ROOT / "tests" / "topview" / "io" / "test_output_formats.py")
     assert set(re.findall(r"`(test_\w+)`", table)) <= {*tests}
+
+
+def test_the_drawing_names_every_joint_and_part() -> None:
+    drawing = (ROOT / "docs" / "pictures" / "body.svg").read_text()
+    words = [*re.findall(r">(\w+)</text>", drawing)]
+    assert sorted({*words} & {*JOINT_NAMES, *PART_NAMES}) == sorted({*JOINT_NAMES, *PART_NAMES})
 
 
 SECTIONS = SETTINGS.findall((ROOT / "docs" / "settings.md").read_text())
