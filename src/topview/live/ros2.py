@@ -70,7 +70,8 @@ class Ros2Camera:
         is_float_depth = is_float(choice.first_depth)
         self.metres_per_unit = METRES_PER_FLOAT_UNIT if is_float_depth else choice.metres_per_unit()
         steps_s = np.diff(heard.times_s(choice.depth.name))
-        self.fps = float(1.0 / np.median(steps_s)) if np.any(steps_s > 0.0) else FPS
+        steps_s = steps_s[steps_s > 0.0]
+        self.fps = float(1.0 / np.median(steps_s)) if len(steps_s) else FPS
         topics = [choice.depth, *([choice.color] if choice.color else [])]
         self._newest = [Newest(self._graph, topic.name, topic.message_type) for topic in topics]
 

@@ -173,7 +173,7 @@ def test_track_a_camera_and_then_what_it_recorded(topview, stand_in, tmp_path):
 
 def test_colour_of_another_size_is_told():
     camera = StandIn([raw(0)])
-    camera.color = ColorCamera(Camera(**CAMERA | {"width": 32, "height": 24}), np.eye(4))
+    camera.color = ColorCamera(Camera(57.0, 57.0, 15.5, 11.5, 32, 24), np.eye(4))
     with pytest.raises(InputError, match="colour has 64 x 48 pixels; it must have 32 x 24"):
         list(LiveRecording(camera))
 

@@ -167,6 +167,13 @@ def test_topics_that_are_named_are_read_and_no_others(robot):
     assert {*robot.subscribed} == {DEPTH}
 
 
+def test_a_camera_info_of_another_size_is_told(robot):
+    robot.info(INFO, "depth", width=2 * WIDTH)
+    robot.image(DEPTH, np.full((HEIGHT, WIDTH), 900, np.uint16), "16UC1", 1.0, "depth")
+    with pytest.raises(InputError, match=f"{INFO} is no sensor_msgs/CameraInfo of 32 x 24 pixels"):
+        Ros2Camera(f"{DEPTH},{INFO}")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -132,7 +132,12 @@ class TopicChoice:
             for name, info in self._infos.items()
             if size == (None, None) or size == (info.width, info.height)
         ]
-        if topic is self.depth and self._depth_info in fitting:
+        if topic is self.depth and self._depth_info is not None:
+            if self._depth_info not in fitting:
+                raise InputError(
+                    f"{self._depth_info} is no sensor_msgs/CameraInfo of {size[0]} x {size[1]} "
+                    f"pixels, the size of {topic.name}"
+                )
             fitting = [self._depth_info]
         if not fitting:
             return None
