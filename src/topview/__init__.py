@@ -1,8 +1,10 @@
 """topview: 3D body tracking of several people from one depth camera. It needs no data of yours.
 
-tracker = topview.Tracker()
-for frame in topview.open(path):
-    people = tracker.update(frame)
+    tracker = topview.Tracker()
+    for frame in topview.open(path):
+        people = tracker.update(frame)
+
+Lengths are metres; positions are in the frame of the camera: x right, y down, z forward.
 """
 
 from __future__ import annotations

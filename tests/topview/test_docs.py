@@ -12,16 +12,12 @@ from pathlib import Path
 import pytest
 
 import topview
+from documented import COMMANDS, DOCUMENTS, ROOT
 from moving_bodies import moving_people
+from topview.body import JOINT_NAMES, PART_NAMES
 from topview.cli.app import QUIET, app
 from topview.io.writers.registry import FORMATS
 
-ROOT = Path(__file__).parents[2]
-DOCUMENTS = sorted(
-    path
-    for pattern in ("*.md", "docs/**/*.md", "src/topview*/**/*.md")
-    for path in ROOT.glob(pattern)
-)
 # `topview/track/tracker.py:Tracker.update`, a file below src/ or beside it, maybe with a name.
 FILE = re.compile(r"`((?:src|scripts|tests|topview|topview_lab)/[\w./]*\.\w+)(?::([\w.]+))?`")
 FOLDER = re.compile(r"`((?:src|scripts|tests|docs|topview|topview_lab)/(?:[\w]+/)*)`")
@@ -34,21 +30,6 @@ EXAMPLES = [
     for name in ("README.md", "docs/outputs.md", "docs/start.md")
     for example in re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
 ]
-
-
-# Commands in blocks of code, as `topview track my_recording --out results    # a comment`.
-BLOCK = re.compile(r"^```\n(.*?)^```", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(
-    r"^(?:topview|\./run) ((?!test|.*\.\.\.|.*\[)[a-z].*?)(?: +#.*)?$", re.MULTILINE
-)
-COMMANDS = sorted(
-    {
-        (document.name, command)
-        for document in DOCUMENTS
-        for block in BLOCK.findall(document.read_text().replace("\\\n", " "))
-        for command in COMMAND.findall(block)
-    }
-)
 
 
 def by_name(path: Path) -> str:
@@ -152,6 +133,12 @@ def test_the_table_of_formats_names_all_of_them_and_their_tests() -> None:
     ]
     tests = definitions(ROOT / "tests" / "topview" / "io" / "test_output_formats.py")
     assert set(re.findall(r"`(test_\w+)`", table)) <= {*tests}
+
+
+def test_the_drawing_names_every_joint_and_part() -> None:
+    drawing = (ROOT / "docs" / "pictures" / "body.svg").read_text()
+    words = [*re.findall(r">(\w+)</text>", drawing)]
+    assert sorted({*words} & {*JOINT_NAMES, *PART_NAMES}) == sorted({*JOINT_NAMES, *PART_NAMES})
 
 
 SECTIONS = SETTINGS.findall((ROOT / "docs" / "settings.md").read_text())

@@ -74,7 +74,8 @@ def track(
     Args:
         source: a folder with depth/, camera.json and maybe rgb/; a ROS bag; an Azure Kinect's
             .mkv; a depth .npy; whatever else docs/recordings.md lists. Or a live camera,
-            realsense: or orbbec:, until Ctrl-C; realsense:SERIAL for one of several.
+            realsense:, orbbec: or oak:, until Ctrl-C; realsense:SERIAL for one of several. Or the
+            topics of ROS 2, ros2: or ros2:DEPTH_TOPIC,INFO_TOPIC,COLOR_TOPIC.
         out: folder for the results, made if it is missing.
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.

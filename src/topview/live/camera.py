@@ -28,7 +28,7 @@ class RawFrame:
 
 
 class DepthCamera(Protocol):
-    """A camera that runs."""
+    """A camera that runs. It may have `problems`, too: lines about what it leaves aside."""
 
     @property
     def name(self) -> str:

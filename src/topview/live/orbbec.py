@@ -13,12 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.geometry.rotations import transform
 from topview.io.readers.registration import ColorCamera
 from topview.io.writers.extras import needed
 from topview.live.camera import RawFrame
+from topview.live.sdk import WAITS_S, gone, known_lens, number_of
 from topview.records import Camera, Distortion, InputError, SensorName
 
-WAITS_MS: Final = 5000  # ours; a camera that gives no frame for so long is gone
 METRES_PER_MM: Final = 1e-3  # the SDK tells depth and translations in millimetres
 TIME_OF_FLIGHT_NAME: Final = (
     "Femto"  # in the name; the others of the makers see by stereo or patterns
@@ -83,11 +84,11 @@ class OrbbecCamera:
     def _frames(self) -> Any:
         """The next set with depth; None once the camera is closed."""
         while self._is_open:
-            frames = self._pipeline.wait_for_frames(WAITS_MS)
+            frames = self._pipeline.wait_for_frames(round(1e3 * WAITS_S))
             if frames is None:
                 if not self._is_open:
                     return None
-                raise InputError(f"{self.name}: no frame for {WAITS_MS / 1000:g} s")
+                raise gone(self.name)
             if frames.get_depth_frame() is not None:
                 return frames
         return None
@@ -106,10 +107,7 @@ class OrbbecCamera:
         serials = [
             str(devices.get_device_serial_number_by_index(n)) for n in range(devices.get_count())
         ]
-        if not serials or (serial and serial not in serials):
-            there = f"there are {', '.join(serials)}" if serials else "none is connected"
-            raise InputError(f"orbbec:{serial} names no camera that is there; {there}")
-        return devices.get_device_by_index(serials.index(serial) if serial else 0)
+        return devices.get_device_by_index(number_of("orbbec", serial, serials))
 
     def _profile(self, sensor: Any, formats: tuple[str, ...]) -> Any:
         """A stream of the first of the formats that the sensor has; None without any."""
@@ -144,10 +142,7 @@ def _camera(profile: Any, sensor: SensorName = "kinect1") -> Camera:
     told, bends = profile.get_intrinsic(), profile.get_distortion()
     lens = None
     if any(getattr(bends, f"k{n}") for n in range(1, 7)) or bends.p1 or bends.p2:
-        if bends.model.name not in SDK_LENSES:
-            known = ", ".join(SDK_LENSES)
-            raise InputError(f"the lens is {bends.model.name}; it must be one of {known}")
-        model, names = SDK_LENSES[bends.model.name]
+        model, names = known_lens(bends.model.name, SDK_LENSES)
         lens = Distortion(model, tuple(float(getattr(bends, name)) for name in names))
     return Camera(
         told.fx, told.fy, told.cx, told.cy, told.width, told.height,
@@ -158,7 +153,5 @@ def _camera(profile: Any, sensor: SensorName = "kinect1") -> Camera:
 def _T(profile: Any, other: Any) -> NDArray[np.float64]:
     """[4, 4] from the one stream's camera to the other's, metres."""
     told = profile.get_extrinsic_to(other)
-    T = np.eye(4)
-    T[:3, :3] = np.asarray(told.rot, np.float64).reshape(3, 3)
-    T[:3, 3] = METRES_PER_MM * np.asarray(told.transform, np.float64).reshape(3)
-    return T
+    shift_mm = np.asarray(told.transform, np.float64).reshape(3)
+    return transform(np.asarray(told.rot, np.float64).reshape(3, 3), METRES_PER_MM * shift_mm)

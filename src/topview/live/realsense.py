@@ -7,13 +7,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.geometry.rotations import transform
+from topview.io.readers.pairing import StoredImage
 from topview.io.readers.registration import ColorCamera
 from topview.io.writers.extras import needed
 from topview.live.camera import RawFrame
+from topview.live.sdk import WAITS_S, gone, known_lens, next_pair, number_of
 from topview.records import Camera, Distortion, InputError, SensorName
 
 SIZE_AND_RATE: Final = (640, 480, 30)  # ours; of several streams the one most like it is taken
-WAITS_MS: Final = 5000  # ours; a camera that gives no frame for so long is gone
 MOST_WAITING_FRAMES: Final = 2  # ours; of each stream, the oldest is dropped first
 LENSES: Final = {
     "brown_conrady": "brown_conrady",
@@ -61,33 +63,26 @@ class RealSenseCamera:
     def read(self) -> RawFrame | None:
         """As of `topview.live.DepthCamera`: depth, and the colour taken within half a frame of it.
         librealsense's own `syncer` is not used; it gives depth and colour apart at times."""
-        near_ms = 500.0 / self.fps
-        depth, color = self._next("depth"), None
-        while depth is not None and "color" in self._queues:
-            if color is None or color.get_timestamp() < depth.get_timestamp() - near_ms:
-                if (color := self._next("color")) is None:
-                    return None
-            elif color.get_timestamp() > depth.get_timestamp() + near_ms:
-                depth = self._next("depth")
-            else:
-                break
-        if depth is None:
+        pair = next_pair(self._next, "color" in self._queues, self.fps)
+        if pair is None:
             return None
-        pixels = None if color is None else _copied(color)
-        return RawFrame(depth.get_timestamp() / 1000.0, _copied(depth), pixels)
+        depth, color = pair
+        pixels = None if color is None else _copied(color.data)
+        return RawFrame(depth.time_s, _copied(depth.data), pixels)
 
-    def _next(self, kind: str) -> Any:
+    def _next(self, is_color: bool) -> StoredImage | None:
         """The next image of a stream; None once the camera is closed.
 
         Raises:
             InputError: the camera gives none.
         """
-        came, frame = self._queues[kind].try_wait_for_frame(WAITS_MS)
+        kind = "color" if is_color else "depth"
+        came, frame = self._queues[kind].try_wait_for_frame(round(1e3 * WAITS_S))
         if came:
-            return frame
+            return StoredImage(frame.get_timestamp() / 1e3, is_color, frame)
         if not self._open:
             return None
-        raise InputError(f"{self.name}: no {kind} image for {WAITS_MS / 1000:g} s")
+        raise gone(self.name, f"{kind} image")
 
     def close(self) -> None:
         """As of `topview.live.DepthCamera`."""
@@ -99,12 +94,7 @@ class RealSenseCamera:
     def _found(self, serial: str) -> Any:
         devices = list(self._rs.context().query_devices())
         serials = [self._told(device, "serial_number") for device in devices]
-        if serial and serial in serials:
-            return devices[serials.index(serial)]
-        if serial or not devices:
-            there = f"there are {', '.join(serials)}" if serials else "none is connected"
-            raise InputError(f"realsense:{serial} names no camera that is there; {there}")
-        return devices[0]
+        return devices[number_of("realsense", serial, serials)]
 
     def _told(self, device: Any, what: str) -> str:
         info = getattr(self._rs.camera_info, what)
@@ -153,10 +143,7 @@ def _camera(profile: Any, sensor: SensorName = "kinect1") -> Camera:
     coefficients = tuple(map(float, told.coeffs))
     lens = None
     if any(coefficients):
-        model = told.model.name
-        if model not in LENSES:
-            raise InputError(f"the lens is {model}; it must be one of {', '.join(LENSES)}")
-        lens = Distortion(LENSES[model], coefficients)
+        lens = Distortion(known_lens(told.model.name, LENSES), coefficients)
     return Camera(
         told.fx, told.fy, told.ppx, told.ppy, told.width, told.height,
         distortion=lens, sensor=sensor,
@@ -166,10 +153,8 @@ def _camera(profile: Any, sensor: SensorName = "kinect1") -> Camera:
 def _T(profile: Any, other: Any) -> NDArray[np.float64]:
     """[4, 4] from the one stream's camera to the other's, metres."""
     told = profile.get_extrinsics_to(other)
-    T = np.eye(4)
-    T[:3, :3] = np.array(told.rotation).reshape(3, 3).T  # by columns
-    T[:3, 3] = told.translation
-    return T
+    rotation = np.array(told.rotation, np.float64).reshape(3, 3).T  # by columns
+    return transform(rotation, np.array(told.translation, np.float64))
 
 
 def _copied(frame: Any) -> NDArray[Any]:

@@ -38,7 +38,7 @@ class LiveRecording:
     def __init__(self, source: DepthCamera, writer: FolderWriter | None = None) -> None:
         self.name = source.name
         self.camera = source.camera
-        self.problems: list[str] = []
+        self.problems: list[str] = list(getattr(source, "problems", ()))
         self.dropped = 0
         self.latencies_s: deque[float] = deque(maxlen=MOST_LATENCIES)
         self._source, self._writer = source, writer
@@ -113,7 +113,15 @@ class LiveRecording:
 
     def _frame(self, raw: RawFrame, index: int, time_s: float) -> Frame:
         depth_m = self._rig.depth(depth_image(raw.depth, self._source.metres_per_unit))
-        color = None if raw.color is None else self._rig.color(raw.color, depth_m)
+        color = None
+        if raw.color is not None:
+            height, width = raw.color.shape[:2]
+            if (width, height) != self._rig.color_size:
+                right = " x ".join(map(str, self._rig.color_size))
+                raise InputError(
+                    f"{self.name}: colour has {width} x {height} pixels; it must have {right}"
+                )
+            color = self._rig.color(raw.color, depth_m)
         return Frame(index, time_s, depth_m, self._rig.pinhole, color, f"{index:06d}.png")
 
     def _take(self) -> tuple[RawFrame, float] | None:

@@ -16,6 +16,8 @@ from topview.records import InputError
 LIVE_CAMERAS: Final[dict[str, str]] = {
     "realsense": "topview.live.realsense:RealSenseCamera",
     "orbbec": "topview.live.orbbec:OrbbecCamera",
+    "oak": "topview.live.oak:OakCamera",
+    "ros2": "topview.live.ros2:Ros2Camera",
 }
 
 
@@ -28,7 +30,8 @@ def open_camera(source: str, record: Path | None = None) -> LiveRecording:
     """Start a camera.
 
     Args:
-        source: its name, a colon, and maybe which one: "realsense:", "realsense:923322071108".
+        source: its name, a colon, and maybe which one: "realsense:", "realsense:923322071108",
+            "ros2:/camera/depth/image_raw".
         record: folder to record the frames to that are tracked.
 
     Raises:

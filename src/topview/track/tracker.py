@@ -39,8 +39,8 @@ _LOGGER: Final = logging.getLogger(__name__)
 class Tracker:
     """Tracks every person in a stream of frames.
 
-    for frame in topview.open(path):
-        people = tracker.update(frame)
+        for frame in topview.open(path):
+            people = tracker.update(frame)
 
     Attributes:
         settings: what the tracker was made with.

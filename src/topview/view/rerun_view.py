@@ -13,10 +13,8 @@ Entities, in the camera frame (x right, y down, z forward; metres):
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable, Sequence
 from typing import Any, Final
-from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +28,7 @@ from topview.records import JOINT_STATE_NAMES, Camera, Frame, JointState, Person
 from topview.view.drawing import SEEN
 from topview.view.frame_picture import frame_picture
 from topview.view.palette import GROUND, MUTED, PEOPLE, Color, mix, person_color
+from topview.view.rerun_server import serve
 
 # The look: all ours.
 MOST_POINTS: Final = 40_000  # of a cloud
@@ -37,7 +36,6 @@ BONE_M, JOINT_M = 0.012, (0.012, 0.03)  # radii: of a bone; of joints of confide
 RIGHT_SHADE: Final = 0.45  # how much darker the right side is
 BODY_ALPHA, AREA_OPACITY = 90, 0.5
 IMAGE_PLANE_M: Final = 0.4
-KEPT_MEMORY: Final = "1GiB"  # of memory for what was shown; the oldest is forgotten first
 CAPSULE_IN_PART: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # z to y
 BONE_GROUPS: Final = ("middle", "left", "right")
 
@@ -66,16 +64,15 @@ class RerunView:
         self.stream: Any = rerun.RecordingStream("topview")
         self.stream.send_recording_name(name)
 
-    def serve(self, *, open_browser: bool = True, web_port: int | None = None) -> str:
-        """Serve the data and rerun's web viewer from this process; the address to open.
+    def serve(self, *, open_browser: bool = True) -> str:
+        """Serve the data and rerun's web viewer to this machine; the address to open.
 
-        rerun listens on every interface of the machine; it has no setting for that.
+        Raises:
+            InputError: the viewer does not start.
         """
-        data = self.stream.serve_grpc(grpc_port=free_port(), server_memory_limit=KEPT_MEMORY)
+        address = serve(self.stream, open_browser=open_browser)
         self.stream.send_blueprint(self._layout())
-        port = web_port or free_port()
-        self._rr.serve_web_viewer(web_port=port, open_browser=open_browser, connect_to=data)
-        return f"http://127.0.0.1:{port}/?url={quote(data, safe='')}"
+        return address
 
     def show(self, frame: Frame, people: Sequence[Person]) -> None:
         """As `topview.view.Viewer`; the frame is undistorted."""
@@ -222,10 +219,3 @@ def bones_of(person: Person, side: str) -> list[NDArray[np.float64]]:
 
 def _joint_color(color: Color, state: int) -> Color:
     return color if JointState(state) in SEEN else mix(color, MUTED, 0.7)
-
-
-def free_port() -> int:
-    """A port of this machine that is free just now."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import sleep
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from topview.io.readers.registration import ColorCamera
 from topview.live import LiveRecording, RawFrame, open_camera, registry
 from topview.live.folder_writer import FolderWriter
 from topview.records import Camera, Distortion, InputError
+from topview_lab.sim import scene_by_name, write_scene
 
 LENS = Distortion("brown_conrady", (0.02, -0.01, 0.001, 0.0, 0.0))
 
@@ -38,7 +40,7 @@ class StandIn:
         self.recording: LiveRecording | None = None
         T = np.eye(4)
         T[0, 3] = 0.05
-        self.color = ColorCamera(Camera(**CAMERA), T)
+        self.color: ColorCamera | None = ColorCamera(Camera(**CAMERA), T)
         self._frames = iter(frames)
         self._allowed = threading.Semaphore(allowed)
         self.closed = 0
@@ -130,12 +132,22 @@ def test_a_camera_that_is_gone_is_an_error_after_its_frames(tmp_path):
 
 
 @pytest.fixture
-def stand_in(monkeypatch) -> list[StandIn]:
+def stand_in(monkeypatch, tmp_path) -> list[StandIn]:
+    """A camera before which two people pass each other."""
+    room = tmp_path / "room"
+    write_scene(scene_by_name("pass_by", frames=3), room)
+    recording = open_recording(room)
     made: list[StandIn] = []
 
+    def image(kind: str, index: int) -> np.ndarray:
+        return np.asarray(cv2.imread(str(room / kind / f"{index:06d}.png"), cv2.IMREAD_UNCHANGED))
+
     def make(which: str) -> StandIn:
-        made.append(StandIn([raw(index) for index in range(3)]))
-        return made[0]
+        images = [(image("depth", n), image("rgb", n)[..., ::-1]) for n in range(3)]
+        camera = StandIn([RawFrame(5.0 + n / 30, *both) for n, both in enumerate(images)])
+        camera.camera, camera.color, camera.metres_per_unit = recording.camera, None, 0.001
+        made.append(camera)
+        return camera
 
     monkeypatch.setitem(registry.LIVE_CAMERAS, "made", "topview.live.registry:LIVE_CAMERAS")
     monkeypatch.setattr(registry, "resolve_name", lambda place: make)
@@ -145,17 +157,25 @@ def stand_in(monkeypatch) -> list[StandIn]:
 def test_track_a_camera_and_then_what_it_recorded(topview, stand_in, tmp_path):
     kept = tmp_path / "kept"
     ended = topview("track", "made:7", "--out", tmp_path / "live", "--record", kept)
-    assert ended.status == 2  # nobody is there
+    assert ended.status == 0
     assert "ms in the median" in ended.out
     assert stand_in[0].closed
-    assert topview("track", kept, "--out", tmp_path / "again").status == 2
+    assert topview("track", kept, "--out", tmp_path / "again").status == 0
     live, again = (np.load(tmp_path / name / "skeletons.npz") for name in ("live", "again"))
+    assert live["people_ids"].tolist() == [1, 2]
     for key in live.files:
         if key not in ("settings", "camera"):
             np.testing.assert_array_equal(live[key], again[key], err_msg=key)
     assert str(live["camera"]) == str(again["camera"])
     ended = topview("track", "made:", "--out", tmp_path / "third", "--record", kept)
     assert "is there already; record to a new folder" in ended.complaints[-1]
+
+
+def test_colour_of_another_size_is_told():
+    camera = StandIn([raw(0)])
+    camera.color = ColorCamera(Camera(57.0, 57.0, 15.5, 11.5, 32, 24), np.eye(4))
+    with pytest.raises(InputError, match="colour has 64 x 48 pixels; it must have 32 x 24"):
+        list(LiveRecording(camera))
 
 
 def test_a_recording_is_not_recorded_again(topview, make_recording, tmp_path):
@@ -165,7 +185,7 @@ def test_a_recording_is_not_recorded_again(topview, make_recording, tmp_path):
 
 
 def test_another_camera_is_named():
-    with pytest.raises(InputError, match="must be one of realsense:, orbbec:"):
+    with pytest.raises(InputError, match="must be one of realsense:, orbbec:, oak:, ros2:"):
         open_camera("kinect:")
     assert not registry.is_camera("recordings/monday")
     assert not registry.is_camera(str(Path("C:/recordings")))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
 import cv2
 import numpy as np
 import pytest
@@ -104,6 +107,25 @@ def test_without_rerun_one_line_says_how_to_get_it(topview, tmp_path, monkeypatc
         assert ended.status == 2
         (line,) = ended.complaints
         assert line.endswith("install it with: pip install 'topview[view]'")
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux's list of sockets")
+def test_the_viewer_listens_on_this_machine_alone():
+    view = RerunView("made")
+    address = urlsplit(view.serve(open_browser=False))
+    data = urlsplit(parse_qs(address.query)["url"][0])
+    assert listening_at(address.port) == listening_at(data.port) == {"0100007F"}  # 127.0.0.1
+
+
+def listening_at(port: int | None) -> set[str]:
+    """Addresses of this machine, hexadecimal, at which a program listens on a port."""
+    lists = Path("/proc/net/tcp"), Path("/proc/net/tcp6")
+    sockets = [line.split()[1:4] for each in lists for line in each.read_text().splitlines()]
+    return {
+        at.partition(":")[0]
+        for at, _, state in sockets
+        if (at[-5:], state) == (f":{port:04X}", "0A")
+    }
 
 
 @pytest.mark.slow

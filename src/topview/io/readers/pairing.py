@@ -33,7 +33,7 @@ def nearest_in_time(times_s: Mapping[int, float], wanted_s: Mapping[int, float])
 
 @dataclass(frozen=True, slots=True)
 class StoredImage:
-    """An image as a file holds it.
+    """An image as a file or a camera holds it.
 
     Attributes:
         time_s: seconds since whatever, the same for depth and colour.

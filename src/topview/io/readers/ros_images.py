@@ -42,6 +42,11 @@ def is_depth(message: Any) -> bool:
     return "compressedDepth" in message.format
 
 
+def is_float(message: Any) -> bool:
+    """Whether depth is in metres, in 32-bit floating point."""
+    return "32FC1" in getattr(message, "encoding", getattr(message, "format", ""))
+
+
 def is_color(message: Any) -> bool:
     """Whether an image message is colour, or shades of grey."""
     if hasattr(message, "encoding"):
@@ -117,7 +122,7 @@ def _compressed_depth_m(message: Any, metres_per_unit: float) -> NDArray[np.floa
     image, said = decoded(png, cv2.IMREAD_UNCHANGED)
     if image is None or image.ndim != 2 or image.dtype != np.uint16:
         raise InputError(f"cannot be decoded{said}; it must be a PNG image of 16 bits")
-    if "32FC1" not in message.format:
+    if not is_float(message):
         return depth_image(image, metres_per_unit)
     _, scale, offset = COMPRESSED_DEPTH_HEADER.unpack_from(data)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -6,12 +6,12 @@ that those of a bag's own, however odd, do no harm.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final, Protocol, Self
 
 from topview.records import InputError
 
@@ -36,8 +36,25 @@ class Topic:
     count: int
 
 
+class Messages(Protocol):
+    """What can be asked about ROS messages, whether they lie in a bag or came just now."""
+
+    @property
+    def topics(self) -> Mapping[str, Topic]:
+        """By name."""
+        ...
+
+    def messages(self, topics: Collection[str], /) -> Iterator[tuple[str, float, Any]]:
+        """Name of the topic, seconds at which it came, and message, of some topics."""
+        ...
+
+    def first(self, topic: str, /) -> Any | None:
+        """The first message of a topic; None where there is none."""
+        ...
+
+
 class Bag:
-    """A bag, open while it is entered. Errors do not name the file.
+    """A bag, as `Messages`, open while it is entered. Errors do not name the file.
 
     Raises:
         InputError: rosbags is not installed; from everything: no bag, truncated or damaged.
@@ -94,6 +111,11 @@ class Bag:
             return self._store.deserialize_ros1(data, message_type)
         except SerdeError:
             return self._store.deserialize_ros1(data[:-TRAILING_BYTES], message_type)
+
+
+def taken_s(message: Any) -> float:
+    """Seconds at which an image was taken, by its header."""
+    return message.header.stamp.sec + message.header.stamp.nanosec / 1e9
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.io.readers.ros_messages import TRANSFORMS_TYPE, Bag
+from topview.io.readers.ros_messages import TRANSFORMS_TYPE, Messages
 from topview.records import InputError, rigid_transform
 
 _EXTRINSIC: Final = re.compile(r"rotation=(.+);translation=(.+)")
@@ -20,9 +20,9 @@ Transforms = Mapping[tuple[str, str], NDArray[np.float64]]
 
 
 class Places:
-    """Transforms between the sensors of an open bag, [4, 4] each; None where it tells none."""
+    """Transforms between sensors, [4, 4] each; None where no message tells one."""
 
-    def __init__(self, bag: Bag) -> None:
+    def __init__(self, bag: Messages) -> None:
         self._bag = bag
 
     def by_static_transforms(self, to: str, from_: str) -> NDArray[np.float64] | None:
