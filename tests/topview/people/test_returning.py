@@ -83,7 +83,7 @@ def test_whoever_is_long_out_of_the_picture_is_no_track_that_a_newcomer_takes() 
     people = [(standing_person(0.0, 2.6, GROUND_Y), RED)]
     before, scene = scene_of(*dressed(people), 0), scene_of(*dressed([]), 45)
     (track,) = with_appearance([track_at(before, head_of(0.0, 2.6, GROUND_Y))], before, True)
-    places = replace(Places.around(scene, track.motion, 1), outside=0.9)
+    places = replace(Places.around(scene, track.motion, 1), outside=0.95)
     gone = replace(track, places=places, body_m2=0.0, time_s=scene.time_s)
     existence = ReturningPeople()
     assert existence.has_ended(gone, scene)
