@@ -23,6 +23,9 @@ EVIDENCE_MEMORY_S: Final = 2.0
 JITTER_M, MOVED_M = 0.06, 0.25
 # After so long a person has moved, likely and almost surely.
 MOVED_SOON_S, LONG_S = 1.0, 8.0
+# What is cut by the border of the picture tells the less, but never less than so much as in view.
+CUT: Final = FEATURE_NAMES.index("cut by the border")
+LEAST_CLEAR: Final = 0.1
 # The network's log-odds count no more than this, frame by frame.
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
@@ -83,42 +86,48 @@ class Evidence:
     Attributes:
         features: [F] mean of `FEATURE_NAMES`.
         still: 1 while the head has not moved, 0 once it has gone some way.
-        seen_s: how long it has been looked at.
+        seen_s: how long it has been looked at; what is cut counts less.
         looked_s: when it was last looked at.
+        clear: how much that look counts, 0..1.
         network: mean log-odds of `p_person`.
-        asked_s: how long the network has looked.
+        asked_s: how long the network has looked; what is cut counts less.
     """
 
     features: Features
     still: float = 1.0
     seen_s: float = 0.0
     looked_s: float = 0.0
+    clear: float = 1.0
     network: float = 0.0
     asked_s: float = 0.0
 
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
         """With [S] features of the first frame."""
-        return cls(np.append(shape, (0.0, 0.0)), looked_s=time_s)
+        return cls(np.append(shape, (0.0, 0.0)), looked_s=time_s, clear=_clear(shape))
 
     def with_shape(self, shape: Features, way_m: float, time_s: float) -> Evidence:
         """With [S] features of another frame, and how far the head is from where it was first
         seen."""
-        elapsed_s = min(max(time_s - self.looked_s, 0.0), PAUSE_S)
+        clear = _clear(shape)
+        elapsed_s = clear * min(max(time_s - self.looked_s, 0.0), PAUSE_S)
         before = self.features[:-2]
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
         still = min(self.still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
         seen_s = self.seen_s + elapsed_s
         waited = [min(seen_s / wait_s, 1.0) for wait_s in (MOVED_SOON_S, LONG_S)]
         features = np.append(mean, still * np.array(waited))
-        return replace(self, features=features, still=still, seen_s=seen_s, looked_s=time_s)
+        return replace(
+            self, features=features, still=still, seen_s=seen_s, looked_s=time_s, clear=clear
+        )
 
     def with_network(self, log_odds: float, elapsed_s: float) -> Evidence:
         """With what the network said of another frame."""
         now = min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
-        share = share_of_new(self.asked_s, elapsed_s) if self.asked_s else 1.0
+        clear_s = self.clear * elapsed_s
+        share = share_of_new(self.asked_s, clear_s) if self.asked_s else 1.0
         mean = self.network + share * (now - self.network)
-        return replace(self, network=mean, asked_s=self.asked_s + elapsed_s)
+        return replace(self, network=mean, asked_s=self.asked_s + clear_s)
 
     def log_odds(self, likelihood: Likelihood) -> float:
         """That it is a person's."""
@@ -130,6 +139,10 @@ class Evidence:
             + likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
             + likelihood.by_network * self.network
         )
+
+
+def _clear(shape: Features) -> float:
+    return max(1.0 - float(shape[CUT]), LEAST_CLEAR)
 
 
 def share_of_new(before_s: float, elapsed_s: float) -> float:
