@@ -18,6 +18,7 @@ from topview.detect.joints import JointProposals
 from topview.filter.over_time import frames_in
 from topview.records import check_range
 from topview.track.bone_lengths import BoneLengths
+from topview.track.joint_filter import JointFilter, JointFilterSettings
 from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints, fit_joints
 from topview.track.pose import Pose
 
@@ -35,6 +36,7 @@ class GuideSettings:
         mode_evidence: how much a frame's weights of the modes tell beside those of the frames
             before, 0 to 1; 1 were they independent.
         fit: of the body to the joints.
+        filter: of the joints over time.
 
     Raises:
         InputError: a value out of range.
@@ -46,6 +48,7 @@ class GuideSettings:
     mode_changes_hz: float = 0.5
     mode_evidence: float = 0.3
     fit: JointFitSettings = field(default_factory=JointFitSettings)
+    filter: JointFilterSettings = field(default_factory=JointFilterSettings)
 
     def __post_init__(self) -> None:
         check_range(self, 0.0, 1.0, "least_weight")
@@ -76,7 +79,12 @@ class Guide:
     def __init__(self, settings: GuideSettings) -> None:
         self.settings = settings
         self._bones = BoneLengths()
+        self._joints = JointFilter(settings.filter)
         self._belief: NDArray[np.float64] | None = None
+
+    def filtered(self, proposals: JointProposals, elapsed_s: float) -> JointProposals:
+        """The proposals of the next frame, their joints averaged over time."""
+        return self._joints.update(proposals, elapsed_s)
 
     def believe(self, proposals: JointProposals, elapsed_s: float) -> NDArray[np.float64]:
         """[M] how likely each mode is after this frame, by all frames so far: a hidden Markov model

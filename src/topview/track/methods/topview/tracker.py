@@ -210,6 +210,7 @@ class TopviewTracker:
         the proposed joints."""
         stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
+            proposals = self._guide.filtered(proposals, look.elapsed_s)
             belief = self._guide.believe(proposals, look.elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
             bodies = self._guide.bodies(proposals, belief, look.model)
