@@ -28,6 +28,7 @@ NEAREST_M = 0.1  # what is nearer to the camera is not looked at
 HEAD_SCALE_M = 0.1  # width of the robust weight of the head's measured centre
 OVERTURNED_RAD = 0.35  # beyond its limit, from which a hip says that its knee bends the wrong way
 FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space sample
+LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led uphill
 UPPER_TORSO = 1
 HEAD = 0
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
@@ -303,7 +304,9 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 
     A limb's turn about its own axis is not free but follows from its hinge, so a hip that has to
     turn too far means a knee that bends the wrong way: it is the knee that is pushed, to straight.
+    Returns the weighted sum of squares.
     """
+    energy = 0.0
     R = np.empty((3, 3))
     about = np.empty((3, 3))
     overturned = np.zeros(Rs.shape[0])
@@ -340,6 +343,7 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                 beyond = angles[turn]
             if beyond == 0.0:
                 continue
+            energy += weight * beyond * beyond
             for a in range(n_dof_of[k]):
                 i = dof_of[k, a]
                 ja = (
@@ -356,6 +360,7 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                         + axes[j, 2] * about[turn, 2]
                     )
                     A[i, j] += weight * ja * jb
+    return energy
 
 
 @over_threads("necks")
@@ -404,6 +409,9 @@ def refine_bodies(
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
+    is_guarded = places.shape[0] > 0
+    best_neck = np.empty(3)
+    best_Rs = np.empty((B, 3, 3))
     for m in range(first_row, necks.shape[0], row_step):
         neck = necks[m]
         Rs = Rs_all[m]
@@ -423,6 +431,8 @@ def refine_bodies(
         departure = 0.0
         hidden = 0.0
         apart = 0.0
+        least = np.inf
+        damping = 0.0
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
@@ -431,6 +441,7 @@ def refine_bodies(
             A[:] = 0.0
             g[:] = 0.0
 
+            energy = 0.0
             unexplained = 0.0
             for i in range(N):
                 k = labels[i]
@@ -455,6 +466,8 @@ def refine_bodies(
                     d, w * w * point_weight,
                 )  # fmt: skip
 
+            energy += point_weight * scale * scale * unexplained
+
             free = 0.0
             hidden = 0.0
             for k in range(B):
@@ -465,6 +478,7 @@ def refine_bodies(
                 below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
                 if below > 0.0:
                     free += min(below / FREE_M, 1.0)
+                    energy += FLOOR_WEIGHT * free_weight * below * below
                     pull(
                         A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                         floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
@@ -491,6 +505,7 @@ def refine_bodies(
                             )  # fmt: skip
                             gap = min(0.5 * radius - d, LARGEST_OVERLAP_M)
                             if gap > 0.0:
+                                energy += collision_weight * gap * gap
                                 pull(
                                     A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                     q[0, 0] * nx + q[0, 2] * nz,
@@ -519,6 +534,7 @@ def refine_bodies(
                         gap = distance - INNER_SHARE * radius
                         if gap > 0.0:
                             free += min(gap / FREE_M, 1.0)
+                            energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                             pull(
                                 A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                 du / distance, dv / distance, 0.0,
@@ -527,6 +543,7 @@ def refine_bodies(
                     elif seen > front + margin:
                         gap = seen - front
                         free += min((gap - margin) / FREE_M, 1.0)
+                        energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                         norm = np.sqrt(x * x + y * y + z * z)
                         pull(
                             A, g, J, k, chain, n_chain, axes, centers, x, y, z,
@@ -540,7 +557,9 @@ def refine_bodies(
                 z = neck[2] - half * Rs[HEAD, 2, 1]
                 for i in range(3):
                     gap = head[i] - (x if i == 0 else (y if i == 1 else z))
-                    w = head_weight / (1.0 + (gap / HEAD_SCALE_M) ** 2)
+                    squared = 1.0 + (gap / HEAD_SCALE_M) ** 2
+                    w = head_weight / squared
+                    energy += head_weight * HEAD_SCALE_M * HEAD_SCALE_M * np.log(squared)
                     pull(
                         A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
                         1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,
@@ -551,13 +570,15 @@ def refine_bodies(
                 A, g, J, neck, Rs, origins, places, scales, joint_part, joints_part, chain,
                 n_chain, axes, centers, joint_weight,
             )  # fmt: skip
-            add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
+            energy += 2.0 * joint_weight * apart * 3.0 * places.shape[0]
+            energy += add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)
             departure = 0.0
             for i in range(3):
                 offset = neck[i] - necks_prior[m, i]
                 A[i, i] += prior_weights[i]
                 g[i] -= prior_weights[i] * offset
+                energy += prior_weights[i] * offset * offset
             for k in range(B):
                 multiply(Rs_prior[m, k], relative[k], True, R)
                 vector(R, away)
@@ -566,16 +587,37 @@ def refine_bodies(
                     A[d, d] += prior_weights[d]
                     g[d] -= prior_weights[d] * away[dof_axis[d]]
                     departure += away[dof_axis[d]] ** 2
+                    energy += prior_weights[d] * away[dof_axis[d]] ** 2
+            if iteration == 0 or energy < least or not is_guarded:
+                least = energy
+                damping *= EASED
+                costs[m, 0] = unexplained / max(N, 1)
+                costs[m, 1] = free / (B * samples)
+                costs[m, 2] = departure / D
+                costs[m, 3] = hidden / (B * samples)
+                costs[m, 4] = apart
+                for i in range(3):
+                    best_neck[i] = neck[i]
+                for k in range(B):
+                    copy(Rs[k], best_Rs[k])
+            elif iteration < iterations:
+                damping = max(damping, LEAST_DAMPING) * RAISED
+                for i in range(3):
+                    neck[i] = best_neck[i]
+                for k in range(B):
+                    copy(best_Rs[k], Rs[k])
+                continue
             if iteration == iterations:
                 break
+            for d in range(D):
+                A[d, d] += damping * A[d, d]
 
             step = solve_lower(A, g)
             for i in range(3):
                 neck[i] += step[i]
             turn_parts(relative, Rs, step, tree, dof_of, n_dof_of, dof_axis)
             align_hinges(Rs, hinges, bends)
-        costs[m, 0] = unexplained / max(N, 1)
-        costs[m, 1] = free / (B * samples)
-        costs[m, 2] = departure / D
-        costs[m, 3] = hidden / (B * samples)
-        costs[m, 4] = apart
+        for i in range(3):
+            neck[i] = best_neck[i]
+        for k in range(B):
+            copy(best_Rs[k], Rs[k])

@@ -50,6 +50,7 @@ class RefinementSettings:
         free_space_weight: of a place on a part's axis in free space.
         collision_weight: of a place on a limb's axis inside the torso.
         limit_weight: of a joint beyond Table 3.2, metres per radian squared.
+        guided_limit_weight: the same where joints are proposed, which know of most limits.
         place_prior_weight: of the neck joint away from the prior.
         turn_prior_weight: of a part turned away from the prior, metres per radian squared.
         twist_prior_weight: the same for the head about its own axis, which hardly shows.
@@ -66,6 +67,7 @@ class RefinementSettings:
     free_space_weight: float = 6.0
     collision_weight: float = 10.0
     limit_weight: float = 50.0
+    guided_limit_weight: float = 1.0
     place_prior_weight: float = 32.0
     turn_prior_weight: float = 1.0
     twist_prior_weight: float = 40.0
@@ -111,7 +113,8 @@ def refine(
     on how firmly.
     """
     s = settings
-    targets = targets or JointTargets.none()
+    is_guided = targets is not None and bool(np.isfinite(targets.scales_m).any())
+    joints = targets if targets is not None and is_guided else JointTargets.none()
     priors = [prior] * len(candidates) if prior else candidates
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
@@ -157,11 +160,11 @@ def refine(
         s.free_space_margin_m,
         s.free_space_weight,
         s.collision_weight,
-        s.limit_weight,
+        s.guided_limit_weight if is_guided else s.limit_weight,
         s.samples_per_part,
         s.iterations if iterations is None else iterations,
-        targets.places_camera,
-        targets.scales_m,
+        joints.places_camera,
+        joints.scales_m,
         JOINT_PART,
         model.joints_part,
         s.joint_weight,
