@@ -35,12 +35,23 @@ STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hing
 
 
 @njit(error_model="numpy", inline="always")
-def surface_distance(x, y, z, length, rx, rz):
-    """Signed distance from a point to the cylinder with rounded ends, and the outward normal.
+def surface_distance(x, y, z, length, shapes, k):
+    """Signed distance from a point to a tapered elliptic cylinder with rounded ends, and the
+    outward normal.
 
-    Returns (distance, nx, ny, nz), all in the cylinder's frame; the radial distance is measured
-    towards the axis.
+    Returns (distance, nx, ny, nz), all in the part's frame; the radial distance is measured
+    towards the axis, and how the sides lean is left out of the normal.
+
+    Args:
+        x, y, z: the point in the part's frame, metres.
+        length: of the part.
+        shapes, k: [B, 6] as in `topview.body.model.BodyModel.shapes_m`, and which part.
     """
+    share = min(max(y / length, 0.0), 1.0)
+    rx = shapes[k, 0] + (shapes[k, 2] - shapes[k, 0]) * share
+    rz = shapes[k, 1] + (shapes[k, 3] - shapes[k, 1]) * share
+    x -= shapes[k, 4]
+    z -= shapes[k, 5]
     rho = np.sqrt((x / rx) ** 2 + (z / rz) ** 2)
     radial = np.sqrt(x * x + z * z)
     gap = (rho - 1.0) * radial / max(rho, 1e-6)
@@ -54,6 +65,13 @@ def surface_distance(x, y, z, length, rx, rz):
         inv_d = 1.0 / max(d, 1e-9)
         return d, nx * outside * inv_d, beyond * inv_d, nz * outside * inv_d
     return gap, nx, 0.0, nz
+
+
+@njit(error_model="numpy")
+def reach_across(shapes, k):
+    """How far a part's surface may lie from its axis."""
+    widest = max(max(shapes[k, 0], shapes[k, 1]), max(shapes[k, 2], shapes[k, 3]))
+    return widest + np.sqrt(shapes[k, 4] * shapes[k, 4] + shapes[k, 5] * shapes[k, 5])
 
 
 @njit(error_model="numpy")
@@ -74,12 +92,12 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
 
 
 @njit(cache=True, error_model="numpy")
-def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances):
+def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances):
     """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
 
     Args:
         points: [N, 3] metres, camera frame.
-        Rs, origins, lengths, radii: the body, [B, 3, 3], [B, 3], [B], [B, 2].
+        Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
         reach: metres.
         labels, distances: [N] int32 and float64 metres, filled.
     """
@@ -97,10 +115,10 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
                 continue
             x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
             z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-            widest = max(radii[k, 0], radii[k, 1]) + best
+            widest = reach_across(shapes, k) + best
             if x * x + z * z > widest * widest:
                 continue
-            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
             if abs(d) >= best:
                 continue
             facing = (
@@ -367,7 +385,7 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 @njit(cache=True, error_model="numpy", nogil=True)
 def refine_bodies(
     first_row, row_step,
-    necks, Rs_all, necks_prior, Rs_prior, lengths, radii, joints_parent, parents, tree,
+    necks, Rs_all, necks_prior, Rs_prior, lengths, shapes, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
@@ -379,7 +397,7 @@ def refine_bodies(
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
         necks_prior, Rs_prior: [M, 3] and [M, B, 3, 3], the pose that each candidate is held to, its
             rotations relative to the tree.
-        lengths, radii, joints_parent: the body in metres; parents: [B] of the table of parts.
+        lengths, shapes, joints_parent: the body in metres; parents: [B] of the table of parts.
         tree: [B] parents in the tree that hangs from the upper torso.
         limits: [B, 3, 2] radians; hinges, bends: as in `align_hinges`.
         dof_part, dof_axis: [D] which part each degree of freedom turns, about which of its axes;
@@ -409,7 +427,10 @@ def refine_bodies(
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
-    is_guarded = places.shape[0] > 0
+    is_guarded = False
+    for j in range(places.shape[0]):
+        for i in range(3):
+            is_guarded |= scales[j, i] < np.inf
     best_neck = np.empty(3)
     best_Rs = np.empty((B, 3, 3))
     for m in range(first_row, necks.shape[0], row_step):
@@ -436,7 +457,7 @@ def refine_bodies(
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
-            assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
+            assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances)
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
@@ -454,7 +475,7 @@ def refine_bodies(
                 x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
                 y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
                 z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
                 pull(
@@ -471,7 +492,7 @@ def refine_bodies(
             free = 0.0
             hidden = 0.0
             for k in range(B):
-                radius = min(radii[k, 0], radii[k, 1])
+                radius = min(min(shapes[k, 0], shapes[k, 1]), min(shapes[k, 2], shapes[k, 3]))
                 x = origins[k, 0] + lengths[k] * Rs[k, 0, 1]
                 y = origins[k, 1] + lengths[k] * Rs[k, 1, 1]
                 z = origins[k, 2] + lengths[k] * Rs[k, 2, 1]
@@ -501,7 +522,7 @@ def refine_bodies(
                                 q[0, 0] * dx + q[1, 0] * dy + q[2, 0] * dz,
                                 ly,
                                 q[0, 2] * dx + q[1, 2] * dy + q[2, 2] * dz,
-                                lengths[torso], radii[torso, 0], radii[torso, 1],
+                                lengths[torso], shapes, torso,
                             )  # fmt: skip
                             gap = min(0.5 * radius - d, LARGEST_OVERLAP_M)
                             if gap > 0.0:

@@ -50,7 +50,6 @@ class RefinementSettings:
         free_space_weight: of a place on a part's axis in free space.
         collision_weight: of a place on a limb's axis inside the torso.
         limit_weight: of a joint beyond Table 3.2, metres per radian squared.
-        guided_limit_weight: the same where joints are proposed, which know of most limits.
         place_prior_weight: of the neck joint away from the prior.
         turn_prior_weight: of a part turned away from the prior, metres per radian squared.
         twist_prior_weight: the same for the head about its own axis, which hardly shows.
@@ -67,7 +66,6 @@ class RefinementSettings:
     free_space_weight: float = 6.0
     collision_weight: float = 10.0
     limit_weight: float = 50.0
-    guided_limit_weight: float = 1.0
     place_prior_weight: float = 32.0
     turn_prior_weight: float = 1.0
     twist_prior_weight: float = 40.0
@@ -113,8 +111,7 @@ def refine(
     on how firmly.
     """
     s = settings
-    is_guided = targets is not None and bool(np.isfinite(targets.scales_m).any())
-    joints = targets if targets is not None and is_guided else JointTargets.none()
+    targets = targets or JointTargets.none()
     priors = [prior] * len(candidates) if prior else candidates
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
@@ -129,7 +126,7 @@ def refine(
         np.array([pose.neck_camera for pose in priors]),
         np.array([pose.relative() for pose in priors]),
         model.lengths_m,
-        model.radii_m,
+        model.shapes_m,
         model.joints_parent,
         PARENT_OF,
         TREE,
@@ -160,11 +157,11 @@ def refine(
         s.free_space_margin_m,
         s.free_space_weight,
         s.collision_weight,
-        s.guided_limit_weight if is_guided else s.limit_weight,
+        s.limit_weight,
         s.samples_per_part,
         s.iterations if iterations is None else iterations,
-        joints.places_camera,
-        joints.scales_m,
+        targets.places_camera,
+        targets.scales_m,
         JOINT_PART,
         model.joints_part,
         s.joint_weight,
@@ -182,6 +179,6 @@ def label_points(
     labels = np.empty(len(points_camera), np.int32)
     distances = np.empty(len(points_camera))
     kernel.assign_points(
-        points_camera, pose.Rs, origins, model.lengths_m, model.radii_m, reach_m, labels, distances
+        points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels, distances
     )
     return labels, distances

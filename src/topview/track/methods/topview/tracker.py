@@ -377,7 +377,7 @@ class TopviewTracker:
         prior_scale: float = 1.0,
         targets: JointTargets | None = None,
     ) -> Refined:
-        settings = self.settings.refinement
+        settings = self.settings.guide.refinement if targets else self.settings.refinement
         return refine(
             poses, prior, look.model, look.evidence, settings, iterations, prior_scale, targets
         )
