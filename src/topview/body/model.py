@@ -30,6 +30,8 @@ class BodyModel:
         stature_m: H.
         lengths_m: [11] along +y.
         radii_m: [11, 2] semi-axes along x and z.
+        shapes_m: [11, 6] the surface that refinement fits, which tapers: semi-axes along x and z at
+            the part's origin, those at its far end, and how far the axis lies aside, along x and z.
         joints_parent: [11, 3] where a part's proximal joint lies in its parent's frame; for the
             head zeros.
         joints_part: [16, 3] where each reported joint lies in the frame of its part.
@@ -38,6 +40,7 @@ class BodyModel:
     stature_m: float
     lengths_m: NDArray[np.float64]
     radii_m: NDArray[np.float64]
+    shapes_m: NDArray[np.float64]
     joints_parent: NDArray[np.float64]
     joints_part: NDArray[np.float64]
 
@@ -79,6 +82,12 @@ class BodyModel:
             stature_m,
             read_only(lengths * stature_m),
             read_only(radii * stature_m),
+            read_only(straight(radii) * stature_m),
             read_only(joints_parent * stature_m),
             read_only(joints_part * stature_m),
         )
+
+
+def straight(radii: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[B, 6] `BodyModel.shapes_m` of cylinders of [B, 2] semi-axes."""
+    return np.concatenate([radii, radii, np.zeros_like(radii)], axis=1)

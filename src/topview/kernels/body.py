@@ -28,18 +28,30 @@ NEAREST_M = 0.1  # what is nearer to the camera is not looked at
 HEAD_SCALE_M = 0.1  # width of the robust weight of the head's measured centre
 OVERTURNED_RAD = 0.35  # beyond its limit, from which a hip says that its knee bends the wrong way
 FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space sample
+LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led uphill
 UPPER_TORSO = 1
 HEAD = 0
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
 
 @njit(error_model="numpy", inline="always")
-def surface_distance(x, y, z, length, rx, rz):
-    """Signed distance from a point to the cylinder with rounded ends, and the outward normal.
+def surface_distance(x, y, z, length, shapes, k):
+    """Signed distance from a point to a tapered elliptic cylinder with rounded ends, and the
+    outward normal.
 
-    Returns (distance, nx, ny, nz), all in the cylinder's frame; the radial distance is measured
-    towards the axis.
+    Returns (distance, nx, ny, nz), all in the part's frame; the radial distance is measured
+    towards the axis, and how the sides lean is left out of the normal.
+
+    Args:
+        x, y, z: the point in the part's frame, metres.
+        length: of the part.
+        shapes, k: [B, 6] as in `topview.body.model.BodyModel.shapes_m`, and which part.
     """
+    share = min(max(y / length, 0.0), 1.0)
+    rx = shapes[k, 0] + (shapes[k, 2] - shapes[k, 0]) * share
+    rz = shapes[k, 1] + (shapes[k, 3] - shapes[k, 1]) * share
+    x -= shapes[k, 4]
+    z -= shapes[k, 5]
     rho = np.sqrt((x / rx) ** 2 + (z / rz) ** 2)
     radial = np.sqrt(x * x + z * z)
     gap = (rho - 1.0) * radial / max(rho, 1e-6)
@@ -53,6 +65,13 @@ def surface_distance(x, y, z, length, rx, rz):
         inv_d = 1.0 / max(d, 1e-9)
         return d, nx * outside * inv_d, beyond * inv_d, nz * outside * inv_d
     return gap, nx, 0.0, nz
+
+
+@njit(error_model="numpy")
+def reach_across(shapes, k):
+    """How far a part's surface may lie from its axis."""
+    widest = max(max(shapes[k, 0], shapes[k, 1]), max(shapes[k, 2], shapes[k, 3]))
+    return widest + np.sqrt(shapes[k, 4] * shapes[k, 4] + shapes[k, 5] * shapes[k, 5])
 
 
 @njit(error_model="numpy")
@@ -73,12 +92,12 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
 
 
 @njit(cache=True, error_model="numpy")
-def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances):
+def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances):
     """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
 
     Args:
         points: [N, 3] metres, camera frame.
-        Rs, origins, lengths, radii: the body, [B, 3, 3], [B, 3], [B], [B, 2].
+        Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
         reach: metres.
         labels, distances: [N] int32 and float64 metres, filled.
     """
@@ -96,10 +115,10 @@ def assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
                 continue
             x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
             z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-            widest = max(radii[k, 0], radii[k, 1]) + best
+            widest = reach_across(shapes, k) + best
             if x * x + z * z > widest * widest:
                 continue
-            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
             if abs(d) >= best:
                 continue
             facing = (
@@ -303,7 +322,9 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 
     A limb's turn about its own axis is not free but follows from its hinge, so a hip that has to
     turn too far means a knee that bends the wrong way: it is the knee that is pushed, to straight.
+    Returns the weighted sum of squares.
     """
+    energy = 0.0
     R = np.empty((3, 3))
     about = np.empty((3, 3))
     overturned = np.zeros(Rs.shape[0])
@@ -340,6 +361,7 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                 beyond = angles[turn]
             if beyond == 0.0:
                 continue
+            energy += weight * beyond * beyond
             for a in range(n_dof_of[k]):
                 i = dof_of[k, a]
                 ja = (
@@ -356,13 +378,14 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
                         + axes[j, 2] * about[turn, 2]
                     )
                     A[i, j] += weight * ja * jb
+    return energy
 
 
 @over_threads("necks")
 @njit(cache=True, error_model="numpy", nogil=True)
 def refine_bodies(
     first_row, row_step,
-    necks, Rs_all, necks_prior, Rs_prior, lengths, radii, joints_parent, parents, tree,
+    necks, Rs_all, necks_prior, Rs_prior, lengths, shapes, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
@@ -374,7 +397,7 @@ def refine_bodies(
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
         necks_prior, Rs_prior: [M, 3] and [M, B, 3, 3], the pose that each candidate is held to, its
             rotations relative to the tree.
-        lengths, radii, joints_parent: the body in metres; parents: [B] of the table of parts.
+        lengths, shapes, joints_parent: the body in metres; parents: [B] of the table of parts.
         tree: [B] parents in the tree that hangs from the upper torso.
         limits: [B, 3, 2] radians; hinges, bends: as in `align_hinges`.
         dof_part, dof_axis: [D] which part each degree of freedom turns, about which of its axes;
@@ -404,6 +427,12 @@ def refine_bodies(
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
+    is_guarded = False
+    for j in range(places.shape[0]):
+        for i in range(3):
+            is_guarded |= scales[j, i] < np.inf
+    best_neck = np.empty(3)
+    best_Rs = np.empty((B, 3, 3))
     for m in range(first_row, necks.shape[0], row_step):
         neck = necks[m]
         Rs = Rs_all[m]
@@ -423,14 +452,17 @@ def refine_bodies(
         departure = 0.0
         hidden = 0.0
         apart = 0.0
+        least = np.inf
+        damping = 0.0
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
-            assign_points(points, Rs, origins, lengths, radii, reach, labels, distances)
+            assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances)
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
 
+            energy = 0.0
             unexplained = 0.0
             for i in range(N):
                 k = labels[i]
@@ -443,7 +475,7 @@ def refine_bodies(
                 x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
                 y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
                 z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], radii[k, 0], radii[k, 1])
+                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
                 pull(
@@ -455,16 +487,19 @@ def refine_bodies(
                     d, w * w * point_weight,
                 )  # fmt: skip
 
+            energy += point_weight * scale * scale * unexplained
+
             free = 0.0
             hidden = 0.0
             for k in range(B):
-                radius = min(radii[k, 0], radii[k, 1])
+                radius = min(min(shapes[k, 0], shapes[k, 1]), min(shapes[k, 2], shapes[k, 3]))
                 x = origins[k, 0] + lengths[k] * Rs[k, 0, 1]
                 y = origins[k, 1] + lengths[k] * Rs[k, 1, 1]
                 z = origins[k, 2] + lengths[k] * Rs[k, 2, 1]
                 below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
                 if below > 0.0:
                     free += min(below / FREE_M, 1.0)
+                    energy += FLOOR_WEIGHT * free_weight * below * below
                     pull(
                         A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                         floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
@@ -487,10 +522,11 @@ def refine_bodies(
                                 q[0, 0] * dx + q[1, 0] * dy + q[2, 0] * dz,
                                 ly,
                                 q[0, 2] * dx + q[1, 2] * dy + q[2, 2] * dz,
-                                lengths[torso], radii[torso, 0], radii[torso, 1],
+                                lengths[torso], shapes, torso,
                             )  # fmt: skip
                             gap = min(0.5 * radius - d, LARGEST_OVERLAP_M)
                             if gap > 0.0:
+                                energy += collision_weight * gap * gap
                                 pull(
                                     A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                     q[0, 0] * nx + q[0, 2] * nz,
@@ -519,6 +555,7 @@ def refine_bodies(
                         gap = distance - INNER_SHARE * radius
                         if gap > 0.0:
                             free += min(gap / FREE_M, 1.0)
+                            energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                             pull(
                                 A, g, J, k, chain, n_chain, axes, centers, x, y, z,
                                 du / distance, dv / distance, 0.0,
@@ -527,6 +564,7 @@ def refine_bodies(
                     elif seen > front + margin:
                         gap = seen - front
                         free += min((gap - margin) / FREE_M, 1.0)
+                        energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                         norm = np.sqrt(x * x + y * y + z * z)
                         pull(
                             A, g, J, k, chain, n_chain, axes, centers, x, y, z,
@@ -540,7 +578,9 @@ def refine_bodies(
                 z = neck[2] - half * Rs[HEAD, 2, 1]
                 for i in range(3):
                     gap = head[i] - (x if i == 0 else (y if i == 1 else z))
-                    w = head_weight / (1.0 + (gap / HEAD_SCALE_M) ** 2)
+                    squared = 1.0 + (gap / HEAD_SCALE_M) ** 2
+                    w = head_weight / squared
+                    energy += head_weight * HEAD_SCALE_M * HEAD_SCALE_M * np.log(squared)
                     pull(
                         A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
                         1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,
@@ -551,13 +591,15 @@ def refine_bodies(
                 A, g, J, neck, Rs, origins, places, scales, joint_part, joints_part, chain,
                 n_chain, axes, centers, joint_weight,
             )  # fmt: skip
-            add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
+            energy += 2.0 * joint_weight * apart * 3.0 * places.shape[0]
+            energy += add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)
             departure = 0.0
             for i in range(3):
                 offset = neck[i] - necks_prior[m, i]
                 A[i, i] += prior_weights[i]
                 g[i] -= prior_weights[i] * offset
+                energy += prior_weights[i] * offset * offset
             for k in range(B):
                 multiply(Rs_prior[m, k], relative[k], True, R)
                 vector(R, away)
@@ -566,16 +608,37 @@ def refine_bodies(
                     A[d, d] += prior_weights[d]
                     g[d] -= prior_weights[d] * away[dof_axis[d]]
                     departure += away[dof_axis[d]] ** 2
+                    energy += prior_weights[d] * away[dof_axis[d]] ** 2
+            if iteration == 0 or energy < least or not is_guarded:
+                least = energy
+                damping *= EASED
+                costs[m, 0] = unexplained / max(N, 1)
+                costs[m, 1] = free / (B * samples)
+                costs[m, 2] = departure / D
+                costs[m, 3] = hidden / (B * samples)
+                costs[m, 4] = apart
+                for i in range(3):
+                    best_neck[i] = neck[i]
+                for k in range(B):
+                    copy(Rs[k], best_Rs[k])
+            elif iteration < iterations:
+                damping = max(damping, LEAST_DAMPING) * RAISED
+                for i in range(3):
+                    neck[i] = best_neck[i]
+                for k in range(B):
+                    copy(best_Rs[k], Rs[k])
+                continue
             if iteration == iterations:
                 break
+            for d in range(D):
+                A[d, d] += damping * A[d, d]
 
             step = solve_lower(A, g)
             for i in range(3):
                 neck[i] += step[i]
             turn_parts(relative, Rs, step, tree, dof_of, n_dof_of, dof_axis)
             align_hinges(Rs, hinges, bends)
-        costs[m, 0] = unexplained / max(N, 1)
-        costs[m, 1] = free / (B * samples)
-        costs[m, 2] = departure / D
-        costs[m, 3] = hidden / (B * samples)
-        costs[m, 4] = apart
+        for i in range(3):
+            neck[i] = best_neck[i]
+        for k in range(B):
+            copy(best_Rs[k], Rs[k])

@@ -25,6 +25,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
 )
 from topview.body.proportions import ANATOMICAL
+from topview.body.shapes import dressed_shapes
 from topview.detect.joints import JointProposals
 from topview.geometry.rotations import unit
 from topview.records import read_only
@@ -160,6 +161,7 @@ def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
         stature_m,
         read_only(lengths),
         body.radii_m,
+        read_only(dressed_shapes(stature_m)),
         read_only(joints_parent),
         read_only(joints_part),
     )

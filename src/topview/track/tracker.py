@@ -84,6 +84,7 @@ class Tracker:
         self._tracks: dict[int, PersonTrack] = {}
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
+        self._looks_mirrored = False
         self._last: Frame | None = None
         smoothing_s = self.settings.smoothing_s
         self._smoothing = Smoothing(smoothing_s) if smoothing_s > 0.0 else None
@@ -201,7 +202,8 @@ class Tracker:
         with self.clock.stage("windows"):
             if doubtful:
                 labels = label_image([*users, *doubtful], (labels.shape[0], labels.shape[1]))
-            windows = cut_windows(image.full, labels, asked)
+            windows = cut_windows(image.full, labels, asked, mirrored=self._looks_mirrored)
+            self._looks_mirrored = not self._looks_mirrored
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
         self._proposed = {

@@ -14,6 +14,7 @@ from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS
 from topview.body.proportions import ANATOMICAL
+from topview.body.shapes import dressed_shapes
 from topview.geometry.rotations import rotations_from_angles
 from topview.kernels.body import (
     BACK_FACING,
@@ -31,6 +32,7 @@ REACH_M = 0.15
 
 metres = st.floats(-0.6, 0.6)
 radii = st.floats(0.02, 0.2)
+aside = st.floats(-0.03, 0.03)
 
 
 def rotations(seed: int) -> np.ndarray:
@@ -48,10 +50,19 @@ def test_solve_lower_solves(n, seed):
     assert_allclose(solve_lower(lower, g), expected, atol=1e-9)
 
 
-def defined_distance(p: np.ndarray, length: float, rx: float, rz: float) -> np.ndarray:
+def section(p: np.ndarray, length: float, shape: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Places [..., 3] in the part's frame from the axis of a tapered part, and the semi-axes
+    there."""
+    x, y, z = np.moveaxis(p, -1, 0)
+    share = np.clip(y / length, 0.0, 1.0)
+    rx, rz = (shape[i] * (1.0 - share) + shape[2 + i] * share for i in range(2))
+    return x - shape[4], y, z - shape[5], rx, rz
+
+
+def defined_distance(p: np.ndarray, length: float, shape: np.ndarray) -> np.ndarray:
     """[..., 3] points in the part's frame to [...] signed distances: to the side along the line to
     the axis, to the flat or rounded end beyond it."""
-    x, y, z = np.moveaxis(p, -1, 0)
+    x, y, z, rx, rz = section(p, length, shape)
     radial = np.hypot(x, z)
     on_ellipse = radial / np.hypot(x / rx, z / rz)  # axis to surface in this direction
     gap = radial - on_ellipse
@@ -59,23 +70,23 @@ def defined_distance(p: np.ndarray, length: float, rx: float, rz: float) -> np.n
     return np.where(beyond != 0.0, np.hypot(np.maximum(gap, 0.0), beyond), gap)
 
 
-@given(metres, st.floats(-0.3, 0.9), metres, radii, radii)
-def test_surface_distance_is_as_defined_and_its_normal_points_outward(x, y, z, rx, rz):
-    if np.hypot(x, z) < 1e-3:
-        x = 1e-3  # on the axis no direction is the nearest one
-    p, length = np.array([x, y, z]), 0.5
-    d, *n = surface_distance(x, y, z, length, rx, rz)
-    assert d == pytest.approx(defined_distance(p, length, rx, rz), abs=1e-9)
+@given(metres, st.floats(-0.3, 0.9), metres, st.tuples(radii, radii, radii, radii), aside, aside)
+def test_surface_distance_is_as_defined_and_its_normal_points_outward(x, y, z, wide, x0, z0):
+    if np.hypot(x - x0, z - z0) < 1e-3:
+        x = x0 + 2e-3  # on the axis no direction is the nearest one
+    p, length, shape = np.array([x, y, z]), 0.5, np.array([*wide, x0, z0])
+    d, *n = surface_distance(x, y, z, length, shape[None], 0)
+    assert d == pytest.approx(defined_distance(p, length, shape), abs=1e-9)
     n = np.array(n)
     if abs(d) > 1e-6:
         assert np.linalg.norm(n) == pytest.approx(1.0)
         step = 1e-4 * n
-        assert defined_distance(p + step, length, rx, rz) > defined_distance(p, length, rx, rz)
+        assert defined_distance(p + step, length, shape) > defined_distance(p, length, shape)
 
 
-def outward_normals(p: np.ndarray, length: float, rx: float, rz: float) -> np.ndarray:
+def outward_normals(p: np.ndarray, length: float, shape: np.ndarray) -> np.ndarray:
     """[..., 3] of the surface nearest to each point."""
-    x, y, z = np.moveaxis(p, -1, 0)
+    x, y, z, rx, rz = section(p, length, shape)
     n = np.stack([x / rx**2, np.zeros_like(x), z / rz**2], axis=-1)
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
     beyond = y - np.clip(y, 0.0, length)
@@ -86,8 +97,11 @@ def outward_normals(p: np.ndarray, length: float, rx: float, rz: float) -> np.nd
     return np.where((beyond != 0.0)[..., None], round_end, n)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed):
+@pytest.mark.parametrize(
+    "shapes_m", [MODEL.shapes_m, dressed_shapes(1.75)], ids=["bare", "dressed"]
+)
+@pytest.mark.parametrize("seed", range(2))
+def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
     rng = np.random.default_rng(seed)
     Rs = rotations(seed) if seed else np.repeat(R_CAMERA_FACING[None], len(PARTS), axis=0)
     origins = Pose(np.array([0.1, -0.4, 2.5]), Rs).origins(MODEL)
@@ -95,7 +109,7 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed):
 
     defined = np.full((len(PARTS), len(points)), np.inf)
     for k in range(len(PARTS)):
-        size = (MODEL.lengths_m[k], *MODEL.radii_m[k])
+        size = MODEL.lengths_m[k], shapes_m[k]
         in_part = (points - origins[k]) @ Rs[k]
         d = defined_distance(in_part, *size)
         cosine = np.einsum("ni,ni->n", outward_normals(in_part, *size) @ Rs[k].T, points)
@@ -106,7 +120,7 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed):
     expected = np.where(is_reached, nearest, -1)
 
     labels, distances = np.empty(len(points), np.int32), np.empty(len(points))
-    assign_points(points, Rs, origins, MODEL.lengths_m, MODEL.radii_m, REACH_M, labels, distances)
+    assign_points(points, Rs, origins, MODEL.lengths_m, shapes_m, REACH_M, labels, distances)
     assert_array_equal(labels, expected)
     chosen = defined[nearest, np.arange(len(points))]
     assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)

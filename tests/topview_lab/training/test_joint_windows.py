@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from labelled_people import discs, write_recording
 from topview.camera.pyramid import DepthView
+from topview.detect.joints.proposals import OTHER_SIDES
 from topview.detect.joints.windows import DEPTH, OTHER, OWN, WINDOW_PIXELS, cut_windows
 from topview.records import InputError
 from topview_lab.training.joints.recordings import cached, folders_in, gathered
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
-    MIRRORED,
     WITHOUT_PERSON,
     Variation,
     labelled_window,
@@ -84,8 +84,8 @@ def test_what_is_nobody_is_no_person() -> None:
 
 
 def test_mirrored_names() -> None:
-    assert (MIRRORED[MIRRORED] == np.arange(len(MIRRORED))).all()
-    assert (np.arange(len(MIRRORED)) != MIRRORED).sum() == 16
+    assert (OTHER_SIDES[OTHER_SIDES] == np.arange(len(OTHER_SIDES))).all()
+    assert (np.arange(len(OTHER_SIDES)) != OTHER_SIDES).sum() == 16
 
 
 def test_a_recording_comes_back_from_its_cache(tmp_path) -> None:

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, softmax
 
-from topview.detect.joints.proposals import PROPOSED_JOINTS, JointProposals
-from topview.detect.joints.windows import HALF_BOX_M, WINDOW_PIXELS, Windows
+from topview.detect.joints.proposals import OTHER_SIDES, PROPOSED_JOINTS, JointProposals
+from topview.detect.joints.windows import WINDOW_PIXELS, Windows
 from topview.files import naming, read_bytes
 from topview.kernels.threads import over_threads
 from topview.records import InputError, shown
@@ -77,18 +77,20 @@ class JointNetwork:
         """
         used = np.flatnonzero(windows.is_used)
         with naming(self._path):
-            answers = self._network.answers(windows.images[used])
+            answers = self._network.answers(_looked_at(windows, used))
+        if windows.mirrored:
+            _mirror(answers)
         P, M, J = len(windows.is_used), self._network.modes, len(PROPOSED_JOINTS)
         places, log_scales = np.zeros((P, M, J, 3)), np.zeros((P, M, J, 3))
         weights, p_person = np.zeros((P, M)), np.zeros(P)
         places[used], log_scales[used] = answers["places"], answers["log_scales"]
         weights[used] = mode_weights(answers["mode_logits"], answers["log_scales"])
         p_person[used] = expit(answers["person_logit"].astype(np.float64))
-        middle_m = windows.middles[:, None, None, 2]
-        places[..., 2] = np.maximum(places[..., 2], (NEAREST_JOINT_M - middle_m) / HALF_BOX_M)
-        scales_m = np.exp(np.clip(log_scales, -MOST_LOG_SCALE, MOST_LOG_SCALE)) * HALF_BOX_M
+        middle_m, half_m = windows.middles[:, None, None, 2], windows.halves_m[:, None, None]
+        places[..., 2] = np.maximum(places[..., 2], (NEAREST_JOINT_M - middle_m) / half_m)
+        scales_m = np.exp(np.clip(log_scales, -MOST_LOG_SCALE, MOST_LOG_SCALE)) * half_m[..., None]
         # What spans the box at its middle spans more behind it, and less before it.
-        scales_m[..., :2] *= (1.0 + places[..., 2] * HALF_BOX_M / middle_m)[..., None]
+        scales_m[..., :2] *= (1.0 + places[..., 2] * half_m / middle_m)[..., None]
         return JointProposals(
             windows.to_camera(places),
             scales_m,
@@ -96,6 +98,19 @@ class JointNetwork:
             p_person,
             PROPOSED_JOINTS,
         )
+
+
+def _looked_at(windows: Windows, used: NDArray[np.intp]) -> Floats:
+    """[P, 3, 128, 128] images of the windows that are used, as the network is to see them."""
+    images = windows.images[used]
+    return np.ascontiguousarray(images[..., ::-1]) if windows.mirrored else images
+
+
+def _mirror(answers: dict[str, Floats]) -> None:
+    """What was said of mirrored windows becomes what is true of the windows."""
+    for name in ("places", "log_scales"):
+        answers[name] = answers[name][:, :, OTHER_SIDES]
+    answers["places"][..., 0] *= -1.0
 
 
 def mode_weights(mode_logits: Floats, log_scales: Floats) -> NDArray[np.float64]:

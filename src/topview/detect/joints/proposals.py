@@ -9,7 +9,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import JOINT_NAMES, other_side
 from topview.detect.joints.windows import Windows
 from topview.records import InputError, read_only
 
@@ -25,6 +25,8 @@ PROPOSED_JOINTS: Final[tuple[str, ...]] = (
 )
 """The 21 joints that the network proposes; sides are the person's own."""
 
+OTHER_SIDES: Final = np.array([PROPOSED_JOINTS.index(other_side(name)) for name in PROPOSED_JOINTS])
+"""[21] the same joint on the other side of the body."""
 
 FACED_MODES: Final = (0, 1)
 """The network's whole-body modes: as it is if it faces the camera, and if it is turned away."""

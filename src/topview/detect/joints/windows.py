@@ -1,4 +1,4 @@
-"""Windows: what a frame shows round each person, in a box of the same metric size for everybody.
+"""Windows: what a frame shows round each person, in a box that is as large as the person needs.
 
 A window is axis-aligned in the image, so that cutting it out only picks pixels; its box has the
 same size in metres whatever the person's distance. Places in a window have no unit: the box reaches
@@ -21,7 +21,10 @@ Array = NDArray[np.float64]
 
 # All ours.
 WINDOW_PIXELS: Final = 128  # on each side
-HALF_BOX_M: Final = 1.2  # from the box's middle to its sides, front and back
+HALF_BOX_M: Final = 1.2  # from a box's middle to its sides, front and back, at the most
+LEAST_HALF_BOX_M: Final = 0.96  # and at the least: nobody looks larger than in training
+BOX_MARGIN_M: Final = 0.08  # from the person's outermost columns and rows to the box's sides
+OUTERMOST_SHARE: Final = 0.0025  # of the person's pixels that lie beyond those on each side
 LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
 FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
@@ -37,45 +40,72 @@ class Windows:
         images: [P, 3, 128, 128] float32: depth less the middle's, -1 to 1, 1 where there is no
             reading; the person's own pixels; those of other people.
         middles: [P, 3] column, row and depth in metres of each box's middle.
+        halves_m: [P] from each box's middle to its sides, front and back.
         is_used: [P] whether there was enough to look at; the images of others are zeros.
         fx, fy, cx, cy: intrinsics of the image they were cut from, pixels.
+        mirrored: whether a proposer had better look at the images mirrored. Whoever
+            looks both ways by turns errs another way each time, so that errors average out.
     """
 
     images: NDArray[np.float32]
     middles: Array
+    halves_m: Array
     is_used: NDArray[np.bool_]
     fx: float
     fy: float
     cx: float
     cy: float
+    mirrored: bool = False
 
     def __post_init__(self) -> None:
-        for values in (self.images, self.middles, self.is_used):
+        for values in (self.images, self.middles, self.halves_m, self.is_used):
             read_only(values)
 
     def to_camera(self, places: Array) -> Array:
         """[P, ..., 3] places in the boxes to metres in the camera's frame."""
         focal = np.array([self.fx, self.fy])
-        middles = self.middles.reshape(-1, *(1,) * (places.ndim - 2), 3)
+        middles, halves_m = self._for_each_place(places.ndim)
         rays = (middles[..., :2] - [self.cx, self.cy]) / focal
-        rays = rays + places[..., :2] * HALF_BOX_M / middles[..., 2:]
-        depth_m = middles[..., 2] + places[..., 2] * HALF_BOX_M
+        rays = rays + places[..., :2] * halves_m / middles[..., 2:]
+        depth_m = middles[..., 2] + places[..., 2] * halves_m[..., 0]
         return np.concatenate([rays * depth_m[..., None], depth_m[..., None]], axis=-1)
 
     def from_camera(self, points_camera: Array) -> Array:
         """Inverse of `to_camera`."""
         focal = np.array([self.fx, self.fy])
-        middles = self.middles.reshape(-1, *(1,) * (points_camera.ndim - 2), 3)
+        middles, halves_m = self._for_each_place(points_camera.ndim)
         rays = points_camera[..., :2] / points_camera[..., 2:]
         rays = rays - (middles[..., :2] - [self.cx, self.cy]) / focal
-        across = rays * middles[..., 2:] / HALF_BOX_M
-        along = (points_camera[..., 2:] - middles[..., 2:]) / HALF_BOX_M
+        across = rays * middles[..., 2:] / halves_m
+        along = (points_camera[..., 2:] - middles[..., 2:]) / halves_m
         return np.concatenate([across, along], axis=-1)
 
+    def _for_each_place(self, dimensions: int) -> tuple[Array, Array]:
+        shape = -1, *(1,) * (dimensions - 2)
+        return self.middles.reshape(*shape, 3), self.halves_m.reshape(*shape, 1)
 
-def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
-    """[3] column, row and depth of the middle of somebody's [H, W] pixels, medians all three, the
-    depth's of whole millimetres; None where there is too little to look at."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Box:
+    """What a window is to show.
+
+    Attributes:
+        middle: [3] column, row and depth in metres of the middle of somebody's pixels, medians all
+            three, the depth's of whole millimetres.
+        reach_m: from there to the outermost of these pixels, to a side or up or down.
+    """
+
+    middle: Array
+    reach_m: float
+
+    def half_m(self, scale: float = 1.0) -> float:
+        """From the middle to the box's sides, were the person this many times as large."""
+        half_m = self.reach_m * scale + BOX_MARGIN_M
+        return min(max(half_m, LEAST_HALF_BOX_M), HALF_BOX_M)
+
+
+def box_of(view: DepthView, is_own: NDArray[np.bool_]) -> Box | None:
+    """The box round somebody's [H, W] pixels; None where there is too little to look at."""
     is_read = is_own & (view.depth_m > 0.0)
     as_bytes = is_read.view(np.uint8)
     in_columns = np.asarray(cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[0]
@@ -84,8 +114,19 @@ def middle_of(view: DepthView, is_own: NDArray[np.bool_]) -> Array | None:
         return None
     depth_mm = np.rint(np.minimum(view.depth_m[is_read], FARTHEST_MIDDLE_M) * 1000.0)
     depth_m = median_of_counts(np.bincount(depth_mm.astype(np.int32))) / 1000.0
-    places = median_of_counts(in_columns), median_of_counts(in_rows)
-    return np.array([*places, max(depth_m, NEAREST_MIDDLE_M)])
+    column, row = median_of_counts(in_columns), median_of_counts(in_rows)
+    middle = np.array([column, row, max(depth_m, NEAREST_MIDDLE_M)])
+    across, down = _reach(in_columns, column) / view.fx, _reach(in_rows, row) / view.fy
+    return Box(middle, float(max(across, down) * middle[2]))
+
+
+def _reach(counts: NDArray[Any], middle: float) -> float:
+    """From a place to the outermost ones, but for a small share on each side."""
+    up_to = np.cumsum(counts)
+    beyond = OUTERMOST_SHARE * up_to[-1]
+    first = int(np.searchsorted(up_to, beyond, side="right"))
+    last = int(np.searchsorted(up_to, up_to[-1] - beyond, side="left"))
+    return max(middle - first, last - middle)
 
 
 def median_of_counts(counts: NDArray[Any]) -> float:
@@ -97,7 +138,11 @@ def median_of_counts(counts: NDArray[Any]) -> float:
 
 
 def cut_windows(
-    view: DepthView, labels: NDArray[np.int32], people: tuple[int, ...] | list[int]
+    view: DepthView,
+    labels: NDArray[np.int32],
+    people: tuple[int, ...] | list[int],
+    *,
+    mirrored: bool = False,
 ) -> Windows:
     """Windows round people.
 
@@ -105,24 +150,29 @@ def cut_windows(
         view: the depth of the whole image.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
         people: [P] ids.
+        mirrored: as in `Windows`.
     """
     images = np.zeros((len(people), 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
     middles = np.tile([view.cx, view.cy, 1.0], (len(people), 1))
+    halves_m = np.full(len(people), HALF_BOX_M)
     is_used = np.zeros(len(people), np.bool_)
     for index, person in enumerate(people):
-        middle = middle_of(view, labels == person)
-        if middle is not None:
-            rows, columns = window_pixels(view, middle)
+        box = box_of(view, labels == person)
+        if box is not None:
+            middle, half_m = box.middle, box.half_m()
+            rows, columns = window_pixels(view, middle, half_m)
             seen_m, owners = picked_pixels(view.depth_m, labels, rows, columns)
-            encode(seen_m, owners, person, middle[2], images[index])
-            middles[index], is_used[index] = middle, True
-    return Windows(images, middles, is_used, view.fx, view.fy, view.cx, view.cy)
+            encode(seen_m, owners, person, middle[2], half_m, images[index])
+            middles[index], halves_m[index], is_used[index] = middle, half_m, True
+    return Windows(images, middles, halves_m, is_used, view.fx, view.fy, view.cx, view.cy, mirrored)
 
 
-def window_pixels(view: DepthView, middle: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def window_pixels(
+    view: DepthView, middle: Array, half_m: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """[128, 1] rows and [1, 128] columns of the image that a window shows; they may lie outside of
     it."""
-    pixels = HALF_BOX_M / middle[2]
+    pixels = half_m / middle[2]
     rows, columns = _picked(middle[1], pixels * view.fy), _picked(middle[0], pixels * view.fx)
     return rows[:, None], columns[None]
 
@@ -164,6 +214,7 @@ def encode(
     owners: NDArray[np.integer],
     person: int,
     middle_m: float,
+    half_m: float,
     image: NDArray[np.float32],
 ) -> None:
     """Fill one [3, 128, 128] image with what it shows of a box round a person.
@@ -172,10 +223,11 @@ def encode(
         seen_m, owners: as `picked_pixels` gives them.
         person: id.
         middle_m: depth of the box's middle.
+        half_m: from there to the box's front and back.
         image: is filled.
     """
     is_read = seen_m > 0.0
-    offset = np.clip((seen_m - middle_m) / HALF_BOX_M, -1.0, 1.0)
+    offset = np.clip((seen_m - middle_m) / half_m, -1.0, 1.0)
     image[DEPTH] = np.where(is_read, offset, NO_READING)
     image[OWN] = is_read & (owners == person)
     image[OTHER] = is_read & (owners != person) & (owners != 0)

@@ -9,7 +9,7 @@ import numpy as np
 from topview.body.parts import JOINT_NAMES
 from topview.camera.pyramid import DepthView
 from topview.detect.joints.proposals import JointProposals
-from topview.detect.joints.windows import DEPTH, HALF_BOX_M, OWN, WINDOW_PIXELS, Windows
+from topview.detect.joints.windows import DEPTH, OWN, WINDOW_PIXELS, Windows
 from topview_lab.rivals.forest.model import default_forest
 from topview_lab.rivals.forest.proposals import best_of_each, propose_joints
 
@@ -30,7 +30,7 @@ class ForestProposer:
         """Proposals for each window, in their order."""
         P, J = len(windows.is_used), len(JOINT_NAMES)
         positions = windows.to_camera(np.zeros((P, 1, J, 3)))
-        scales_m = np.full((P, 1, J, 3), HALF_BOX_M)
+        scales_m = np.tile(windows.halves_m[:, None, None, None], (1, 1, J, 3))
         weights = np.zeros((P, 1))
         for index in np.flatnonzero(windows.is_used).tolist():
             view = view_of_window(windows, index)
@@ -39,9 +39,8 @@ class ForestProposer:
             places, confidence = best_of_each(found, least_confidence=0.0)
             known = confidence > 0.0
             positions[index, 0, known] = places[known]
-            scales_m[index, 0, known] = np.minimum(SURE_SCALE_M / confidence[known], HALF_BOX_M)[
-                :, None
-            ]
+            sure_m = SURE_SCALE_M / confidence[known]
+            scales_m[index, 0, known] = np.minimum(sure_m, windows.halves_m[index])[:, None]
             weights[index] = known.any()
         is_somebody = windows.is_used.astype(np.float64)
         return JointProposals(positions, scales_m, weights, is_somebody, JOINT_NAMES)
@@ -50,10 +49,11 @@ class ForestProposer:
 def view_of_window(windows: Windows, index: int) -> DepthView:
     """What a window shows, as a depth image of its own: 0 without a reading, and beyond the box."""
     column, row, middle_m = windows.middles[index]
+    half_m = windows.halves_m[index]
     offset = windows.images[index, DEPTH]
-    depth_m = np.where(np.abs(offset) < 1.0, middle_m + offset * HALF_BOX_M, 0.0)
+    depth_m = np.where(np.abs(offset) < 1.0, middle_m + offset * half_m, 0.0)
     half = WINDOW_PIXELS / 2.0
-    focal_px = half * middle_m / HALF_BOX_M  # a box is as many pixels wide, whatever the camera
-    cx = half * (1.0 + (windows.cx - column) * middle_m / (HALF_BOX_M * windows.fx)) - 0.5
-    cy = half * (1.0 + (windows.cy - row) * middle_m / (HALF_BOX_M * windows.fy)) - 0.5
+    focal_px = half * middle_m / half_m  # a box is as many pixels wide, whatever the camera
+    cx = half * (1.0 + (windows.cx - column) * middle_m / (half_m * windows.fx)) - 0.5
+    cy = half * (1.0 + (windows.cy - row) * middle_m / (half_m * windows.fy)) - 0.5
     return DepthView(depth_m.astype(np.float32), focal_px, focal_px, cx, cy)

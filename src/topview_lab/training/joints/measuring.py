@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from topview.detect.joints.network import mode_weights
 from topview.detect.joints.proposals import FACING_MODE
-from topview.detect.joints.windows import HALF_BOX_M
 from topview_lab.training.joints.recordings import Samples
 from topview_lab.training.joints.windows import (
     AS_THEY_ARE,
@@ -78,7 +77,7 @@ def measure(
         off = np.abs(found[0, best] - window.places)
         unknown = np.where(window.is_known, 0.0, np.nan)
         hidden.append(window.hidden)
-        apart.append(np.linalg.norm(off, axis=1) * HALF_BOX_M + unknown)
+        apart.append(np.linalg.norm(off, axis=1) * window.half_m + unknown)
         scaled.append(off / np.exp(log_scales[0, best]) + unknown[:, None])
         told.append(float(person[0]) > 0.0)
         thing = _window(samples, number, WITHOUT_PERSON)

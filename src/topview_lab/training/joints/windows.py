@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.parts import other_side
 from topview.camera.pyramid import DepthView
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import VISIBLE_PIXELS
+from topview.detect.joints.proposals import OTHER_SIDES
 from topview.detect.joints.windows import (
     DEPTH,
     HALF_BOX_M,
@@ -27,8 +27,8 @@ from topview.detect.joints.windows import (
     OWN,
     WINDOW_PIXELS,
     Windows,
+    box_of,
     encode,
-    middle_of,
     picked_pixels,
     window_pixels,
 )
@@ -39,8 +39,6 @@ Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 Generator = np.random.Generator
 
-MIRRORED: Final = np.array([PROPOSED_JOINTS.index(other_side(n)) for n in PROPOSED_JOINTS])
-"""[21] the same joint on the other side."""
 SHOULDERS_AND_HIPS: Final = np.array(
     [
         [PROPOSED_JOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip")]
@@ -119,6 +117,7 @@ class LabelledWindow:
 
     Attributes:
         image: [3, 128, 128] as in `topview.detect.joints.Windows`.
+        half_m: from the box's middle to its sides.
         places: [21, 3] in the box, 0 where unknown.
         is_known: [21] whether a joint's place is known, and inside of the image.
         hidden: [21] share of each joint that was hidden by others before the window was varied, NaN
@@ -128,6 +127,7 @@ class LabelledWindow:
     """
 
     image: Image
+    half_m: float
     places: NDArray[np.float32]
     is_known: NDArray[np.bool_]
     hidden: NDArray[np.float32]
@@ -167,6 +167,7 @@ def labelled_window(
     visible = own.reshape(VISIBLE_PIXELS, step, VISIBLE_PIXELS, step).mean(axis=(1, 3))
     window = LabelledWindow(
         image,
+        cut.half_m,
         np.where(known[:, None], cut.places, 0.0).astype(np.float32),
         known,
         cut.hidden,
@@ -179,6 +180,7 @@ def labelled_window(
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cut:
     image: Image
+    half_m: float
     places: Array
     is_known: NDArray[np.bool_]
     hidden: NDArray[np.float32]
@@ -195,29 +197,31 @@ def _cut(
     labels = recording.masks[frame]
     view = DepthView(depth_m, *recording.intrinsics)
     own = int(recording.ids[person])
-    middle = middle_of(view, labels == own)
-    if middle is None:
+    box = box_of(view, labels == own)
+    if box is None:
         raise ValueError(f"sample {number} shows fewer than {LEAST_WINDOW_PIXELS} pixels")
     R_turned_camera = rotations_from_vectors(rng.uniform(-1.0, 1.0, 3) * how.turn_rad)
     far = rng.random() < how.far_shift_share
     sigma_m = shift_m or (how.far_shift_m if far else how.shift_m)
     shift = rng.normal(0.0, sigma_m, 3) if sigma_m else np.zeros(3)
-    turned = _turned_middle(view, middle, R_turned_camera) * [1.0, 1.0, scale]
+    half_m = box.half_m(scale)
+    turned = _turned_middle(view, box.middle, R_turned_camera) * [1.0, 1.0, scale]
     turned += shift * [view.fx / turned[2], view.fy / turned[2], 1.0]
     turned[2] = max(turned[2], 0.4)
-    rows, columns = window_pixels(view, turned)
+    rows, columns = window_pixels(view, turned, half_m)
     stretch: Array | float = scale
     if any(how.turn_rad):
         rows, columns, stretch = _sources(view, rows, columns, R_turned_camera, scale)
     seen_m, owners = picked_pixels(depth_m, labels, rows, columns)
     image = np.empty((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
-    encode((seen_m * stretch).astype(np.float32), owners, own, turned[2], image)
+    encode((seen_m * stretch).astype(np.float32), owners, own, turned[2], half_m, image)
     joints = recording.joints_camera[frame, person].astype(np.float64)
     is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view)
     joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ R_turned_camera.T * scale
-    box = Windows(image[None], turned[None], np.ones(1, bool), *recording.intrinsics)
-    places = box.from_camera(joints[None])[0]
-    return _Cut(image, places, is_known, np.asarray(recording.hidden[frame, person]))
+    halves_m, is_used = np.array([half_m]), np.ones(1, bool)
+    window = Windows(image[None], turned[None], halves_m, is_used, *recording.intrinsics)
+    places = window.from_camera(joints[None])[0]
+    return _Cut(image, half_m, places, is_known, np.asarray(recording.hidden[frame, person]))
 
 
 def _turned_middle(view: DepthView, middle: Array, R_turned_camera: Array) -> Array:
@@ -464,12 +468,13 @@ def _spoil_depth(image: Image, rng: Generator, how: Variation) -> None:
 
 def _mirrored(window: LabelledWindow) -> LabelledWindow:
     """The window in a mirror, where left is right."""
-    places = window.places[MIRRORED] * np.array([-1.0, 1.0, 1.0], np.float32)
+    places = window.places[OTHER_SIDES] * np.array([-1.0, 1.0, 1.0], np.float32)
     return LabelledWindow(
         np.ascontiguousarray(window.image[:, :, ::-1]),
+        window.half_m,
         places,
-        window.is_known[MIRRORED],
-        window.hidden[MIRRORED],
+        window.is_known[OTHER_SIDES],
+        window.hidden[OTHER_SIDES],
         np.ascontiguousarray(window.visible[:, ::-1]),
         window.is_person,
     )

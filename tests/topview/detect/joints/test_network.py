@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,8 @@ from topview.detect.joints.network import (
     mode_weights,
     weights_as_json,
 )
-from topview.detect.joints.windows import HALF_BOX_M, WINDOW_PIXELS
+from topview.detect.joints.proposals import OTHER_SIDES
+from topview.detect.joints.windows import HALF_BOX_M, LEAST_HALF_BOX_M, WINDOW_PIXELS
 from topview.kernels.threads import use_threads
 from topview.records import InputError
 
@@ -35,7 +37,8 @@ def windows_of(*people: int, unused: int | None = None) -> Windows:
     ]
     middles = np.array([[100.0 + 30.0 * person, 120.0, 5.0 + 0.3 * person] for person in people])
     is_used = np.array([person != unused for person in people])
-    return Windows(np.stack(images), middles, is_used, 285.0, 285.0, 159.5, 119.5)
+    halves_m = np.linspace(LEAST_HALF_BOX_M, HALF_BOX_M, PEOPLE)[list(people)]
+    return Windows(np.stack(images), middles, halves_m, is_used, 285.0, 285.0, 159.5, 119.5)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,8 @@ def test_threads_and_company_change_no_bit(network: JointNetwork) -> None:
 
 
 def test_proposals_are_of_the_shapes_and_units_that_they_say(network: JointNetwork) -> None:
-    proposals = network.propose(windows_of(0, 1, unused=1))
+    windows = windows_of(0, 1, unused=1)
+    proposals = network.propose(windows)
     assert proposals.joint_names == PROPOSED_JOINTS
     assert proposals.positions_camera.shape == (2, 2, len(PROPOSED_JOINTS), 3)
     assert proposals.weights.sum(1) == pytest.approx([1.0, 0.0])
@@ -75,8 +79,19 @@ def test_proposals_are_of_the_shapes_and_units_that_they_say(network: JointNetwo
     assert proposals.p_person[1] == 0.0
     nothing = network.propose(windows_of(1, unused=1))
     assert bits(proposals.of_person(1)) == bits(nothing)
-    assert (proposals.scales_m[1] == HALF_BOX_M).all()
+    assert (proposals.scales_m[1] == windows.halves_m[1]).all()
     assert len(network.propose(windows_of(0, unused=0)).weights) == 1
+
+
+def test_what_is_looked_at_in_the_mirror_is_told_of_the_window(network: JointNetwork) -> None:
+    windows = windows_of(0, 1)
+    flipped = replace(windows, images=np.ascontiguousarray(windows.images[..., ::-1]))
+    there = network.propose(replace(windows, mirrored=True))
+    here = network.propose(flipped)
+    want = flipped.from_camera(here.positions_camera)[:, :, OTHER_SIDES] * [-1.0, 1.0, 1.0]
+    assert windows.from_camera(there.positions_camera) == pytest.approx(want, abs=1e-9)
+    np.testing.assert_array_equal(there.scales_m, here.scales_m[:, :, OTHER_SIDES])
+    np.testing.assert_array_equal(there.weights, here.weights)
 
 
 def test_places_are_in_units_of_the_box(tmp_path: Path) -> None:

@@ -11,13 +11,16 @@ from hypothesis import strategies as st
 
 from topview.camera.pyramid import DepthView
 from topview.detect.joints.windows import (
+    BOX_MARGIN_M,
     DEPTH,
     HALF_BOX_M,
+    LEAST_HALF_BOX_M,
     LEAST_WINDOW_PIXELS,
     OTHER,
     OWN,
     WINDOW_PIXELS,
     Windows,
+    box_of,
     cut_windows,
     median_of_counts,
     window_pixels,
@@ -91,7 +94,7 @@ def test_each_pixel_shows_what_lies_at_its_place(seed: int) -> None:
     centres = (np.arange(WINDOW_PIXELS) + 0.5) * 2.0 / WINDOW_PIXELS - 1.0
     across, down = np.meshgrid(centres, centres)
     points = windows.to_camera(np.stack([across, down, windows.images[0, DEPTH]], axis=-1)[None])[0]
-    rows, columns = window_pixels(view, windows.middles[0])
+    rows, columns = window_pixels(view, windows.middles[0], windows.halves_m[0])
     is_seen = (np.abs(windows.images[0, DEPTH]) < 1.0) & windows.is_used[0]
     x, y, z = points[is_seen].T
     row, column = (np.broadcast_to(at, is_seen.shape)[is_seen] for at in (rows, columns))
@@ -106,18 +109,36 @@ def test_places_come_back(seed: int) -> None:
     rng = np.random.default_rng(seed)
     middles = rng.uniform((0.0, 0.0, 1.5), (640.0, 480.0, 8.0), (2, 3))
     images = np.zeros((2, 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
-    windows = Windows(images, middles, np.ones(2, np.bool_), 520.0, 530.0, 310.0, 250.0)
+    halves_m = rng.uniform(LEAST_HALF_BOX_M, HALF_BOX_M, 2)
+    windows = Windows(images, middles, halves_m, np.ones(2, np.bool_), 520.0, 530.0, 310.0, 250.0)
     inside = rng.uniform(-1.0, 1.0, (2, 3, 4, 3))
     assert windows.from_camera(windows.to_camera(inside)) == pytest.approx(inside, abs=1e-9)
     assert windows.to_camera(np.zeros((2, 3)))[:, 2] == pytest.approx(middles[:, 2])
+
+
+@pytest.mark.parametrize(
+    ("side", "half_m"),
+    [(10, LEAST_HALF_BOX_M), (61, 1.0 + BOX_MARGIN_M), (95, HALF_BOX_M)],
+)
+def test_a_box_is_as_large_as_somebody_needs(side: int, half_m: float) -> None:
+    """A square of 10, 61 or 95 pixels, 2 metres off; each pixel is 1 / 30 metres wide."""
+    view = DepthView(np.full((100, 100), 2.0, np.float32), 60.0, 60.0, 49.5, 49.5)
+    labels = np.zeros((100, 100), np.int32)
+    labels[2 : 2 + side, 3 : 3 + side] = 1
+    labels[0, 0] = 1  # one stray pixel
+    assert cut_windows(view, labels, [1]).halves_m == pytest.approx([half_m])
+    box = box_of(view, labels == 1)
+    assert box is not None
+    assert LEAST_HALF_BOX_M <= box.half_m(0.5) <= box.half_m() <= box.half_m(2.0) <= HALF_BOX_M
 
 
 def test_beyond_the_image_s_edge_nothing_is_seen() -> None:
     view = DepthView(np.full((60, 60), 2.0, np.float32), 60.0, 60.0, 29.5, 29.5)
     labels = np.zeros((60, 60), np.int32)
     labels[20:40, :6], labels[45:, 6:20] = 3, 4
-    (image,) = cut_windows(view, labels, [3]).images
-    rows, columns = window_pixels(view, cut_windows(view, labels, [3]).middles[0])
+    windows = cut_windows(view, labels, [3])
+    (image,) = windows.images
+    rows, columns = window_pixels(view, windows.middles[0], windows.halves_m[0])
     is_outside = (columns < 0) | (rows < 0) | (rows > 59)
     assert 0.3 < is_outside.mean() < 0.7
     assert (image[:, is_outside] == [[1.0], [0.0], [0.0]]).all()

@@ -126,7 +126,7 @@ def refine(
         np.array([pose.neck_camera for pose in priors]),
         np.array([pose.relative() for pose in priors]),
         model.lengths_m,
-        model.radii_m,
+        model.shapes_m,
         model.joints_parent,
         PARENT_OF,
         TREE,
@@ -179,6 +179,6 @@ def label_points(
     labels = np.empty(len(points_camera), np.int32)
     distances = np.empty(len(points_camera))
     kernel.assign_points(
-        points_camera, pose.Rs, origins, model.lengths_m, model.radii_m, reach_m, labels, distances
+        points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels, distances
     )
     return labels, distances

@@ -210,6 +210,7 @@ class TopviewTracker:
         the proposed joints."""
         stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
+            proposals = self._guide.filtered(proposals, look.elapsed_s)
             belief = self._guide.believe(proposals, look.elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
             bodies = self._guide.bodies(proposals, belief, look.model)
@@ -376,7 +377,7 @@ class TopviewTracker:
         prior_scale: float = 1.0,
         targets: JointTargets | None = None,
     ) -> Refined:
-        settings = self.settings.refinement
+        settings = self.settings.guide.refinement if targets else self.settings.refinement
         return refine(
             poses, prior, look.model, look.evidence, settings, iterations, prior_scale, targets
         )
