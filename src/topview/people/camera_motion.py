@@ -22,15 +22,16 @@ from topview.people.room_planes import RoomPlanes, losses, motion_between
 
 # All ours. Seconds: between two looks; age of the room that is compared with, at least and at most;
 # and for how long more looks than not must have seen it shift.
-EVERY_S: Final = 0.2
+LOOK_EVERY_S: Final = 0.2
 LEAST_AGE_S, MOST_AGE_S = 0.4, 1.0
-SURE_S: Final = 1.3
-# Of the image, in each direction; how many must show the room, each in so large a share of itself;
-# and how many must be explained better by the motion, while none is explained worse.
-PARTS: Final = 3
+SURE_S: Final = 1.5
+# Parts of the image, in each direction; how many must show the room, each in so large a share of
+# itself; and how many must be explained better by the motion, while none loses what all gain on
+# average.
+SIDE_PARTS: Final = 3
 LEAST_SHARE, LEAST_PARTS, LEAST_GAINING = 0.1, 5, 3
 # Mean loss of cells, 0 to 1: what is gained at least, and what may be left at most.
-LEAST_GAIN, MOST_LEFT = 0.05, 0.25
+GAIN_NEEDED, MOST_LEFT = 0.05, 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,17 +46,24 @@ class Shift:
     T_then_now: NDArray[np.float64]
     elapsed_s: float
 
+    @property
+    def turn_rad(self) -> float:
+        return float(np.linalg.norm(vectors_from_rotations(self.T_then_now[:3, :3])))
+
+    @property
+    def way_m(self) -> float:
+        return float(np.linalg.norm(self.T_then_now[:3, 3]))
+
     def __str__(self) -> str:
-        turn = degrees(float(np.linalg.norm(vectors_from_rotations(self.T_then_now[:3, :3]))))
-        way_cm = 100.0 * float(np.linalg.norm(self.T_then_now[:3, 3]))
-        return f"{turn:.1f} degrees and {way_cm:.0f} cm in {self.elapsed_s:.1f} s"
+        turn_deg, way_cm = degrees(self.turn_rad), 100.0 * self.way_m
+        return f"{turn_deg:.1f} degrees and {way_cm:.0f} cm in {self.elapsed_s:.1f} s"
 
 
 class CameraMotion:
     """Looks at the room a few times a second, and tells when the camera moves."""
 
     def __init__(self) -> None:
-        self._turns = Turns(EVERY_S)
+        self._turns = Turns(LOOK_EVERY_S)
         self._seen: deque[RoomPlanes] = deque()
         self._start_then_now = np.eye(4)
         self._moving_s = 0.0
@@ -95,17 +103,17 @@ def moved(
     """[4, 4] T_then_now of the camera, sought from a first guess; None where it stood still as far
     as can be told."""
     still, was_there = losses(now, then, np.eye(4))
-    if not was_there.any() or float(still[was_there].mean()) < LEAST_GAIN:
+    if not was_there.any() or float(still[was_there].mean()) < GAIN_NEEDED:
         return None
     T_then_now = motion_between(now, then, start_then_now)
     left, is_there = losses(now, then, T_then_now)
     is_told = was_there & is_there
     gain = (still - left)[is_told]
-    if not len(gain) or gain.mean() < LEAST_GAIN or left[is_told].mean() > MOST_LEFT:
+    if not len(gain) or gain.mean() < GAIN_NEEDED or left[is_told].mean() > MOST_LEFT:
         return None
     gains = _gain_of_parts(now.is_room, is_told, gain)
-    is_explained = len(gains) >= LEAST_PARTS and (gains > LEAST_GAIN).sum() >= LEAST_GAINING
-    return T_then_now if is_explained and gains.min() > -LEAST_GAIN else None
+    is_explained = len(gains) >= LEAST_PARTS and (gains > GAIN_NEEDED).sum() >= LEAST_GAINING
+    return T_then_now if is_explained and gains.min() > -gain.mean() else None
 
 
 def _gain_of_parts(
@@ -115,8 +123,8 @@ def _gain_of_parts(
     which of the [h, w] cells of the room the gain is."""
     height, width = is_room.shape
     rows, columns = np.nonzero(is_room)
-    parts = (rows * PARTS // height * PARTS + columns * PARTS // width)[is_told]
-    counts = np.bincount(parts, minlength=PARTS**2)
-    sums = np.bincount(parts, gain, minlength=PARTS**2)
-    is_shown = counts > LEAST_SHARE * height * width / PARTS**2
+    parts = (rows * SIDE_PARTS // height * SIDE_PARTS + columns * SIDE_PARTS // width)[is_told]
+    counts = np.bincount(parts, minlength=SIDE_PARTS**2)
+    sums = np.bincount(parts, gain, minlength=SIDE_PARTS**2)
+    is_shown = counts > LEAST_SHARE * height * width / SIDE_PARTS**2
     return sums[is_shown] / counts[is_shown]

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_erosion
 
 from topview.camera.pyramid import DepthView, Pyramid
 from topview.detect.cloud import stride_of
@@ -21,13 +21,13 @@ from topview.geometry.rotations import rotations_from_vectors, transform, unit
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# All ours. Side of a cell, pixels of the small cloud.
-CELL_PX: Final = 4
+# All ours. Of the image of cells, pixels: a cell is then 1.6 degrees wide.
+CELL_FOCAL_LENGTH_PX: Final = 35.0
 # Depths of a cell without an edge differ by no more than this share, as the floor's do 5 m away,
 # and 4 standard deviations; and it is seen no flatter than at this cosine.
 SLOPE, LEAST_COSINE = 0.1, 0.1
 # Metres: nearer than that somebody can fill the image, who is not the room.
-NEAREST_M: Final = 1.5
+FULL_VIEW_M: Final = 1.5
 # Metres, beside one standard deviation of a reading: a cell that is so far off loses a half.
 OFF_M: Final = 0.015
 # Of the weights, one a step, times the above: at first half a metre's motion is within reach.
@@ -61,20 +61,21 @@ class RoomPlanes:
         """Of a frame, in which each of [H, W] pixels is somebody's, or 0 for nobody's."""
         stride, noise = stride_of(image.frame.camera), image.frame.camera.noise
         fine = image.smooth_depth_m(stride)
-        rows, columns = (side // CELL_PX for side in fine.shape)
-        cells = rows, CELL_PX, columns, CELL_PX
-        inside = slice(rows * CELL_PX), slice(columns * CELL_PX)
+        side_px = max(1, round(image.view(stride).fx / CELL_FOCAL_LENGTH_PX))
+        rows, columns = (size // side_px for size in fine.shape)
+        cells = rows, side_px, columns, side_px
+        inside = slice(rows * side_px), slice(columns * side_px)
         depths_m = fine[inside].reshape(cells)
         owners = labels[::stride, ::stride][inside].reshape(cells)
-        nearest_m, farthest_m = depths_m.min((1, 3)), depths_m.max((1, 3))
-        depth_m = depths_m.mean((1, 3))
+        nearest_m, farthest_m = depths_m.min(1).min(2), depths_m.max(1).max(2)
+        depth_m = depths_m.mean(1).mean(2)
         sigma_m = noise.sigma_m(depth_m)
         is_even = farthest_m - nearest_m < SLOPE * depth_m + 4.0 * sigma_m
-        is_room = is_even & (nearest_m > NEAREST_M) & ~owners.any((1, 3))
-        view = _coarse(image.view(stride), depth_m)
+        is_room = is_even & (nearest_m > FULL_VIEW_M) & ~owners.any(1).any(2)
+        view = _coarse(image.view(stride), side_px, depth_m)
         points = view.points(*np.indices(depth_m.shape).reshape(2, -1)).reshape(rows, columns, 3)
         normals = _normals(points)
-        is_inner = cv2.erode(is_room.astype(np.uint8), np.ones((3, 3)), borderValue=0) > 0
+        is_inner = binary_erosion(is_room, np.ones((3, 3), np.bool_))
         is_faced = np.abs(np.einsum("ijk,ijk->ij", normals, unit(points))) > LEAST_COSINE
         off_m = OFF_M + sigma_m.astype(np.float64)
         time_s = image.frame.timestamp_s
@@ -110,18 +111,18 @@ def _matched(
     """Of the room's cells of now: [n, 3] points then, [n, 3] normals of the planes there, [n] how
     far these are in front of the points, over what loses a half, and [n] whether there are any."""
     points = now.points_camera[now.is_room] @ T_then_now[:3, :3].T + T_then_now[:3, 3]
-    rows, columns, is_inside = then.view.nearest_pixels(points, NEAREST_M / 2)
+    rows, columns, is_inside = then.view.nearest_pixels(points, FULL_VIEW_M / 2)
     normals = then.normals_camera[rows, columns]
     ahead = then.points_camera[rows, columns] - points
     off = np.einsum("ij,ij->i", normals, ahead) / now.off_m[now.is_room]
     return points, normals, off, is_inside & then.is_room[rows, columns]
 
 
-def _coarse(fine: DepthView, depth_m: NDArray[np.float32]) -> DepthView:
-    """The image of cells, whose middles lie between their pixels."""
-    middle = (CELL_PX - 1) / 2
-    fx, fy = fine.fx / CELL_PX, fine.fy / CELL_PX
-    return DepthView(depth_m, fx, fy, (fine.cx - middle) / CELL_PX, (fine.cy - middle) / CELL_PX)
+def _coarse(fine: DepthView, side_px: int, depth_m: NDArray[np.float32]) -> DepthView:
+    """The image of cells, each `side_px` wide, whose middles lie between their pixels."""
+    middle = (side_px - 1) / 2
+    cx, cy = (fine.cx - middle) / side_px, (fine.cy - middle) / side_px
+    return DepthView(depth_m, fine.fx / side_px, fine.fy / side_px, cx, cy)
 
 
 def _normals(points: Array) -> Array:
