@@ -71,7 +71,7 @@ class RoomPlanes:
         depth_m = depths_m.mean(1).mean(2)
         sigma_m = noise.sigma_m(depth_m)
         is_even = farthest_m - nearest_m < SLOPE * depth_m + 4.0 * sigma_m
-        is_room = is_even & (nearest_m > FULL_VIEW_M) & ~owners.any(1).any(2)
+        is_room = is_even & (nearest_m > FULL_VIEW_M) & ~owners.any(1).any(-1)
         view = _coarse(image.view(stride), side_px, depth_m)
         points = view.points(*np.indices(depth_m.shape).reshape(2, -1)).reshape(rows, columns, 3)
         normals = _normals(points)
@@ -100,7 +100,7 @@ def motion_between(now: RoomPlanes, then: RoomPlanes, start_then_now: Array) -> 
         J = np.hstack([np.cross(points, normals), normals]) / off_m[:, None]
         A = J.T @ (J * weights[:, None])
         A += np.eye(6) * (len(off) * PRIOR_SHARE / PRIOR_MOTION**2)
-        step = np.linalg.solve(A, J.T @ (weights * off))
+        step = np.linalg.solve(A, J.T @ (weights * off)).astype(np.float64)
         T_then_now = transform(rotations_from_vectors(step[:3]), step[3:]) @ T_then_now
     return T_then_now
 

@@ -44,12 +44,11 @@ def depths_of(
 ) -> list[Depth]:
     """Looks at a scene that changes with the time."""
     scene = scene_by_name(name, seed=1, camera=CAMERA)
-    times_s = LOOK_EVERY_S * np.arange(looks)
-    return [
-        SimulatedRecording(change(scene, time_s)).simulate(round(time_s * scene.fps)).depth_mm
-        / np.float32(1000.0)
-        for time_s in times_s.tolist()
-    ]
+    depths_m = []
+    for time_s in (LOOK_EVERY_S * np.arange(looks)).tolist():
+        seen = SimulatedRecording(change(scene, time_s)).simulate(round(time_s * scene.fps))
+        depths_m.append((seen.depth_mm / 1000.0).astype(np.float32))
+    return depths_m
 
 
 def frames_of(depths_m: Sequence[Depth], camera: Camera = CAMERA) -> list[Frame]:
