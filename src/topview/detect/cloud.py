@@ -37,7 +37,7 @@ class Cloud:
 
     @classmethod
     def of(cls, image: Pyramid) -> Cloud:
-        stride = max(1, round(image.frame.camera.fx / CLOUD_FOCAL_LENGTH_PX))
+        stride = stride_of(image.frame.camera)
         depth_m = image.smooth_depth_m(stride)
         height, width = depth_m.shape
         camera = image.camera(stride)
@@ -94,3 +94,8 @@ class Cloud:
         column = np.rint(np.minimum(np.maximum(u, 0.0), last_column)).astype(np.intp)
         row = np.rint(np.minimum(np.maximum(v, 0.0), last_row)).astype(np.intp)
         return row, column, is_inside
+
+
+def stride_of(camera: Camera) -> int:
+    """Full pixels per pixel of the cloud."""
+    return max(1, round(camera.fx / CLOUD_FOCAL_LENGTH_PX))

@@ -51,6 +51,8 @@ class TrackerSettings:
             too.
         weights: file of the network's weights, as `topview train-joints` writes it; not given,
             those that come with the project.
+        moving_camera: go on where the camera moves; not given, that ends the tracking with an
+            error, as the room, the floor and who is who are known only where it stands still.
         smoothing_s: memory of the mean that each body is smoothed by, seconds: the longest delay of
             what moves slowly; what moves faster lags less, below 5 cm and 9 degrees. 0 leaves
             bodies as they are.
@@ -71,6 +73,7 @@ class TrackerSettings:
     reidentify: bool = False
     region: str = ""
     ignore: str = ""
+    moving_camera: bool = False
     smoothing_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -118,6 +121,7 @@ class TrackerSettings:
         chosen = {
             "people": self.people, "reidentify": self.reidentify,
             "region": self.region, "ignore": self.ignore,
+            "moving_camera": self.moving_camera,
         }  # fmt: skip
         named |= {name: value for name, value in chosen.items() if value}
         needs = needs or method_by_name(self.method).needs

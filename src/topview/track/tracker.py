@@ -19,6 +19,7 @@ from topview.detect.joints.proposers import NOTHING, proposer_by_name
 from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
+from topview.people.camera_motion import CameraMotion
 from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
 from topview.people.told import Told, ToldHead
@@ -87,6 +88,7 @@ class Tracker:
         self._looks_mirrored = False
         self._last: Frame | None = None
         smoothing_s = self.settings.smoothing_s
+        self._camera_motion = None if self.settings.moving_camera else CameraMotion()
         self._smoothing = Smoothing(smoothing_s) if smoothing_s > 0.0 else None
 
     def update(self, frame: Frame, hands: Sequence[HandCandidate] = ()) -> list[Person]:
@@ -100,7 +102,8 @@ class Tracker:
             the people, nearest first.
 
         Raises:
-            InputError: another camera's frame, or one that is not later than the frame before.
+            InputError: another camera's frame, one that is not later than the frame before, or,
+                unless the settings allow it, one of a camera that moves.
         """
         self._check_next(frame)
         threads = use_threads(self.settings.threads)
@@ -109,6 +112,7 @@ class Tracker:
             told = Told.of(self._people, self._proposed, self._proposer is not None)
             users = by_depth(self.finder.update(image, told))
             labels = label_image(users, image.frame.depth_m.shape)
+            self._check_still(image, labels)
         self._count_light()
         scene = self._scene(image, labels, users, hands)
         self._tracks = {user.id: self._track_of(user, threads) for user in users}
@@ -162,6 +166,17 @@ class Tracker:
                 "times must be numbers that increase"
             )
         self._last = frame
+
+    def _check_still(self, image: Pyramid, labels: NDArray[np.int32]) -> None:
+        """Refuse what a camera sees that moves."""
+        shift = None
+        if self._camera_motion is not None:
+            shift = self._camera_motion.update(image, labels)
+        if shift is not None:
+            raise InputError(
+                f"frame {image.frame.index}: the camera moves: it has moved by {shift}; it must "
+                "stand still (moving_camera goes on all the same)"
+            )
 
     def _count_light(self) -> None:
         if self.finder.skin_detections is not None:
