@@ -23,8 +23,6 @@ HEADS_APART_M: Final = 0.33
 # A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
-# In the very first frame, where a network is asked but has not answered yet, this is needed.
-SURE_AT_ONCE: Final = 0.99
 # What the network says of a single frame is noisy, the mean over so long is not: then this is
 # enough, and in between as much less as time has gone by.
 KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
@@ -97,13 +95,10 @@ class Existence:
         return {track.key: first + number for number, track in enumerate(ready)}
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
-        is_asked = track.evidence.asked_s > 0.0
-        if has_network and not (is_asked or self._is_first):
+        if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
             return False
         waited = min(track.evidence.asked_s / KNOWN_WELL_S, 1.0)
         enough = CONFIRMED + waited * (CONFIRMED_LATE - CONFIRMED)
-        if has_network and not is_asked:
-            enough = SURE_AT_ONCE
         is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
         return track.is_seen and is_long_enough and track.existence(self.likelihood) > enough
 

@@ -48,8 +48,8 @@ class JointFilter:
 
     def __init__(self, settings: JointFilterSettings) -> None:
         self.settings = settings
-        self._place: Array | None = None
-        self._velocity = self._variance = self._covariance = self._of_velocity = np.zeros(0)
+        self._place = self._velocity = self._variance = np.zeros(0)
+        self._covariance = self._of_velocity = np.zeros(0)
 
     def update(self, proposals: JointProposals, elapsed_s: float) -> JointProposals:
         """The first person's proposals with their places filtered.
@@ -61,10 +61,10 @@ class JointFilter:
         places_camera, scales_m = proposals.positions_camera[0], proposals.scales_m[0]
         depth_m = places_camera[..., 2:]
         to_metres = np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], axis=-1)
-        measured = places_camera / np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], -1)
+        measured = places_camera / to_metres
         noise = 2.0 * (scales_m / to_metres) ** 2  # the variance of a Laplace law
         unrest = self.settings.unrest_m2_s3 / to_metres**2
-        if self._place is None or self._place.shape != measured.shape:
+        if self._place.shape != measured.shape:
             self._place, self._variance = measured, noise
             self._velocity = self._covariance = np.zeros_like(noise)
             self._of_velocity = unrest

@@ -22,7 +22,6 @@ from topview.people.existence import (
     REFUSED,
     ROOM_S,
     SHADOW_S,
-    SURE_AT_ONCE,
     UNSEEN_S,
     Existence,
     is_too_near,
@@ -88,13 +87,6 @@ def test_what_the_network_has_refused_is_kept_while_it_stands_still() -> None:
     assert not existence.has_ended(refused, LATER)
     unasked = replace(BORN, seen_s=LATER.time_s)
     assert Existence(None, replace_bias(-4.0)).has_ended(unasked, LATER)
-
-
-def test_in_the_first_frame_only_the_sure_are_told_before_the_network_answers() -> None:
-    for share, id in ((CONFIRMED, 0), (SURE_AT_ONCE, 1)):
-        shape = replace_bias(log_odds_of(share) + 0.01)
-        assert confirmed(Existence(None, shape), BORN, has_network=True) == [id]
-        assert confirmed(Existence(None, shape), BORN) == [1]
 
 
 @given(st.lists(log_odds, min_size=1, max_size=6), st.integers(1, 4), st.integers(0, 3))

@@ -42,8 +42,7 @@ def test_two_people_of_the_simulator(width, proposals, median_cm, most_cm):
     settings = replace(SETTINGS, proposals=proposals)
     apart = compare_with_mirror_image(Excerpt(SimulatedRecording(scene), FRAMES), settings)
     assert apart.alone == 0
-    waits = proposals == "network"  # it answers after the first frame
-    assert len(apart.distances_cm) == 2 * (FRAMES - waits)
+    assert len(apart.distances_cm) == 2 * FRAMES
     assert apart.quantile_cm(0.5) < median_cm
     assert apart.quantile_cm(0.95) < most_cm
 
