@@ -36,6 +36,19 @@ def naming(path: Path, doing: str = "read", right: str = "it must be a file") ->
         raise InputError(f"{path}: cannot be {doing}: {error.strerror or error}; {right}") from None
 
 
+@contextmanager
+def unharmed(right: str, *but: type[Exception]) -> Iterator[None]:
+    """Libraries raise dozens of kinds of errors for what is damaged: each becomes one line, which
+    does not name the file; those that are named go on as they are."""
+    try:
+        yield
+    except (InputError, GeneratorExit, *but):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"is truncated or damaged ({reason}); {right}") from None
+
+
 def check_regular(path: Path, right: str = "it must be one") -> None:
     """Refuse what would be waited for, or never ends: pipes, sockets, devices; folders, too. Errors
     do not name the file.
@@ -104,7 +117,7 @@ class Archive:
     def __init__(self, path: Path, right: str = "it must be an .npz archive") -> None:
         self._right = right
         check_regular(path, right)
-        with self._unharmed():
+        with unharmed(self._right, OSError):
             self._zip = zipfile.ZipFile(path)
         self._members = {info.filename.removesuffix(".npy"): info for info in self._zip.filelist}
 
@@ -122,7 +135,7 @@ class Archive:
 
     def check_total(self) -> None:
         """Refuse, before anything is unpacked, what claims more than there is or is allowed."""
-        with self._unharmed():
+        with unharmed(self._right, OSError):
             _check_size(sum(info.file_size for info in self._members.values()))
             for info in self._members.values():
                 with self._zip.open(info) as member:
@@ -130,13 +143,13 @@ class Archive:
 
     def shape(self, key: str) -> tuple[int, ...]:
         """Of an array."""
-        with self._unharmed(), self._zip.open(self._members[key]) as member:
+        with unharmed(self._right, OSError), self._zip.open(self._members[key]) as member:
             return _read_header(member, self._members[key])[0]
 
     def read(self, key: str) -> NDArray[Any]:
         """A whole array."""
         info = self._members[key]
-        with self._unharmed():
+        with unharmed(self._right, OSError):
             _check_size(info.file_size)
             with self._zip.open(info) as member:
                 _read_header(member, info)
@@ -146,7 +159,7 @@ class Archive:
     def blocks(self, key: str, rows: int | None) -> Iterator[NDArray[Any]]:
         """An array, so many rows at a time, or all; at least one block."""
         info = self._members[key]
-        with self._unharmed(), self._zip.open(info) as member:
+        with unharmed(self._right, OSError), self._zip.open(info) as member:
             shape, is_fortran, dtype = _read_header(member, info)
             if is_fortran or dtype.hasobject or not shape:
                 raise ValueError(f"{info.filename} cannot be read row by row")
@@ -156,16 +169,6 @@ class Archive:
                 count = min(rows or shape[0], shape[0] - start)
                 data = member.read(count * row_bytes)
                 yield np.frombuffer(data, dtype).reshape(count, *shape[1:])
-
-    @contextmanager
-    def _unharmed(self) -> Iterator[None]:
-        try:
-            yield
-        except (InputError, OSError):
-            raise
-        except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"is truncated or damaged ({reason}); {self._right}") from None
 
 
 def _check_size(total: int) -> None:

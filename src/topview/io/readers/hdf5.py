@@ -8,15 +8,13 @@ C = 3.50666662e-3.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.files import MOST_BYTES, check_regular, naming
+from topview.files import MOST_BYTES, check_regular, naming, unharmed
 from topview.io.readers.arrays import RIGHT_ARRAY, ArrayRecording
 from topview.io.readers.camera_json import DEFAULT_FPS, CameraFile, read_camera_json
 from topview.io.readers.notes import Notes
@@ -133,15 +131,3 @@ def open_hdf5(path: Path, right: str) -> Any:
         ) from None
     with unharmed(right):
         return h5py.File(path, "r")
-
-
-@contextmanager
-def unharmed(right: str) -> Iterator[None]:
-    """h5py raises many kinds of errors for what is damaged; each becomes one line."""
-    try:
-        yield
-    except (InputError, GeneratorExit):
-        raise
-    except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"is truncated or damaged ({reason}); {right}") from None

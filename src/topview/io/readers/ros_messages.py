@@ -7,12 +7,12 @@ that those of a bag's own, however odd, do no harm.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Protocol, Self
 
+from topview.files import unharmed
 from topview.records import InputError
 
 ROS1_SIGNATURE: Final = b"#ROSBAG V"
@@ -69,11 +69,11 @@ class Bag:
                 "ROS bags need rosbags; install it with: pip install 'topview[ros]'"
             ) from None
         self._store = standard_types(self._is_ros1)
-        with _unharmed():
+        with unharmed(_RIGHT):
             self._reader: Any = (rosbag1.Reader if self._is_ros1 else rosbag2.Reader)(path)
 
     def __enter__(self) -> Self:
-        with _unharmed():
+        with unharmed(_RIGHT):
             self._reader.open()
         return self
 
@@ -83,7 +83,7 @@ class Bag:
     @property
     def topics(self) -> dict[str, Topic]:
         """By name."""
-        with _unharmed():
+        with unharmed(_RIGHT):
             return {
                 name: Topic(name, str(info.msgtype), info.msgcount)
                 for name, info in self._reader.topics.items()
@@ -94,7 +94,7 @@ class Bag:
         wanted = [c for c in self._reader.connections if c.topic in topics]
         if not wanted:
             return
-        with _unharmed():
+        with unharmed(_RIGHT):
             for connection, time_ns, data in self._reader.messages(wanted):
                 yield connection.topic, time_ns / 1e9, self._decoded(data, connection.msgtype)
 
@@ -135,15 +135,3 @@ def starts_with(path: Path) -> bytes | None:
     with path.open("rb") as file:
         beginning = file.read(max(map(len, BAG_SIGNATURES)))
     return next((s for s in BAG_SIGNATURES if beginning.startswith(s)), None)
-
-
-@contextmanager
-def _unharmed() -> Iterator[None]:
-    """rosbags, SQLite and the decompressors raise two dozen kinds of errors for what is damaged."""
-    try:
-        yield
-    except (InputError, GeneratorExit):
-        raise
-    except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"is truncated or damaged ({reason}); {_RIGHT}") from None
