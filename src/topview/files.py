@@ -42,7 +42,7 @@ def unharmed(right: str, *but: type[Exception]) -> Iterator[None]:
     does not name the file; those that are named go on as they are."""
     try:
         yield
-    except (InputError, GeneratorExit, *but):
+    except (InputError, *but):
         raise
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__

@@ -17,11 +17,12 @@ from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.io import write_atomically
+from topview.io.writers.extras import needed
 from topview.people.existence import CONFIRMED
 from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import Likelihood, shipped_likelihood
 from topview.records import InputError
-from topview_lab.cli.train_people_layer import check_onnx, collected, learn_layer, split
+from topview_lab.cli.train_people_layer import collected, learn_layer, split
 from topview_lab.datasets import find_folder_recordings, make_simulated
 from topview_lab.evaluate.tables import empty_table, number, percent
 from topview_lab.metrics.statistics import share
@@ -82,7 +83,7 @@ def train_people(
         prepare_output_file("--out", out, force)
     if joints_out is not None:
         prepare_output_file("--joints-out", joints_out, force)
-        check_onnx()
+        needed("onnx", "--joints-out", "train")
     given = _given(folders or [], every, simulated or [])
     others = find_folder_recordings(measure_on) if measure_on else []
     if both := {own.name for own in given if own in others}:

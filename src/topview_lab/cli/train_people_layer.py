@@ -25,14 +25,6 @@ HELD_BACK: Final = 4
 Row = TypeVar("Row")
 
 
-def check_onnx() -> None:
-    """Raises InputError where onnx is missing, which rewrites the network."""
-    try:
-        import onnx  # noqa: F401
-    except ImportError as error:
-        raise InputError("--joints-out needs onnx: pip install 'topview[train]'") from error
-
-
 def collected(
     jobs: Sequence[Callable[[], Row]], workers: int, what: str
 ) -> list[Row | None] | None:

@@ -120,7 +120,7 @@ def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool
         by_id = {track.told_as: track for track in finder.found.tracks}
         asked = [*finder.found.users, *finder.doubtful[:1]]
         for user, image, is_used in zip(
-            asked, network.windows.images, network.windows.is_used, strict=True
+            asked, network.windows.looked_at, network.windows.is_used, strict=True
         ):
             track = by_id[user.id]
             is_told = is_used and track.is_seen

@@ -142,5 +142,5 @@ def test_without_onnx_it_is_one_line(tmp_path, topview, monkeypatch) -> None:
     refused = topview("train-people", tmp_path, "--joints-out", tmp_path / "a.onnx")
     assert (refused.status, refused.complaints) == (
         2,
-        ["topview: --joints-out needs onnx: pip install 'topview[train]'"],
+        ["topview: --joints-out needs onnx; install it with: pip install 'topview[train]'"],
     )

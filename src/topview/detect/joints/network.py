@@ -77,7 +77,7 @@ class JointNetwork:
         """
         used = np.flatnonzero(windows.is_used)
         with naming(self._path):
-            answers = self._network.answers(_looked_at(windows, used))
+            answers = self._network.answers(windows.looked_at[used])
         if windows.mirrored:
             _mirror(answers)
         P, M, J = len(windows.is_used), self._network.modes, len(PROPOSED_JOINTS)
@@ -98,12 +98,6 @@ class JointNetwork:
             p_person,
             PROPOSED_JOINTS,
         )
-
-
-def _looked_at(windows: Windows, used: NDArray[np.intp]) -> Floats:
-    """[P, 3, 128, 128] images of the windows that are used, as the network is to see them."""
-    images = windows.images[used]
-    return np.ascontiguousarray(images[..., ::-1]) if windows.mirrored else images
 
 
 def _mirror(answers: dict[str, Floats]) -> None:

@@ -61,6 +61,11 @@ class Windows:
         for values in (self.images, self.middles, self.halves_m, self.is_used):
             read_only(values)
 
+    @property
+    def looked_at(self) -> NDArray[np.float32]:
+        """[P, 3, 128, 128] the images as a proposer is to see them."""
+        return np.ascontiguousarray(self.images[..., ::-1]) if self.mirrored else self.images
+
     def to_camera(self, places: Array) -> Array:
         """[P, ..., 3] places in the boxes to metres in the camera's frame."""
         focal = np.array([self.fx, self.fy])

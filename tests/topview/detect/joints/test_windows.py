@@ -75,6 +75,14 @@ def test_a_mirrored_image_gives_mirrored_windows_and_places(seed: int) -> None:
     assert there.to_camera(places(seed) * MIRROR) == pytest.approx(want, abs=1e-12)
 
 
+def test_only_what_is_looked_at_is_mirrored() -> None:
+    view, labels = scene(0)
+    here, there = (cut_windows(view, labels, [1, 2], mirrored=way) for way in (False, True))
+    np.testing.assert_array_equal(there.images, here.images)
+    np.testing.assert_array_equal(here.looked_at, here.images)
+    np.testing.assert_array_equal(there.looked_at, here.images[..., ::-1])
+
+
 @given(SEEDS)
 def test_somebody_further_off_through_a_longer_lens_fills_the_same_box(seed: int) -> None:
     view, labels = scene(seed)
