@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 MOST_WINDOWS = 100_000_000
 MEASURED_WINDOWS = 1000
+START_WINDOWS = 256  # that tell a network to go on from what it sees
+STARTED_RATE = 0.5  # of the rate of a network that starts from chance
 TOLD_INTERVALS = (0.5, 0.9)
 
 
@@ -36,6 +38,7 @@ def train_joints(
     *,
     out: Path,
     measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
+    start_from: Path | None = None,
     windows: int = 600_000,
     seed: int = 0,
     threads: int = 0,
@@ -52,6 +55,7 @@ def train_joints(
         out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
+        start_from: weights to go on from, such as those that ship; at half the rate.
         windows: to learn from, each varied anew.
         seed: of the network, the order and the variations.
         threads: of torch, 0 for all cores.
@@ -70,7 +74,9 @@ def train_joints(
     from topview_lab.training.joints.learning import LearningSettings
 
     how = replace(LearningSettings(), windows=windows, seed=seed)
-    network = _learn(samples, how, out, threads)
+    if start_from is not None:
+        how = replace(how, rate=how.rate * STARTED_RATE)
+    network = _learn(samples, how, out, threads, start_from)
     print(f"trained on {windows} windows of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
         scores = _scores(network, measured)
@@ -111,17 +117,24 @@ def _read(sources: Sequence[Path], out: Path, what_for: str) -> Samples:
     return samples
 
 
-def _learn(samples: Samples, how: LearningSettings, out: Path, threads: int) -> Network:
+def _learn(
+    samples: Samples, how: LearningSettings, out: Path, threads: int, start_from: Path | None
+) -> Network:
     """Train, write the weights and the losses; what the network says of windows."""
     import torch
 
     from topview_lab.training.joints.export import exported
-    from topview_lab.training.joints.learning import learn, proposed
+    from topview_lab.training.joints.imported import imported
+    from topview_lab.training.joints.learning import first_windows, learn, proposed
     from topview_lab.training.joints.net import NetSettings
     from topview_lab.training.joints.windows import Variation
 
     if threads:
         torch.set_num_threads(threads)
+    varied, begun = Variation(), None
+    if start_from is not None:
+        begun = imported(start_from, first_windows(samples, varied, how.seed, START_WINDOWS))
+    settings = NetSettings() if begun is None else begun.settings
     history = _beside(out, "losses.json")
     checkpoint = _beside(out, "checkpoint")
     rows = json.loads(history.read_text()) if checkpoint.exists() and history.exists() else []
@@ -138,7 +151,7 @@ def _learn(samples: Samples, how: LearningSettings, out: Path, threads: int) -> 
             said = f"{step.windows_a_second:.0f} windows/s"
             progress.update(bar, completed=step.step, said=said)
 
-        net = learn(samples, NetSettings(), how, Variation(), checkpoint, told)
+        net = learn(samples, settings, how, varied, checkpoint, told, begun=begun)
     write_atomically(out, exported(net))
     draw_losses(rows, _beside(out, "losses.png"))
     return lambda images: proposed(net, images)

@@ -16,12 +16,13 @@ from topview.records import InputError
 from topview_lab.cli import train_joints as command
 from topview_lab.training.joints.measuring import INTERVALS, facing_sine, measure
 from topview_lab.training.joints.recordings import gathered
-from topview_lab.training.joints.windows import AS_THEY_ARE, labelled_window
+from topview_lab.training.joints.windows import AS_THEY_ARE, Variation, labelled_window
 
 torch = pytest.importorskip("torch", reason="learning joints needs the extra `train`")
 
 from topview_lab.training.joints import learning  # noqa: E402
 from topview_lab.training.joints.export import exported  # noqa: E402
+from topview_lab.training.joints.imported import imported  # noqa: E402
 from topview_lab.training.joints.learning import LearningSettings, learn, proposed  # noqa: E402
 from topview_lab.training.joints.net import JointNet, NetSettings  # noqa: E402
 
@@ -192,3 +193,28 @@ def test_the_sine_says_who_faces_the_camera() -> None:
         assert facing_sine(replace(window, places=places + turned)) == pytest.approx(sine)
     nobody = np.zeros_like(window.is_known)
     assert facing_sine(replace(window, places=across, is_known=nobody)) == 0.0
+
+
+def test_weights_are_gone_on_from_as_they_are(tmp_path: Path) -> None:
+    """What was exported and imported says the same, also by what its windows bring."""
+    how = replace(HOW, windows=80)
+    net = learn(SAMPLES, SMALL, how, AS_THEY_ARE, tmp_path / "a", nothing)
+    (tmp_path / "weights.onnx").write_bytes(exported(net))
+    images = learning.first_windows(SAMPLES, Variation(), 0, 8)
+    begun = imported(tmp_path / "weights.onnx", images)
+    assert begun.settings == SMALL
+    before, after = proposed(net, images.numpy()), proposed(begun, images.numpy())
+    learnt_on = [out.detach().numpy() for out in begun.train()(images)]
+    for was, now, training in zip(before, after, learnt_on, strict=True):
+        np.testing.assert_allclose(now, was, atol=0.02)  # half precision
+        np.testing.assert_allclose(training, now, atol=1e-3)
+
+
+def test_weights_of_something_else_are_refused(tmp_path: Path) -> None:
+    images = learning.first_windows(SAMPLES, AS_THEY_ARE, 0, 2)
+    path = tmp_path / "weights.onnx"
+    path.write_bytes(b"no network")
+    with pytest.raises(InputError, match=r"weights\.onnx is no \.onnx that can be read"):
+        imported(path, images)
+    with pytest.raises(InputError, match="none.onnx"):
+        imported(tmp_path / "none.onnx", images)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 # All ours.
 WINDOW_PIXELS: Final = 128  # on each side
 HALF_BOX_M: Final = 1.2  # from a box's middle to its sides, front and back, at the most
-LEAST_HALF_BOX_M: Final = 0.96  # and at the least: nobody looks larger than in training
+LEAST_HALF_BOX_M: Final = 0.72  # and at the least, for children and whoever sits
 BOX_MARGIN_M: Final = 0.08  # from the person's outermost columns and rows to the box's sides
 OUTERMOST_SHARE: Final = 0.0025  # of the person's pixels that lie beyond those on each side
 LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to look at

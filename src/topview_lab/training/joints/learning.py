@@ -104,6 +104,12 @@ class _InTurn(Sampler[int]):
         return len(self._numbers)
 
 
+def first_windows(samples: Samples, how: Variation, seed: int, count: int) -> Tensor:
+    """[count, 3, 128, 128] the windows that a training begins with."""
+    windows = _Windows(samples, how, seed)
+    return torch.from_numpy(np.stack([windows[number][0] for number in range(count)]))
+
+
 def _as_arrays(window: LabelledWindow) -> tuple[Any, ...]:
     return (
         window.image,
@@ -174,10 +180,22 @@ def learn(
     checkpoint: Path,
     report: Callable[[Step], None],
     *,
+    begun: JointNet | None = None,
     report_steps: int = 50,
     save_s: float = 120.0,
 ) -> JointNet:
     """The trained network, with averaged weights; goes on from the checkpoint where there is one.
+
+    Args:
+        samples: to learn from.
+        net_settings: of the network.
+        how: it learns.
+        variation: of the windows.
+        checkpoint: to write, and to go on from.
+        report: is told every so many steps.
+        begun: a network of these settings to start from; else it starts from chance.
+        report_steps: between two reports.
+        save_s: between two checkpoints, seconds.
 
     Raises:
         InputError: the checkpoint is of another kind, or cannot be written.
@@ -185,6 +203,8 @@ def learn(
     _keep_freed_memory()
     torch.manual_seed(how.seed)
     net = JointNet(net_settings)
+    if begun is not None:
+        net.load_state_dict(begun.state_dict())
     net.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
     averaged = JointNet(net_settings)
     averaged.load_state_dict(net.state_dict())

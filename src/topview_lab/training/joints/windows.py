@@ -55,6 +55,8 @@ class Variation:
 
     Attributes:
         scales: a person and all around is this many times as large.
+        boxes: the box is this many times as large as what is seen of the person needs, as somebody's
+            own pixels are not all known.
         turn_rad: the camera turned about each of its axes: about right, down, forward.
         shift_m: of the box's middle.
         far_shift_share, far_shift_m: as if much more of the person were out of sight.
@@ -75,6 +77,7 @@ class Variation:
     """
 
     scales: tuple[float, float] = (0.75, 1.25)
+    boxes: tuple[float, float] = (0.9, 1.2)
     turn_rad: tuple[float, float, float] = (0.2, 0.2, 0.15)
     shift_m: float = 0.06
     far_shift_share: float = 0.15
@@ -103,8 +106,9 @@ class Variation:
 
 AS_THEY_ARE: Final = Variation(
     scales=(1.0, 1.0),
+    boxes=(1.0, 1.0),
     turn_rad=(0.0, 0.0, 0.0),
-    **{field.name: 0.0 for field in fields(Variation) if field.name not in ("scales", "turn_rad")},
+    **{field.name: 0.0 for field in fields(Variation) if field.name.endswith(("_share", "_m"))},
 )
 """No variation: to measure with."""
 WITHOUT_PERSON: Final = replace(AS_THEY_ARE, nobody_share=1.0)
@@ -204,7 +208,7 @@ def _cut(
     far = rng.random() < how.far_shift_share
     sigma_m = shift_m or (how.far_shift_m if far else how.shift_m)
     shift = rng.normal(0.0, sigma_m, 3) if sigma_m else np.zeros(3)
-    half_m = box.half_m(scale)
+    half_m = box.half_m(scale * rng.uniform(*how.boxes))
     turned = _turned_middle(view, box.middle, R_turned_camera) * [1.0, 1.0, scale]
     turned += shift * [view.fx / turned[2], view.fy / turned[2], 1.0]
     turned[2] = max(turned[2], 0.4)
