@@ -119,7 +119,7 @@ class HeadEvidence:
     """How well the surroundings of N points fit the template of a head; shares, 0..1 each.
 
     Attributes:
-        inside: [N] of the head's disc that is there.
+        inside: [N] of the head's disc that is there, of what lies in the picture, or of half of it.
         free: [N] of the visible space above and beside it that is empty.
         shoulders: [N] of the visible shoulders and chest that is there.
         shoulders_seen: [N] of them that is not occluded.

@@ -10,7 +10,7 @@ from topview.kernels.medians import median
 from topview.kernels.noise import Law, law_at
 
 # What is seen at a place, compared with the depth that it should have.
-HIDDEN, THERE, BEHIND, EMPTY = range(4)
+HIDDEN, THERE, BEHIND, EMPTY, OUTSIDE = range(5)
 
 
 @njit(nogil=True)
@@ -26,8 +26,8 @@ def look_at(
 ) -> int:
     """What a depth image [h, w], 0 where there is no reading, shows in the direction of a point.
 
-    `HIDDEN`: out of view, or something nearer by more than the first of `tolerances_m` is in the
-    way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further away
+    `OUTSIDE`: out of view; `HIDDEN`: something nearer by more than the first of `tolerances_m` is in
+    the way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further away
     by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`.
     """
     before_m, behind_m, far_behind_m = tolerances_m
@@ -44,7 +44,7 @@ def look_at(
     is_visible = is_in_view & (further_m >= -before_m - noise_m)
     is_behind = further_m > behind_m + noise_m
     is_far = further_m > far_behind_m + noise_m
-    return is_visible * (THERE + is_behind + is_far)
+    return is_visible * (THERE + is_behind + is_far) + (not is_in_view) * OUTSIDE
 
 
 @njit(nogil=True)
@@ -57,23 +57,25 @@ def _count(
     places_m: NDArray[np.float64],
     tolerances_m: tuple[float, float, float],
     noise_m: float,
-) -> tuple[int, int, int]:
-    """How many of the template's places [K, 2] about a centre are visible, there and behind.
+) -> tuple[int, int, int, int]:
+    """How many of the template's places [K, 2] about a centre are visible, there, behind, and
+    outside of the image.
 
     `axes_camera`: x and y to the right, x, y and z up.
     """
     right_x, right_y, up_x, up_y, up_z = axes_camera
-    visible, there, behind = 0, 0, 0
+    visible, there, behind, outside = 0, 0, 0, 0
     for k in range(places_m.shape[0]):
         right, up = places_m[k]
         x = center_camera[0] + (right * right_x + up * up_x)
         y = center_camera[1] + (right * right_y + up * up_y)
         z = center_camera[2] + up * up_z
         seen = look_at(depth_m, focal_px, principal_px, x, y, z, tolerances_m, noise_m)
-        visible += seen != HIDDEN
+        visible += (seen != HIDDEN) & (seen != OUTSIDE)
         there += seen == THERE
         behind += seen == BEHIND
-    return visible, there, behind
+        outside += seen == OUTSIDE
+    return visible, there, behind, outside
 
 
 @njit(cache=True, nogil=True)
@@ -115,19 +117,19 @@ def fit_template(
         across = np.hypot(x, y)
         axes = (-y / across, x / across, x, y, z)
         noise_m = law_at(center[2], noise)
-        visible, there, _ = _count(
+        visible, there, _, _ = _count(
             depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m
         )
         free = (visible - there) / max(visible, len(free_m) / 2)
         if free < least:
             continue
-        _, there, _ = _count(
+        _, there, _, outside = _count(
             depth_m, focal_px, principal_px, center, axes, inside_m, tolerances_m, noise_m
         )
-        inside = there / len(inside_m)
+        inside = there / max(len(inside_m) - outside, len(inside_m) / 2)
         if inside * free < least:
             continue
-        visible, there, behind = _count(
+        visible, there, behind, _ = _count(
             depth_m, focal_px, principal_px, center, axes, shoulders_m, tolerances_m, noise_m
         )
         out_evidence[0, n] = inside

@@ -87,8 +87,8 @@ def rejoined(
     features_of: FeaturesOf,
     existence: Existence,
 ) -> tuple[list[Track], list[HeadCandidate]]:
-    """The tracks, those at another head whose body has had one that looks much more like it for
-    long enough; and the heads that are left."""
+    """The tracks, those at another head whose body has one that looks much more like it, and has had
+    it for long enough if they are confirmed; and the heads that are left."""
     after, left = [], list(heads)
     for track in tracks:
         others = [other for other in tracks if other.key != track.key and other.id]
@@ -103,12 +103,11 @@ def rejoined(
             ),
             None,
         )
+        since_s = scene.time_s if track.rival_since_s is None else track.rival_since_s
         if rival is None:
             after.append(replace(track, rival_since_s=None))
-        elif track.rival_since_s is None:
-            after.append(replace(track, rival_since_s=scene.time_s))
-        elif scene.time_s - track.rival_since_s < NEW_TRACK_S:
-            after.append(track)
+        elif track.id and scene.time_s - since_s < NEW_TRACK_S:
+            after.append(replace(track, rival_since_s=since_s))
         else:
             after.append(track.restarted(scene.cloud, rival))
             left.remove(rival)

@@ -11,6 +11,7 @@ from topview.kernels.heads import (
     BEHIND,
     EMPTY,
     HIDDEN,
+    OUTSIDE,
     THERE,
     below_others,
     fit_template,
@@ -35,7 +36,7 @@ def noise_at(z: float) -> float:
 def definition(depth_m: np.ndarray, centers: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     places = centers[:, None] + offsets
     pixels = project(places, CAMERA)
-    seen = np.full(places.shape[:2], HIDDEN)
+    seen = np.full(places.shape[:2], OUTSIDE)
     for index in np.ndindex(seen.shape):
         if not np.isfinite(pixels[index]).all():
             continue
@@ -44,6 +45,7 @@ def definition(depth_m: np.ndarray, centers: np.ndarray, offsets: np.ndarray) ->
             continue
         noise_m = noise_at(centers[index[0], 2])
         further_m = depth_m[row, column] - places[index][2]
+        seen[index] = HIDDEN
         if depth_m[row, column] == 0.0 or further_m > FAR_BEHIND_M + noise_m:
             seen[index] = EMPTY
         elif further_m > BEHIND_M + noise_m:
@@ -97,12 +99,14 @@ def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: fl
         inside, free, shoulders = (
             definition(depth_m, center[None], places @ np.stack([right, up]))[0] for places in parts
         )
+        are_visible = ~np.isin(shoulders, (HIDDEN, OUTSIDE))
         expected = np.array(
             [
-                (inside == THERE).mean(),
-                (free >= BEHIND).sum() / max((free != HIDDEN).sum(), 3.5),
-                np.isin(shoulders, (THERE, BEHIND)).sum() / max((shoulders != HIDDEN).sum(), 1),
-                (shoulders != HIDDEN).mean(),
+                (inside == THERE).sum() / max((inside != OUTSIDE).sum(), 2.5),
+                np.isin(free, (BEHIND, EMPTY)).sum()
+                / max((~np.isin(free, (HIDDEN, OUTSIDE))).sum(), 3.5),
+                np.isin(shoulders, (THERE, BEHIND)).sum() / max(are_visible.sum(), 1),
+                are_visible.mean(),
             ]
         )
         if expected[0] * expected[1] < least:
