@@ -26,9 +26,9 @@ def look_at(
 ) -> int:
     """What a depth image [h, w], 0 where there is no reading, shows in the direction of a point.
 
-    `OUTSIDE`: out of view; `HIDDEN`: something nearer by more than the first of `tolerances_m` is in
-    the way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further away
-    by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`.
+    `OUTSIDE`: out of view; `HIDDEN`: something nearer by more than the first of `tolerances_m` is
+    in the way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further
+    away by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`.
     """
     before_m, behind_m, far_behind_m = tolerances_m
     height, width = depth_m.shape

@@ -24,9 +24,10 @@ from topview_lab.training.person_layer import means_under
 Floats = NDArray[np.float32]
 
 # Ours: so many windows of a recording are varied, too, as no recording has them: without a
-# background, with wrong masks. Of them so many show no person, and more than one.
+# background, with wrong masks. Of them so many show no person, and more than one; and in so many
+# somebody is cut by the border, as whoever enters is.
 VARIED_WINDOWS: Final = 80
-VARIED: Final = replace(Variation(), nobody_share=0.25, several_share=0.1)
+VARIED: Final = replace(Variation(), nobody_share=0.25, several_share=0.1, border_share=0.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

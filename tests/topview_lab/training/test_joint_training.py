@@ -216,5 +216,5 @@ def test_weights_of_something_else_are_refused(tmp_path: Path) -> None:
     path.write_bytes(b"no network")
     with pytest.raises(InputError, match=r"weights\.onnx is no \.onnx that can be read"):
         imported(path, images)
-    with pytest.raises(InputError, match="none.onnx"):
+    with pytest.raises(InputError, match=r"none\.onnx"):
         imported(tmp_path / "none.onnx", images)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -44,6 +45,24 @@ def test_each_joint_is_where_the_window_shows_it(number: int, seed: int) -> None
     seen = window.image[DEPTH, rows, columns]
     # A disc faces the camera as it was: turned, its rim is nearer or farther than its middle.
     np.testing.assert_allclose(seen, np.clip(depth, -1.0, 1.0), atol=0.02)
+
+
+@given(st.integers(0, len(SAMPLES) - 1), st.integers(0, 2**32))
+def test_whoever_the_border_cuts_is_known_where_seen(number: int, seed: int) -> None:
+    """Known are the joints that the rest of the image shows, and no others."""
+    how = replace(AS_THEY_ARE, border_share=1.0, border_hidden=0.7)
+    window = labelled_window(SAMPLES, number, np.random.default_rng(seed), how)
+    assert np.count_nonzero(window.image[OWN]) > 0
+    pixels = np.floor((window.places[window.is_known, :2] + 1.0) * WINDOW_PIXELS / 2).astype(int)
+    pixels = pixels[((pixels >= 0) & (pixels < WINDOW_PIXELS)).all(axis=1)]
+    beside = cv2.dilate(window.image[OWN], np.ones((5, 5), np.uint8))  # a joint on the edge
+    assert (beside[pixels[:, 1], pixels[:, 0]] == 1.0).all()
+
+
+def test_the_border_hides_joints() -> None:
+    how = replace(AS_THEY_ARE, border_share=1.0, border_hidden=0.7)
+    drawn = [labelled_window(SAMPLES, 0, np.random.default_rng(seed), how) for seed in range(8)]
+    assert any(not window.is_known.all() and window.is_known.any() for window in drawn)
 
 
 def test_without_variation_it_is_the_trackers_own_window() -> None:

@@ -55,8 +55,8 @@ class Variation:
 
     Attributes:
         scales: a person and all around is this many times as large.
-        boxes: the box is this many times as large as what is seen of the person needs, as somebody's
-            own pixels are not all known.
+        boxes: the box is this many times as large as what is seen of the person needs, as not all
+            pixels that are somebody's are known.
         turn_rad: the camera turned about each of its axes: about right, down, forward.
         shift_m: of the box's middle.
         far_shift_share, far_shift_m: as if much more of the person were out of sight.
@@ -67,6 +67,8 @@ class Variation:
             the floor, up to that height.
         thing_share: a thing is put in front.
         edge_share: the image ends within the window.
+        border_share, border_hidden: it ends within the person, at a side, and so much of the
+            person at the most lies outside.
         no_background_share, far_background_share: nothing but people is seen; nothing farther away.
         ragged_share: of those without a background: something of it is left round the person.
         wrong_mask_share: the segmentation is wrong in one way or another.
@@ -85,6 +87,8 @@ class Variation:
     company_share: float = 0.2
     thing_share: float = 0.1
     edge_share: float = 0.08
+    border_share: float = 0.08
+    border_hidden: float = 0.7
     relief_share: float = 0.5
     relief_m: float = 0.02
     fat_share: float = 0.25
@@ -108,6 +112,7 @@ AS_THEY_ARE: Final = Variation(
     scales=(1.0, 1.0),
     boxes=(1.0, 1.0),
     turn_rad=(0.0, 0.0, 0.0),
+    border_hidden=0.0,
     **{field.name: 0.0 for field in fields(Variation) if field.name.endswith(("_share", "_m"))},
 )
 """No variation: to measure with."""
@@ -201,6 +206,12 @@ def _cut(
     labels = recording.masks[frame]
     view = DepthView(depth_m, *recording.intrinsics)
     own = int(recording.ids[person])
+    first, last = _borders((labels == own) & (depth_m > 0.0), rng, how)
+    if last - first < len(labels[0]):
+        depth_m, labels = depth_m.copy(), labels.copy()
+        for outside in (np.s_[:, :first], np.s_[:, last:]):
+            depth_m[outside], labels[outside] = 0.0, 0
+        view = DepthView(depth_m, *recording.intrinsics)
     box = box_of(view, labels == own)
     if box is None:
         raise ValueError(f"sample {number} shows fewer than {LEAST_WINDOW_PIXELS} pixels")
@@ -220,7 +231,7 @@ def _cut(
     image = np.empty((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
     encode((seen_m * stretch).astype(np.float32), owners, own, turned[2], half_m, image)
     joints = recording.joints_camera[frame, person].astype(np.float64)
-    is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view)
+    is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view, first, last)
     joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ R_turned_camera.T * scale
     halves_m, is_used = np.array([half_m]), np.ones(1, bool)
     window = Windows(image[None], turned[None], halves_m, is_used, *recording.intrinsics)
@@ -256,9 +267,26 @@ def _sources(
     )
 
 
-def _in_image(points_camera: Array, view: DepthView) -> NDArray[np.bool_]:
-    """[N] whether [N, 3] points, NaN for unknown ones, lie inside of the image's edges."""
-    return view.nearest_pixels(np.nan_to_num(points_camera, nan=-1e6), 0.1)[2]
+def _in_image(points_camera: Array, view: DepthView, first: int, last: int) -> NDArray[np.bool_]:
+    """[N] whether [N, 3] points, NaN for unknown ones, lie inside of the image's edges, from the
+    first column to before the last."""
+    _, columns, is_inside = view.nearest_pixels(np.nan_to_num(points_camera, nan=-1e6), 0.1)
+    return is_inside & (columns >= first) & (columns < last)
+
+
+def _borders(is_own: NDArray[np.bool_], rng: Generator, how: Variation) -> tuple[int, int]:
+    """The image's first column, and the one after its last; some of somebody's [H, W] pixels may
+    lie beyond, if enough are left to look at."""
+    width = is_own.shape[1]
+    if rng.random() >= how.border_share:
+        return 0, width
+    columns = np.sort(np.nonzero(is_own)[1])
+    gone = int(rng.uniform(0.0, how.border_hidden) * len(columns))
+    first, last = int(columns[gone]), width
+    if rng.random() < 0.5:
+        first, last = 0, int(columns[len(columns) - 1 - gone]) + 1
+    is_left = (columns >= first) & (columns < last)
+    return (first, last) if is_left.sum() >= LEAST_WINDOW_PIXELS else (0, width)
 
 
 def _look_at_something_else(image: Image, rng: Generator) -> bool:
