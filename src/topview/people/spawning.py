@@ -87,8 +87,8 @@ def rejoined(
     features_of: FeaturesOf,
     existence: Existence,
 ) -> tuple[list[Track], list[HeadCandidate]]:
-    """The tracks, those at another head whose body has one that looks much more like it (and has had
-    it for long enough, if they are people); and the heads that are left."""
+    """The tracks, and the heads that are left; at another head are those tracks whose body has one
+    that looks much more like it, and has had it for long enough if they are people."""
     after, left = [], list(heads)
     for track in tracks:
         others = [other for other in tracks if other.key != track.key and other.id]
