@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from made_frames import ABOUT, frames_with
 from moving_bodies import pose
 from patience import HANGS_S
-from topview.body import JOINT_NAMES
+from topview import JOINT_NAMES
 from topview.body.hierarchy import NODES
 from topview.body.parts import LEFT_UPPER_ARM, RIGHT_UPPER_ARM
 from topview.io.writers.levelled import BodyMotion
