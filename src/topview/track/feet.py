@@ -30,7 +30,7 @@ class Feet:
 
     def __init__(self) -> None:
         self._weighted_leg = np.zeros((2, 3))  # sum of ways over their variances, 1/m
-        self._time_s = 0.0
+        self._time_s = -np.inf
 
     def update(
         self, body: FittedBody, proposals: JointProposals | None, timestamp_s: float
