@@ -5,7 +5,7 @@
 BEFORE and AFTER are folders that hold `src/topview`; SOURCE is whatever `topview track` reads. Both
 are tracked on this machine, as floating-point results differ from processor to processor. Prints a
 line for each recording; exit status 1 if any array that both files hold differs, with how far the
-joints lie apart.
+joints lie apart. Of joints, those are compared that both have.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 TEXTS = ("settings",)  # names of methods and settings may change; what is tracked may not
+OF_JOINTS = ("joints_camera", "joint_state", "joint_confidence")
 EMPTY = {"joints_camera": np.nan, "joint_state": 0, "joint_confidence": 0, "Ts_camera_part": np.nan}
 
 
@@ -94,6 +95,7 @@ def by_person(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def compare(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> str:
     """ "same", or what differs in the arrays that both have."""
+    before, after = of_common_joints(before, after), of_common_joints(after, before)
     names = sorted((before.keys() & after.keys()) - set(TEXTS))
     differing = [name for name in names if not _same(before[name], after[name])]
     if not differing:
@@ -106,6 +108,15 @@ def compare(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> str:
         f"{', '.join(differing)} differ; joints lie {np.nanmedian(apart_cm):.2f} cm apart "
         f"(median), {np.nanmax(apart_cm):.2f} at most"
     )
+
+
+def of_common_joints(
+    arrays: dict[str, np.ndarray], others: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """The arrays with those joints alone that the others have, too."""
+    columns = np.flatnonzero(np.isin(arrays["joint_names"], others["joint_names"]))
+    chosen = {name: arrays[name][:, :, columns] for name in OF_JOINTS}
+    return arrays | chosen | {"joint_names": arrays["joint_names"][columns]}
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINTS, PARTS
+from topview.body import OUTPUT_JOINTS, PARTS
+from topview.body.ends import output_joints
 from topview.body.kinematics import (
     R_CAMERA_FACING,
     forward_kinematics,
-    joints_from_parts,
     rotations_in_camera,
 )
 from topview.body.model import BodyModel
@@ -100,7 +100,7 @@ def side_color(name: str) -> str:
 
 
 def standing() -> tuple[BodyModel, Array, Array]:
-    """The body, [11, 4, 4] poses of its parts and [16, 3] joints of who faces the camera."""
+    """The body, [11, 4, 4] poses of its parts and [20, 3] joints of who faces the camera."""
     body = BodyModel.of(STATURE_M, ANATOMICAL)
     Rs = np.repeat(np.eye(3)[None], len(PARTS), axis=0)
     Rs[0] = R_CAMERA_FACING
@@ -111,18 +111,18 @@ def standing() -> tuple[BodyModel, Array, Array]:
             Rs[index, :2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
             # A positive turn about z swings a part's far end, at +y, to the person's left, at -x.
     Ts = forward_kinematics(body, CROWN, rotations_in_camera(Rs))
-    return body, Ts, joints_from_parts(body, Ts)
+    return body, Ts, output_joints(body, Ts)
 
 
 def draw_joints(sketch: Sketch, joints: Array, middle: Array) -> None:
     at = middle + PX_PER_M * (joints - joints.mean(0))[:, :2]
-    for joint, end in zip(JOINTS, at, strict=True):
+    for joint, end in zip(OUTPUT_JOINTS, at, strict=True):
         if joint.bone_to >= 0:
             color = side_color(joint.name)
             sketch.line(at[joint.bone_to], end, color, 4, "7 7" if color == RIGHT else "")
-    for joint, place in zip(JOINTS, at, strict=True):
+    for joint, place in zip(OUTPUT_JOINTS, at, strict=True):
         sketch.dot(place, side_color(joint.name))
-    named = [(joint.name, place) for joint, place in zip(JOINTS, at, strict=True)]
+    named = [(joint.name, place) for joint, place in zip(OUTPUT_JOINTS, at, strict=True)]
     sketch.named([n for n in named if "right" in n[0]], middle[0] - 165, "end")
     sketch.named([n for n in named if "right" not in n[0]], middle[0] + 165, "start")
 
@@ -178,7 +178,7 @@ def svg() -> str:
     """The picture."""
     sketch = Sketch()
     body, Ts, joints = standing()
-    sketch.words("16 joints, as the camera sees them", np.array([280.0, 28.0]), 17, "middle")
+    sketch.words("20 joints, as the camera sees them", np.array([280.0, 28.0]), 17, "middle")
     draw_joints(sketch, joints, np.array([280.0, 285.0]))
     sketch.words("11 parts and their frames", np.array([810.0, 28.0]), 17, "middle")
     draw_parts(sketch, body, Ts, np.array([810.0, 330.0]))

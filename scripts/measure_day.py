@@ -18,7 +18,7 @@ from time import perf_counter
 
 import numpy as np
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES
 from topview.io import (
     FramesFile,
     SkeletonFile,

@@ -14,7 +14,8 @@ from os import PathLike
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from topview.body.parts import JOINT_NAMES, PART_NAMES
+from topview.body.parts import OUTPUT_JOINT_NAMES as JOINT_NAMES
+from topview.body.parts import PART_NAMES
 from topview.records import (
     JOINT_STATE_NAMES,
     Camera,
@@ -30,6 +31,7 @@ from topview.version import installed_version
 
 if TYPE_CHECKING:
     from topview.body.hierarchy import Articulation
+    from topview.io.writers.joint_frames import JointFrames, bone_lengths_m, joint_frames
     from topview.io.writers.levelled import T_world_camera, articulation_of
     from topview.io.writers.npz import read_skeletons_npz as read_skeletons
     from topview.io.writers.registry import write_skeletons
@@ -45,6 +47,7 @@ __all__ = [
     "Distortion",
     "Frame",
     "InputError",
+    "JointFrames",
     "JointState",
     "Person",
     "Recording",
@@ -54,6 +57,8 @@ __all__ = [
     "TrackerSettings",
     "__version__",
     "articulation_of",
+    "bone_lengths_m",
+    "joint_frames",
     "open",
     "read_skeletons",
     "write_skeletons",
@@ -65,10 +70,13 @@ logging.getLogger(__name__).addHandler(logging.NullHandler())  # the user says w
 # Loaded when first asked for: the tracker brings numba, which takes a second.
 _LAZY = {
     "Articulation": "topview.body.hierarchy:Articulation",
+    "JointFrames": "topview.io.writers.joint_frames:JointFrames",
     "T_world_camera": "topview.io.writers.levelled:T_world_camera",
     "Tracker": "topview.track.tracker:Tracker",
     "TrackerSettings": "topview.track.settings:TrackerSettings",
     "articulation_of": "topview.io.writers.levelled:articulation_of",
+    "bone_lengths_m": "topview.io.writers.joint_frames:bone_lengths_m",
+    "joint_frames": "topview.io.writers.joint_frames:joint_frames",
     "read_skeletons": "topview.io.writers.npz:read_skeletons_npz",
     "write_skeletons": "topview.io.writers.registry:write_skeletons",
 }

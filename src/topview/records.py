@@ -481,7 +481,8 @@ JOINT_STATE_NAMES: tuple[str, ...] = tuple(state.name.lower() for state in Joint
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Person:
-    """One person in one frame: J joints and P body parts, ordered as in `topview.body`.
+    """One person in one frame: J joints and P body parts, in the order of `topview.body`'s
+    `OUTPUT_JOINTS` and `PARTS`.
 
     Attributes:
         id: identity that lasts while the person is in view, counted from 1.

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES
 from topview.skeletons import About, TrackedFrame
 
 ABOUT = About(JOINT_NAMES, PART_NAMES, {"recording": "made", "seed": 3})
 
 
-def frames_with(who: Sequence[Sequence[int]]) -> list[TrackedFrame]:
+def frames_with(who: Sequence[Sequence[int]], about: About = ABOUT) -> list[TrackedFrame]:
     """A frame for each list of ids, with random numbers in all else."""
     rng = np.random.default_rng(0)
     heights_m = {i: rng.uniform(1.5, 1.9) for i in range(100)}
     frames = []
     for f, ids in enumerate(who):
-        people = np.zeros(len(ids), ABOUT.person_type)
+        people = np.zeros(len(ids), about.person_type)
         people["id"] = ids
         people["height_m"] = [heights_m[i] for i in ids]
         for name in ("joints_camera", "joint_confidence", "Ts_camera_part"):

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
+from topview.body.ends import output_joints
 from topview.body.kinematics import (
     R_CAMERA_FACING,
     forward_kinematics,
-    joints_from_parts,
     rotations_in_camera,
 )
 from topview.body.limits import LIMITS_RAD
@@ -36,14 +36,14 @@ def pose(
     Rs = rotations_from_angles(angles_rad)
     Rs[0] = R_CAMERA_FACING @ Rs[0]
     Ts = forward_kinematics(model, np.array(place), rotations_in_camera(Rs))
-    return joints_from_parts(model, Ts), Ts
+    return output_joints(model, Ts), Ts
 
 
 def moving_people(who: dict[float, list[int]] = WHO) -> SkeletonSequence:
     """Poses within the limits of the joints, at random."""
     rng = np.random.default_rng(1)
     low, high = np.clip(np.moveaxis(LIMITS_RAD, -1, 0), -1.2, 1.2)
-    about = About(JOINT_NAMES, PART_NAMES, {"recording": "made"})
+    about = About(OUTPUT_JOINT_NAMES, PART_NAMES, {"recording": "made"})
     frames = []
     for f, (time_s, ids) in enumerate(who.items()):
         people = np.zeros(len(ids), about.person_type)

@@ -14,7 +14,7 @@ import pytest
 import topview
 from documented import COMMANDS, DOCUMENTS, ROOT
 from moving_bodies import moving_people
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES
 from topview.cli.app import QUIET, app
 from topview.io.writers.registry import FORMATS
 

@@ -1,5 +1,8 @@
 """The body as one table: 11 parts, 10 articulations, 22 degrees of freedom (Sec. 3.2).
 
+A body is fitted by the 16 `JOINTS`, and errors are told of them. Outputs have the `OUTPUT_JOINTS`:
+these and the four ends of `topview.body.ends`, which follow from the fitted parts.
+
 Which part hangs from which, how far it may turn (Table 3.2) and how many of its hypotheses go on
 from frame to frame (Sec. 6.1.3). Sizes are in `topview.body.proportions`; a part's frame is
 described in `topview.records.Person`: origin at the joint nearer the head, +y along the part to
@@ -10,7 +13,7 @@ front, one about z swings it to the person's left, as the signs of Table 3.2 wan
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from typing import Final
 
@@ -83,7 +86,7 @@ PART_NAMES: Final[tuple[str, ...]] = tuple(part.name for part in PARTS)
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A reported landmark of the skeleton.
+    """A landmark of the skeleton.
 
     Attributes:
         name: its name in every output.
@@ -96,7 +99,7 @@ class Joint:
     bone_to: int
 
 
-# Where each joint lies on its part: `topview.body.model.BodyModel.joints_part`.
+# Where each lies on its part: `topview.body.model.BodyModel.joints_part`.
 JOINTS: Final[tuple[Joint, ...]] = (
     Joint("head", HEAD, -1),
     Joint("neck", UPPER_TORSO, 0),
@@ -117,6 +120,25 @@ JOINTS: Final[tuple[Joint, ...]] = (
 )
 
 JOINT_NAMES: Final[tuple[str, ...]] = tuple(joint.name for joint in JOINTS)
+
+END_JOINTS: Final[tuple[Joint, ...]] = (
+    Joint("left_wrist", LEFT_FOREARM, JOINT_NAMES.index("left_elbow")),
+    Joint("right_wrist", RIGHT_FOREARM, JOINT_NAMES.index("right_elbow")),
+    Joint("left_foot", LEFT_LOWER_LEG, JOINT_NAMES.index("left_ankle")),
+    Joint("right_foot", RIGHT_LOWER_LEG, JOINT_NAMES.index("right_ankle")),
+)
+END_NAMES: Final[tuple[str, ...]] = tuple(joint.name for joint in END_JOINTS)
+OUTPUT_JOINT_NAMES: Final[tuple[str, ...]] = JOINT_NAMES + END_NAMES
+
+
+def _in_outputs(joint: Joint) -> Joint:
+    """A hand's bone goes to the wrist, where there is one."""
+    wrist = joint.name.replace("hand", "wrist")
+    is_hand = joint.name != wrist
+    return replace(joint, bone_to=OUTPUT_JOINT_NAMES.index(wrist)) if is_hand else joint
+
+
+OUTPUT_JOINTS: Final[tuple[Joint, ...]] = (*map(_in_outputs, JOINTS), *END_JOINTS)
 
 
 def other_side(name: str) -> str:

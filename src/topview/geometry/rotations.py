@@ -77,6 +77,20 @@ def vectors_from_rotations(R: Array) -> Array:
     return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
 
 
+def shortest_turns(directions: Array, turned: Array) -> Array:
+    """[..., 3] unit vectors, and what they are to become, to the [..., 3, 3] rotations by the least
+    angle; NaN stays NaN. Between opposites, any axis across will do."""
+    across = np.cross(directions, turned)
+    cosine = (directions * turned).sum(-1)[..., None, None]
+    is_opposite = cosine < -1.0 + 1e-12
+    K = skew(across)
+    R = np.eye(3) + K + K @ K / np.where(is_opposite, 1.0, 1.0 + cosine)
+    least = np.eye(3)[np.abs(directions).argmin(-1)]
+    axis = unit(np.cross(directions, least))
+    half_turn = 2.0 * axis[..., :, None] * axis[..., None, :] - np.eye(3)
+    return np.where(is_opposite, half_turn, R)
+
+
 def are_rotations(R: Array) -> NDArray[np.bool_]:
     """[...] whether [..., 3, 3] matrices are rotations, as nearly as three digits tell; not where
     they are NaN."""

@@ -14,7 +14,7 @@ import socket
 from collections.abc import Iterable
 from typing import Any, Final
 
-from topview.body import JOINT_NAMES
+from topview.body import OUTPUT_JOINT_NAMES
 from topview.io.writers.extras import needed
 from topview.records import InputError
 from topview.skeletons import TrackedFrame
@@ -63,7 +63,7 @@ def bundles(frame: TrackedFrame) -> list[list[Message]]:
             [
                 (f"{place}/{name}", (*map(float, xyz_m), float(confidence), int(state)))
                 for name, xyz_m, confidence, state in zip(
-                    JOINT_NAMES,
+                    OUTPUT_JOINT_NAMES,
                     person["joints_camera"],
                     person["joint_confidence"],
                     person["joint_state"],

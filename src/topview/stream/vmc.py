@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.io.writers.levelled import BodyMotion
 from topview.records import InputError
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 
-# Unity's HumanBodyBones of the nodes of `topview.body.hierarchy`.
+# Unity's HumanBodyBones of the nodes of `topview.body.hierarchy`; it has none of the palm.
 UNITY_BONES: Final = {
     "pelvis": "Hips",
     "torso": "Spine",
@@ -31,15 +31,15 @@ UNITY_BONES: Final = {
         f"{side}_{node}": f"{side.capitalize()}{bone}"
         for side in ("left", "right")
         for node, bone in (
-            ("shoulder", "UpperArm"), ("elbow", "LowerArm"), ("hand", "Hand"),
-            ("hip", "UpperLeg"), ("knee", "LowerLeg"), ("ankle", "Foot"),
+            ("shoulder", "UpperArm"), ("elbow", "LowerArm"), ("wrist", "Hand"),
+            ("hip", "UpperLeg"), ("knee", "LowerLeg"), ("ankle", "Foot"), ("foot", "Toes"),
         )
     },
 }  # fmt: skip
 UNITY_FROM_ANIMATION: Final = np.diag([-1.0, 1.0, 1.0])  # x to the left becomes x to the right
 # From the T pose to hanging arms: about z, in the animation frame (x left, y up, z front).
 _HANGING_LEFT: Final = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-_ABOUT: Final = About(JOINT_NAMES, PART_NAMES)
+_ABOUT: Final = About(OUTPUT_JOINT_NAMES, PART_NAMES)
 
 
 def vmc_messages(frame: TrackedFrame) -> list[tuple[str, tuple[Any, ...]]]:
@@ -55,6 +55,8 @@ def vmc_messages(frame: TrackedFrame) -> list[tuple[str, tuple[Any, ...]]]:
     ]
     M = UNITY_FROM_ANIMATION
     for n, (name, parent) in enumerate(zip(motion.names, motion.parents, strict=True)):
+        if name not in UNITY_BONES:
+            continue
         of_parent = rest[parent] if parent >= 0 else np.eye(3)
         R = of_parent.T @ motion.Rs_parent_node[0, n] @ rest[n]
         place = of_parent.T @ motion.offsets_m[n] if parent >= 0 else motion.root_m[0]
@@ -78,6 +80,6 @@ def _motion(frame: TrackedFrame) -> BodyMotion | None:
 def _hanging_from_t_pose(node: str) -> NDArray[np.float64]:
     """[3, 3] how a node's limb turns from the T pose to the reference pose."""
     side, _, limb = node.partition("_")
-    if limb not in ("shoulder", "elbow", "hand"):
+    if limb not in ("shoulder", "elbow", "wrist"):
         return np.eye(3)
     return _HANGING_LEFT if side == "left" else _HANGING_LEFT.T

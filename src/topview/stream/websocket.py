@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import msgspec
 
-from topview.body import JOINT_NAMES, JOINTS, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS, PART_NAMES
 from topview.io.writers.extras import needed
 from topview.io.writers.jsonl import frame_as_json
 from topview.lines import as_line
@@ -30,7 +30,7 @@ from topview.stream.outlets import ENDS_S, LOOPBACK
 CLOSES_S: Final = 0.2  # ours; so long a listener may take to say goodbye
 MOST_BUFFERED_BYTES: Final = 2**16  # ours; of a listener that does not read
 _LOGGER: Final = logging.getLogger(__name__)
-_ABOUT: Final = About(JOINT_NAMES, PART_NAMES)
+_ABOUT: Final = About(OUTPUT_JOINT_NAMES, PART_NAMES)
 
 
 class WebSocketOutlet:
@@ -157,8 +157,8 @@ class WebSocketOutlet:
 def _page() -> tuple[str, str]:
     """The page, and what it may do: run its own script, connect to here."""
     page = files("topview.stream").joinpath("page.html").read_text("utf-8")
-    bones = [[joint.bone_to, j] for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
-    about = msgspec.json.encode({"joints": JOINT_NAMES, "bones": bones}).decode()
+    bones = [[joint.bone_to, j] for j, joint in enumerate(OUTPUT_JOINTS) if joint.bone_to >= 0]
+    about = msgspec.json.encode({"joints": OUTPUT_JOINT_NAMES, "bones": bones}).decode()
     page = page.replace("__ABOUT__", about)
     (script,) = re.findall("<script>(.*?)</script>", page, re.DOTALL)
     digest = b64encode(sha256(script.encode()).digest()).decode()

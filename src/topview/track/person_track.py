@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from topview.body.kinematics import joints_from_parts
-from topview.body.parts import JOINTS
+from topview.body.ends import output_joints
+from topview.body.parts import OUTPUT_JOINTS
 from topview.people.users import User
 from topview.records import JointState, Person
 from topview.track.body_tracker import BodyMethod, Subject
+from topview.track.feet import Feet
 from topview.track.pose import FittedBody
 from topview.track.scene import FittedScene
 from topview.track.visibility import confidences, joint_visibility
@@ -22,7 +23,8 @@ class PersonTrack:
         self._clock = subject.clock
         self._needs = method.needs
         self._tracker = method.tracker(subject)
-        self._last_seen_s = np.full(len(JOINTS), -np.inf)
+        self._feet = Feet()
+        self._last_seen_s = np.full(len(OUTPUT_JOINTS), -np.inf)
 
     def fit(self, scene: FittedScene, user: User) -> FittedBody:
         """Fit the body in a scene in which the nearer bodies are fitted."""
@@ -35,7 +37,9 @@ class PersonTrack:
     def seen_in(self, scene: FittedScene, body: FittedBody) -> Person:
         """The person, with the state of each joint in a scene in which all bodies are fitted."""
         frame = scene.image.frame
-        joints_camera = joints_from_parts(body.model, body.Ts_camera_part)
+        proposals = scene.proposals.get(body.person)
+        feet_leg_m = self._feet.update(body, proposals, frame.timestamp_s)
+        joints_camera = output_joints(body.model, body.Ts_camera_part, feet_leg_m)
         visibility = joint_visibility(
             joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
         )

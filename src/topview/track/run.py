@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
 from topview.records import Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
@@ -69,7 +69,7 @@ class TrackingRun:
         if gravity_camera is not None:
             camera = replace(camera, gravity_camera=np.array(gravity_camera))
         self.about = About(
-            JOINT_NAMES,
+            OUTPUT_JOINT_NAMES,
             PART_NAMES,
             settings,
             camera,

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.parts import HEAD, JOINTS, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD, LOWER_TORSO, OUTPUT_JOINTS, PARTS, UPPER_TORSO
 from topview.filter.over_time import share_after
 from topview.geometry.rotations import rotations_from_vectors, transform, vectors_from_rotations
 from topview.records import Person
@@ -33,7 +33,7 @@ LEAP_M, LEAP_RAD = 0.5, 1.2
 _PARENTS = np.array(TREE_PARENT)
 _HOLDERS = [HEAD if part == HEAD else parent for part, parent in enumerate(TREE_PARENT)]
 _TRUNK = [UPPER_TORSO, LOWER_TORSO]
-_PART_OF_JOINT = np.array([joint.part for joint in JOINTS])
+_PART_OF_JOINT = np.array([joint.part for joint in OUTPUT_JOINTS])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import JOINTS
+from topview.body.parts import OUTPUT_JOINTS
 from topview.camera import project
 from topview.records import Camera, JointState
 
@@ -22,7 +22,7 @@ HIDDEN_CONFIDENCE: Final = 0.4  # of a joint that has just been hidden
 HIDDEN_DECAY_S: Final = 1.0  # after which that confidence is lower by a factor of e
 OUT_OF_VIEW_CONFIDENCE: Final = 0.1  # at the most
 
-_PART_OF = np.array([joint.part for joint in JOINTS])
+_PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
 # Places around a joint, in radii of its part: the joint itself and eight on a circle.
 _SAMPLES = 0.7 * np.array([(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
@@ -32,8 +32,8 @@ class Visibility:
     """What the image shows of a body's joints.
 
     Attributes:
-        joint_state: [16] `JointState`.
-        confirmed: [16] share of the places around each joint that confirm it, 0 to 1.
+        joint_state: [20] `JointState`.
+        confirmed: [20] share of the places around each joint that confirm it, 0 to 1.
     """
 
     joint_state: NDArray[np.uint8]
@@ -51,7 +51,7 @@ def joint_visibility(
     """Compare places around each joint with the depth image there.
 
     Args:
-        joints_camera: [16, 3] metres; a joint that is NaN is absent.
+        joints_camera: [20, 3] metres; a joint that is NaN is absent.
         model: the body's size.
         person: id of the person.
         depth_m: [H, W] of the whole scene.
@@ -87,7 +87,7 @@ def joint_visibility(
 
 
 def confidences(visibility: Visibility, hidden_for_s: NDArray[np.float64]) -> NDArray[np.float32]:
-    """[16] in 0..1: how much of a seen joint is confirmed; a hidden one fades with time; an absent
+    """[20] in 0..1: how much of a seen joint is confirmed; a hidden one fades with time; an absent
     one has none."""
     state = visibility.joint_state
     hidden = HIDDEN_CONFIDENCE * np.exp(-hidden_for_s / HIDDEN_DECAY_S)

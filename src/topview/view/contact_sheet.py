@@ -8,7 +8,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from topview.body import JOINT_NAMES
+from topview.body import OUTPUT_JOINT_NAMES
+from topview.body.ends import ANKLES
 from topview.detect.cloud import Cloud
 from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
@@ -41,10 +42,10 @@ LEGEND = (
     (JointState.OCCLUDED_BY_PERSON, "behind a person"),
     (JointState.OCCLUDED_BY_OBJECT, "behind an object"),
 )
-ANKLES = [JOINT_NAMES.index("left_ankle"), JOINT_NAMES.index("right_ankle")]
 ANKLE_HEIGHT_M = 0.07  # 3.9 % of the stature, Drillis and Contini (1966)
 HIPS_HEIGHT_M = 0.9  # 53 % of the stature, same source; of upper bodies, which have no ankles
-EMPTY_SCENE_CAMERA = np.linspace([-0.5, -0.7, 2.0], [0.5, 1.0, 4.0], len(JOINT_NAMES))  # no people
+# Joints of no people.
+EMPTY_SCENE_CAMERA = np.linspace([-0.5, -0.7, 2.0], [0.5, 1.0, 4.0], len(OUTPUT_JOINT_NAMES))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINTS
+from topview.body import OUTPUT_JOINTS
 from topview.camera import project
 from topview.records import Camera, JointState, Person
 from topview.view.palette import OUTLINE, Color, mix, person_color
@@ -148,17 +148,17 @@ def draw_skeleton(image: Image, person: Person, joints_px: NDArray[np.floating])
     """The bones and joints of a person at the pixels [J, 2]; bones to hidden joints are thin, those
     of the person's right dashed."""
     color = person_color(person.id)
-    bones = [(j, joint.bone_to) for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+    bones = [(j, joint.bone_to) for j, joint in enumerate(OUTPUT_JOINTS) if joint.bone_to >= 0]
     hidden = [state not in SEEN for state in person.joint_state]
     for j, towards_root in bones:
         ends = joints_px[j], joints_px[towards_root]
-        is_dashed = JOINTS[j].name.startswith("right_")
+        is_dashed = OUTPUT_JOINTS[j].name.startswith("right_")
         if hidden[j] or hidden[towards_root]:
             draw_bone(image, ends, mix(color, OUTLINE, 0.25), 1, is_dashed)
         else:
             draw_bone(image, ends, color, 3, is_dashed)
-    for at, state in zip(joints_px, person.joint_state, strict=True):
-        draw_joint(image, at, JointState(int(state)), color)
+    for j in reversed(range(len(OUTPUT_JOINTS))):  # hands over wrists, which are near
+        draw_joint(image, joints_px[j], JointState(int(person.joint_state[j])), color)
 
 
 def png_of(picture: Image) -> bytes:

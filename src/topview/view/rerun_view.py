@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from topview.body import JOINT_NAMES, JOINTS
+from topview.body import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.camera import unproject_depth
@@ -151,7 +151,7 @@ class RerunView:
                 colors=[_joint_color(color, int(person.joint_state[j])) for j in known],
                 radii=low_m + (high_m - low_m) * person.joint_confidence[known],
                 labels=[
-                    f"{JOINT_NAMES[j]}: {JOINT_STATE_NAMES[person.joint_state[j]]}, "
+                    f"{OUTPUT_JOINT_NAMES[j]}: {JOINT_STATE_NAMES[person.joint_state[j]]}, "
                     f"{person.joint_confidence[j]:.2f}"
                     for j in known
                 ],
@@ -208,7 +208,7 @@ def cloud_of(frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
 def bones_of(person: Person, side: str) -> list[NDArray[np.float64]]:
     """[2, 3] ends of each bone of a side of the body that is known."""
     bones = []
-    for joint, end in zip(JOINTS, person.joints_camera, strict=True):
+    for joint, end in zip(OUTPUT_JOINTS, person.joints_camera, strict=True):
         own = joint.name.partition("_")[0] if "_" in joint.name else "middle"
         if joint.bone_to >= 0 and own == side:
             bone = np.stack([person.joints_camera[joint.bone_to], end])

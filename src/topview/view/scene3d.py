@@ -14,7 +14,7 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINTS, PARTS
+from topview.body import OUTPUT_JOINTS, PARTS
 from topview.body.model import BodyModel
 from topview.body.proportions import ANATOMICAL
 from topview.camera import pixel_rays, project, unproject_depth
@@ -268,7 +268,7 @@ def _paint_person(painting: Painting, person: Person, T_eye_camera: NDArray[np.f
     color = person_color(person.id)
     seen = {
         joint.part
-        for joint, state in zip(JOINTS, person.joint_state, strict=True)
+        for joint, state in zip(OUTPUT_JOINTS, person.joint_state, strict=True)
         if state == JointState.VISIBLE
     }
     for part, about in enumerate(PARTS):

@@ -1,4 +1,4 @@
-"""Map the references' joint names to ours (`topview.body.JOINT_NAMES`)."""
+"""Map the references' joint names to ours (`topview.body.OUTPUT_JOINT_NAMES`)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.records import InputError
 
 # Each reference name and the joint of ours that it is, or None for one that we do not have.
@@ -18,7 +18,7 @@ KINECT_V1_JOINTS: Final[dict[str, str | None]] = {
     "spine": "torso",
     "hip_center": "pelvis",
     **{
-        f"{side}_{joint}": f"{side}_{joint}" if f"{side}_{joint}" in JOINT_NAMES else None
+        f"{side}_{joint}": f"{side}_{joint}"
         for limb in (("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot"))
         for side in ("left", "right")
         for joint in limb
@@ -39,7 +39,7 @@ RENDERED_JOINTS: Final[dict[str, str | None]] = {
 """The 21 joints of the rendered recordings, sides as `_l` and `_r`."""
 
 _KNOWN: Final[Mapping[str, str | None]] = (
-    KINECT_V1_JOINTS | RENDERED_JOINTS | {name: name for name in JOINT_NAMES}
+    KINECT_V1_JOINTS | RENDERED_JOINTS | {name: name for name in OUTPUT_JOINT_NAMES}
 )
 
 
@@ -57,14 +57,14 @@ def select_joints(names: Sequence[str], source: str) -> tuple[tuple[str, ...], N
     if unknown:
         raise InputError(
             f"{source}: unknown joint names {', '.join(unknown)}; they must be among "
-            f"{', '.join(sorted(_KNOWN))} (ours: {', '.join(JOINT_NAMES)})"
+            f"{', '.join(sorted(_KNOWN))} (ours: {', '.join(OUTPUT_JOINT_NAMES)})"
         )
     ours = {i: joint for i, name in enumerate(names) if (joint := _KNOWN[name]) is not None}
     joints = tuple(ours.values())
     if not joints or len(set(joints)) < len(joints):
         raise InputError(
             f"{source}: joint names {', '.join(names)} give {', '.join(joints) or 'no joint'}; "
-            f"each joint must be named once, at least one of {', '.join(JOINT_NAMES)}"
+            f"each joint must be named once, at least one of {', '.join(OUTPUT_JOINT_NAMES)}"
         )
     return joints, np.array(list(ours), np.int64)
 
@@ -87,7 +87,10 @@ def facing_sides(names: Sequence[str], joints_camera: NDArray[np.float64]) -> tu
         joints_camera: [F, K, 3] of a whole recording, NaN where unknown.
     """
     exchanged = list(names)
-    for root, limb in (("shoulder", ("elbow", "hand")), ("hip", ("knee", "ankle"))):
+    for root, limb in (
+        ("shoulder", ("elbow", "wrist", "hand")),
+        ("hip", ("knee", "ankle", "foot")),
+    ):
         left, right = (
             joints_camera[:, names.index(f"{side}_{root}"), 0] for side in ("left", "right")
         )

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body import JOINT_NAMES
 from topview.io import MirroredRecording
 from topview.records import Recording
 from topview.track.run import track_recording
@@ -13,8 +17,7 @@ def compare_with_mirror_image(recording: Recording, settings: TrackerSettings) -
     """Track a recording and its images flipped left-right; how far the first lies from the second,
     flipped back. Random numbers are not mirrored, so that some way remains."""
     seen, flipped = (
-        track_recording(each, settings).skeletons.joints_camera
-        for each in (recording, MirroredRecording(recording))
+        _joints_tracked(each, settings) for each in (recording, MirroredRecording(recording))
     )
     return measure_apart(seen, mirrored_joints(flipped))
 
@@ -24,7 +27,12 @@ def compare_with_other_seed(
 ) -> Apart:
     """How far two trackings of a recording lie apart that differ in their settings, as the seed:
     what random numbers alone do."""
-    first, second = (
-        track_recording(recording, each).skeletons.joints_camera for each in (settings, other)
-    )
+    first, second = (_joints_tracked(recording, each) for each in (settings, other))
     return measure_apart(first, second)
+
+
+def _joints_tracked(recording: Recording, settings: TrackerSettings) -> NDArray[np.float64]:
+    """[F, S, 16, 3] in the order of `JOINT_NAMES`, metres."""
+    skeletons = track_recording(recording, settings).skeletons
+    columns = [skeletons.joint_names.index(name) for name in JOINT_NAMES]
+    return skeletons.joints_camera[:, :, columns]

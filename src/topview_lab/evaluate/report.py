@@ -110,6 +110,10 @@ def _main_tables(summary: Summary, detail: bool) -> Iterator[Table]:
 
 
 def _detail_tables(summary: Summary) -> Iterator[Table]:
+    if ends := summary.ends_cm:
+        title = "distance of wrists and feet, cm (in no other table)"
+        yield tables.error_table(title, "joint", "cm", ends[ALL])
+        yield from _occlusion_table("distance of these by what hides them", "cm", ends, True)
     directions = summary.directions_deg
     yield from _occlusion_table("bone directions by what hides the bone", "°", directions, True)
     for of, by_split, groups in (

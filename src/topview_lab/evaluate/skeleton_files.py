@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.files import MOST_UNPACKED_BYTES, Archive, read_text
-from topview.io.writers.npz import BLOCK_FRAMES, OF_FRAMES, format_version
+from topview.io.writers.npz import BLOCK_FRAMES, OF_FRAMES, OF_JOINT_FRAMES, format_version
 from topview.records import InputError
 from topview.skeletons import Slots
 
@@ -62,11 +62,13 @@ def _chosen(archive: Archive, frames: NDArray[np.int64]) -> Arrays:
     is_list = index is not None and index.ndim == 1 and index.dtype.kind in "iu"
     if index is None or not is_list or np.isin(index, frames).all():
         archive.check_total()
-        return {key: archive.read(key) for key in archive}
+        return {key: archive.read(key) for key in archive if key not in OF_JOINT_FRAMES}
     check_same_recording(index, frames)
     is_chosen = np.isin(index, frames)
     arrays: Arrays = {}
     for key in archive:
+        if key in OF_JOINT_FRAMES:  # joints and parts tell it
+            continue
         shape = archive.shape(key)
         if shape[:1] == index.shape and (key in OF_FRAMES or key == "frame_names"):
             blocks = archive.blocks(key, BLOCK_FRAMES)

@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from topview.body import JOINT_NAMES
+from topview.body import OUTPUT_JOINT_NAMES
 from topview.records import InputError
 
 # For each of our joints the joints whose middle it is, the best choice first. Definitions differ:
@@ -32,6 +32,7 @@ _MIDDLE: Final[dict[str, tuple[tuple[str, ...], ...]]] = {
 _LIMBS: Final[dict[str, tuple[str, ...]]] = {
     "shoulder": ("shoulder",), "elbow": ("elbow",), "hand": ("hand", "wrist"),
     "hip": ("hip",), "knee": ("knee",), "ankle": ("ankle",),
+    "wrist": ("wrist",), "foot": ("foot", "toebase"),
 }  # fmt: skip
 CHOICES: Final[dict[str, tuple[tuple[str, ...], ...]]] = _MIDDLE | {
     f"{side}_{joint}": tuple((f"{side} {theirs}",) for theirs in names)
@@ -45,7 +46,7 @@ _WORDS: Final = frozenset(
 # Known joints that we have no use for.
 _OTHERS: Final = frozenset({
     "eye", "ear", "nose", "mouth", "eyeinner", "eyeouter", "pinky", "index", "thumb", "handtip",
-    "foot", "heel", "footindex", "bigtoe", "smalltoe", "toe", "toebase", "clavicle", "collar",
+    "heel", "footindex", "bigtoe", "smalltoe", "toe", "clavicle", "collar",
     "spinechest", "spine2", "spine3", "headtop", "background", "jaw",
 })  # fmt: skip
 _SIDES: Final = {"l": "left", "left": "left", "r": "right", "right": "right"}
@@ -83,7 +84,7 @@ def find_joints(
     """
     more = more or {}
     columns = {canonical(name): k for k, name in enumerate(names)}
-    ours = f"ours are {', '.join(JOINT_NAMES)}"
+    ours = f"ours are {', '.join(OUTPUT_JOINT_NAMES)}"
     theirs = f"theirs are {', '.join(names)}"
     if wrong := [name for pair in more.items() for name in _wrong(pair, names)]:
         raise InputError(
@@ -104,9 +105,9 @@ def find_joints(
     } | {joint: (names.index(name),) for name, joint in more.items()}
     if not found:
         raise InputError(f"{source}: none of its joints is one of ours: {theirs}; {ours}")
-    return {joint: found[joint] for joint in JOINT_NAMES if joint in found}
+    return {joint: found[joint] for joint in OUTPUT_JOINT_NAMES if joint in found}
 
 
 def _wrong(pair: tuple[str, str], names: Sequence[str]) -> list[str]:
     theirs, ours = pair
-    return [theirs] * (theirs not in names) + [ours] * (ours not in JOINT_NAMES)
+    return [theirs] * (theirs not in names) + [ours] * (ours not in OUTPUT_JOINT_NAMES)

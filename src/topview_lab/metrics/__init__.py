@@ -2,7 +2,7 @@
 
 `evaluate_sequence` measures one recording; `Evaluation.pooled` joins recordings; `summarise` turns
 what was measured into the numbers of the tables. For a custom selection: `pool` the
-evaluation, take the errors of a family (`position_errors`, `direction_errors`,
+evaluation, take the errors of a family (`position_errors`, `end_errors`, `direction_errors`,
 `relative_angle_errors`, `axis_errors`, `orientation_errors`), choose person-frames by
 `Pool.hidden_share` and the samples' labels, and `compare`.
 """
@@ -28,7 +28,7 @@ from topview_lab.metrics.depth_benchmarks import (
     average_precision,
     benchmark,
 )
-from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
+from topview_lab.metrics.errors import Errors, Offsets, Pool, end_errors, pool, position_errors
 from topview_lab.metrics.losses import LEAST_SEEN, LOST_AFTER_S, times_lost
 from topview_lab.metrics.matching import (
     PERSON_GATE_M,
@@ -90,6 +90,7 @@ __all__ = [
     "calibrate",
     "count_people",
     "direction_errors",
+    "end_errors",
     "evaluate_sequence",
     "hidden_split",
     "match_people",

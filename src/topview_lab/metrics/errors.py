@@ -21,12 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES, JOINTS
+from topview.body.parts import END_JOINTS, END_NAMES
 from topview_lab.metrics.samples import CAUSES, Evaluation, Samples
 from topview_lab.metrics.statistics import CM_PER_M, Comparison, statistic
 
 Offsets = Literal["set", "person"]
 
 _JOINT_PARTS: Final = [joint.part for joint in JOINTS]
+_END_PARTS: Final = [joint.part for joint in END_JOINTS]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,20 +99,52 @@ def pool(evaluation: Evaluation, offsets: Offsets = "set") -> Pool:
     if offsets == "person":
         pairs = np.stack([sequence, samples.person], axis=1)
         group = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1)
-    Rs_camera_part = samples.Rs_camera_part[:, _JOINT_PARTS]
-    stature_m = samples.stature_m[:, None, None]
-    errors_camera = samples.reference_camera - samples.predicted_camera
-    errors_part = np.einsum("njab,nja->njb", Rs_camera_part, errors_camera) / stature_m
-    joint_offsets = group_means(errors_part, group)
-    offsets_part_m = joint_offsets[group] * stature_m
+    joint_offsets, corrected_camera = _corrected(
+        samples, samples.predicted_camera, samples.reference_camera, _JOINT_PARTS, group
+    )
     return Pool(
         samples=samples,
         sequence=sequence,
         group=group,
         joint_offsets=joint_offsets,
-        corrected_camera=samples.predicted_camera
-        + np.einsum("njab,njb->nja", Rs_camera_part, offsets_part_m),
+        corrected_camera=corrected_camera,
         false_confidence=np.concatenate([s.false_confidence for s in evaluation.sequences]),
+    )
+
+
+def _corrected(
+    samples: Samples,
+    predicted_camera: NDArray[np.float64],
+    reference_camera: NDArray[np.float64],
+    parts: Sequence[int],
+    group: NDArray[np.int64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """[G, J, 3] constant offset of each joint, as in `Pool`, and the [N, J, 3] predicted joints
+    with it taken out, of joints that these parts carry."""
+    Rs_camera_part = samples.Rs_camera_part[:, parts]
+    stature_m = samples.stature_m[:, None, None]
+    errors_camera = reference_camera - predicted_camera
+    errors_part = np.einsum("njab,nja->njb", Rs_camera_part, errors_camera) / stature_m
+    offsets = group_means(errors_part, group)
+    offsets_part_m = offsets[group] * stature_m
+    return offsets, predicted_camera + np.einsum("njab,njb->nja", Rs_camera_part, offsets_part_m)
+
+
+def end_errors(pool: Pool) -> Errors:
+    """Distance in cm of wrists and feet from the reference's; NaN where it does not tell them."""
+    samples = pool.samples
+    predicted_camera, reference_camera = (
+        samples.predicted_ends_camera,
+        samples.reference_ends_camera,
+    )
+    _, corrected_camera = _corrected(
+        samples, predicted_camera, reference_camera, _END_PARTS, pool.group
+    )
+    return Errors(
+        names=END_NAMES,
+        raw=_distances_cm(predicted_camera, reference_camera),
+        offset_out=_distances_cm(corrected_camera, reference_camera),
+        hidden=samples.hidden_ends,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body.parts import END_NAMES
 from topview.records import InputError
 from topview.skeletons import SkeletonSequence
 from topview_lab.metrics.matching import (
@@ -48,6 +49,7 @@ def measure_sequence(
         InputError: the two have no frame or no joint in common.
     """
     of_predicted, of_reference = _common_frames(predicted, reference, name)
+    ends = _Ordered(predicted.joint_names, END_NAMES)
     joints = _Ordered(predicted.joint_names, JOINT_NAMES)
     predicted_camera = joints(predicted.joints_camera[of_predicted], 2)
     present = reference.present[of_reference]
@@ -92,7 +94,12 @@ def measure_sequence(
         Rs_camera_part=of_found(predicted.Ts_camera_part[..., :3, :3], parts, np.nan),
         joint_state=of_found(predicted.joint_state, joints, 0).astype(np.uint8),
         joint_confidence=of_found(confidence, joints, np.nan),
-        hidden=_hidden(reference, of_reference[f], r),
+        hidden=_hidden(reference, of_reference[f], r, JOINT_NAMES),
+        reference_ends_camera=_Ordered(reference.joint_names, END_NAMES)(
+            reference.joints_camera[of_reference[f], r], 1
+        ),
+        predicted_ends_camera=of_found(predicted.joints_camera, ends, np.nan),
+        hidden_ends=_hidden(reference, of_reference[f], r, END_NAMES),
         action=_labels(reference.actions, (of_reference[f], r)),
         body=_labels(None if reference.bodies is None else np.array(reference.bodies), (r,)),
     )
@@ -117,7 +124,7 @@ def _common_frames(
     predicted: SkeletonSequence, reference: ReferenceSequence, name: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Indices into both of the frames that both have; raises InputError as `measure_sequence`."""
-    if not set(predicted.joint_names) & set(reference.joint_names):
+    if not set(predicted.joint_names) & set(reference.joint_names) & set(JOINT_NAMES):
         raise InputError(
             f"{name or 'sequence'}: tracked joints {', '.join(predicted.joint_names) or 'none'}, "
             f"reference joints {', '.join(reference.joint_names) or 'none'}; "
@@ -175,17 +182,20 @@ def _true_rotations(
 
 
 def _hidden(
-    reference: ReferenceSequence, f: NDArray[np.int64], r: NDArray[np.int64]
+    reference: ReferenceSequence,
+    f: NDArray[np.int64],
+    r: NDArray[np.int64],
+    names: Sequence[str],
 ) -> NDArray[np.float64]:
-    """[N, J, 4] shares by `CAUSES`."""
+    """[N, J, 4] shares of these joints by `CAUSES`."""
     by_cause = (
         reference.occluded_by_person,
         reference.occluded_by_self,
         reference.occluded_by_object,
         reference.outside,
     )
-    ordered = _Ordered(reference.joint_names, JOINT_NAMES)
-    unknown = np.full((len(f), len(JOINT_NAMES)), np.nan)
+    ordered = _Ordered(reference.joint_names, names)
+    unknown = np.full((len(f), len(names)), np.nan)
     return np.stack(
         [unknown if shares is None else ordered(shares[f, r], 1) for shares in by_cause], axis=-1
     )

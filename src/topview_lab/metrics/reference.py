@@ -24,7 +24,7 @@ class ReferenceSequence:
     Attributes:
         frame_index: [F] int64, numbers of the recording's frames, rising.
         person_ids: [R] int64.
-        joint_names: K names, all of them in `topview.body.JOINT_NAMES`.
+        joint_names: K names, all of them in `topview.body.OUTPUT_JOINT_NAMES`.
         joints_camera: [F, R, K, 3] float64 metres, NaN where unknown.
         present: [F, R] bool, True where the person is in view.
         occluded_by_person: [F, R, K] share 0..1 of the joint that another person hides, NaN where

@@ -26,8 +26,9 @@ CAUSES: Final = ("another person", "oneself", "an object", OUT_OF_VIEW)
 class Samples:
     """N person-frames in which a reference person is present, found or not; J joints, B parts.
 
-    Joints are those of `JOINT_NAMES`, parts those of `PART_NAMES`. Predictions are NaN where the
-    person was missed, and everything is NaN where it is unknown.
+    Joints are those of `JOINT_NAMES`, parts those of `PART_NAMES`. Wrists and feet, the
+    `END_NAMES`, are kept apart: they have a table of their own, and are in no other. Predictions
+    are NaN where the person was missed, and everything is NaN where it is unknown.
 
     Attributes:
         person: [N] int64, which reference person of the recording (column).
@@ -41,6 +42,8 @@ class Samples:
         joint_state: [N, J] uint8, an index into `topview.records.JOINT_STATE_NAMES`.
         joint_confidence: [N, J] 0..1.
         hidden: [N, J, 4] share 0..1 of the joint that each of `CAUSES` hides.
+        reference_ends_camera, predicted_ends_camera: [N, 4, 3] metres.
+        hidden_ends: [N, 4, 4] as `hidden`.
         action: [N] str, "" where unknown.
         body: [N] str, "" where unknown.
     """
@@ -56,6 +59,9 @@ class Samples:
     joint_state: NDArray[np.uint8]
     joint_confidence: NDArray[np.float64]
     hidden: NDArray[np.float64]
+    reference_ends_camera: NDArray[np.float64]
+    predicted_ends_camera: NDArray[np.float64]
+    hidden_ends: NDArray[np.float64]
     action: NDArray[np.str_]
     body: NDArray[np.str_]
 

@@ -20,7 +20,7 @@ from topview_lab.metrics.angles import (
 )
 from topview_lab.metrics.calibration import Calibration, calibrate
 from topview_lab.metrics.depth_benchmarks import WithinLimit, benchmark
-from topview_lab.metrics.errors import Errors, Offsets, Pool, pool, position_errors
+from topview_lab.metrics.errors import Errors, Offsets, Pool, end_errors, pool, position_errors
 from topview_lab.metrics.matching import PeopleCounts
 from topview_lab.metrics.samples import Evaluation
 from topview_lab.metrics.splits import ALL, label_splits, occlusion_splits, splits
@@ -61,6 +61,8 @@ class Summary:
     Attributes:
         offsets: how the constant offsets were estimated.
         joints_cm: distances.
+        ends_cm: distances of wrists and feet, which no other table counts; empty where the
+            reference does not tell them.
         relative_angles_deg: see `topview_lab.metrics.angles`.
         directions_deg: of bones.
         axes_deg: of parts.
@@ -82,6 +84,7 @@ class Summary:
 
     offsets: Offsets
     joints_cm: dict[str, Table]
+    ends_cm: dict[str, Table]
     relative_angles_deg: dict[str, Table]
     directions_deg: dict[str, Table]
     axes_deg: dict[str, Table]
@@ -108,8 +111,9 @@ def summarise(evaluation: Evaluation, offsets: Offsets = "set") -> Summary:
     """
     sequences = evaluation.sequences
     pooled = pool(evaluation, offsets)
-    joints, axes, orientations = (
-        measure(pooled) for measure in (position_errors, axis_errors, orientation_errors)
+    joints, ends, axes, orientations = (
+        measure(pooled)
+        for measure in (position_errors, end_errors, axis_errors, orientation_errors)
     )
     people = sum((s.people for s in sequences), PeopleCounts())
     tracking = sum((s.tracking for s in sequences[1:]), sequences[0].tracking)
@@ -118,6 +122,7 @@ def summarise(evaluation: Evaluation, offsets: Offsets = "set") -> Summary:
     return Summary(
         offsets=offsets,
         joints_cm=tables(pooled, joints),
+        ends_cm=tables(pooled, ends) if np.isfinite(ends.raw).any() else {},
         relative_angles_deg=tables(pooled, relative_angle_errors(pooled), RELATIVE_ANGLE_GROUPS),
         directions_deg=tables(pooled, direction_errors(pooled), DIRECTION_GROUPS | PART_GROUPS),
         axes_deg=tables(pooled, axes),

@@ -144,7 +144,7 @@ main()
 
 # The first limit stops the file of frames, and the result of these still fits; the second one is
 # too small for any result.
-@pytest.mark.parametrize("limit", [12_000, 3_400])
+@pytest.mark.parametrize("limit", [12_000, 3_600])
 def test_a_full_disk_costs_no_frame_that_fitted(topview, make_recording, tmp_path, compiled, limit):
     source, out = make_recording([wall()] * 400), tmp_path / "out"
     ended = subprocess.run(

@@ -14,6 +14,7 @@ from topview.geometry.rotations import (
     horizontal,
     rotations_from_angles,
     rotations_from_vectors,
+    shortest_turns,
     skew,
     transform,
     unit,
@@ -77,6 +78,28 @@ def test_batches_are_many_single_ones():
     Rs = rotations_from_vectors(vectors_rad)
     assert_allclose(vectors_from_rotations(Rs)[2, 3], vectors_from_rotations(Rs[2, 3]))
     assert_allclose(transform(Rs, vectors_rad)[2, 3], transform(Rs[2, 3], vectors_rad[2, 3]))
+
+
+@pytest.mark.parametrize("way", [(0.3, -0.5, 0.8), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)])
+def test_the_shortest_turn_has_an_axis_across_both_directions(way):
+    start, end = np.array([0.0, 0.0, 1.0]), unit(np.array(way))
+    R = shortest_turns(start, end)
+    assert_allclose(R @ start, end, atol=1e-12)
+    assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    assert np.trace(R) == pytest.approx(1.0 + 2.0 * start @ end)  # the angle is that between them
+
+
+def test_shortest_turns_of_many_are_those_of_each():
+    rng = np.random.default_rng(1)
+    starts, ends = unit(rng.normal(size=(2, 3))), unit(rng.normal(size=(5, 2, 3)))
+    ends[1, 1], ends[2, 0] = -starts[1], np.nan
+    turns = shortest_turns(starts, ends)
+    assert np.isnan(turns[2, 0]).all()
+    for n in (0, 1, 3, 4):
+        for k in range(2):
+            assert_allclose(turns[n, k], shortest_turns(starts[k], ends[n, k]), atol=1e-12)
+            assert_allclose(turns[n, k] @ starts[k], ends[n, k], atol=1e-12)
 
 
 @given(vectors(5.0), vectors(5.0))

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from lenses import LENSES, camera_with
 from made_frames import ABOUT, frames_with
+from topview import JOINT_NAMES
 from topview.io import FramesFile, NothingStoredError, StoredFrames
 from topview.io.writers import SkeletonFile, frames_file, npz, write_skeletons_npz
 from topview.records import InputError
@@ -75,6 +76,16 @@ def test_what_belongs_to_no_frame_comes_back(tmp_path):
     (block,) = stored.blocks()
     assert_same(block, SkeletonSequence.from_frames(frames, about))
     assert block.floor_camera.tolist() == [0.0, -1.0, 0.0, 5.0]
+
+
+def test_frames_of_16_joints_get_the_ends_that_follow_from_the_parts(tmp_path):
+    about = replace(ABOUT, joint_names=JOINT_NAMES[:16])
+    frames = frames_with(WHO, about)
+    (block,) = StoredFrames(store(tmp_path / "a.frames", frames, about)).blocks()
+    whole = SkeletonSequence.from_frames(frames, about)
+    assert block.joint_names == JOINT_NAMES
+    np.testing.assert_array_equal(block.joints_camera[:, :, :16], whole.joints_camera)
+    np.testing.assert_array_equal(np.isfinite(block.joints_camera).all((2, 3)), whole.present)
 
 
 def test_a_file_cut_anywhere_holds_the_frames_before_the_cut(tmp_path):
@@ -143,6 +154,7 @@ FILLS = """
 import resource, sys
 from pathlib import Path
 from made_frames import ABOUT, frames_with
+from topview import JOINT_NAMES
 from topview import InputError
 from topview.io import FramesFile
 path, limit = Path(sys.argv[1]), int(sys.argv[2])

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moving_bodies import TILT_RAD, UP_CAMERA, WHO, moving_people, pose, upright
-from topview import InputError
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES, InputError
 from topview.body.hierarchy import NODES, articulated
 from topview.io.writers import extras
 from topview.io.writers.registry import FORMATS, format_named, write_format
@@ -58,7 +57,7 @@ def test_nothing_is_turned_in_who_stands_upright_with_hanging_arms():
     joints, Ts = pose(np.zeros((11, 3)))
     body = articulated(joints[None], Ts[None])
     np.testing.assert_allclose(
-        body.Rs_parent_node[:, 1:], np.tile(np.eye(3), (1, 16, 1, 1)), atol=1e-12
+        body.Rs_parent_node[:, 1:], np.tile(np.eye(3), (1, 20, 1, 1)), atol=1e-12
     )
     lengths = dict(zip([node.name for node in NODES], body.offsets_m.tolist(), strict=True))
     assert lengths["left_knee"][1] == pytest.approx(0.245 * 1.8)
@@ -66,7 +65,7 @@ def test_nothing_is_turned_in_who_stands_upright_with_hanging_arms():
 
 def test_the_legs_of_an_upper_body_are_unknown_and_left_out(tmp_path):
     joints, Ts = SEQUENCE.joints_camera.copy(), SEQUENCE.Ts_camera_part.copy()
-    joints[:, :, [n.endswith(("hip", "knee", "ankle")) for n in JOINT_NAMES]] = np.nan
+    joints[:, :, [n.endswith(("hip", "knee", "ankle", "foot")) for n in JOINT_NAMES]] = np.nan
     Ts[:, :, [name.endswith("leg") for name in PART_NAMES]] = np.nan
     half = _with(joints_camera=joints, Ts_camera_part=Ts)
     motion = read_bvh(written("bvh", tmp_path, half)[0])
@@ -94,10 +93,10 @@ def test_trc(tmp_path):
     _, path = written("trc", tmp_path)
     lines = path.read_text().split("\n")
     told = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
-    assert (told["Units"], told["NumFrames"], told["NumMarkers"]) == ("mm", "4", "16")
+    assert (told["Units"], told["NumFrames"], told["NumMarkers"]) == ("mm", "4", "20")
     assert float(told["DataRate"]) == pytest.approx(10.0)
     assert lines[3].split("\t")[2::3] == list(JOINT_NAMES)
-    rows = [line.split("\t")[: 2 + 3 * 16] for line in lines[6:-1]]
+    rows = [line.split("\t")[: 2 + 3 * 20] for line in lines[6:-1]]
     table = np.array([[float(v or "nan") for v in row] for row in rows])
     np.testing.assert_allclose(table[:, 1], [0.1, 0.2, 0.4, 0.5])
     places = table[:, 2:].reshape(4, -1, 3) / 1000
@@ -117,9 +116,9 @@ def test_opensim_reads_what_is_written_for_it(tmp_path, monkeypatch):
         assert markers.getDataRate() == pytest.approx(10.0)
         for k, expected in enumerate(1000 * joints_of(person_id, rows)):
             row, frame = table.getRowAtIndex(k), markers.getFrame(k)
-            told = [row[j].to_numpy() for j in range(16)]
+            told = [row[j].to_numpy() for j in range(20)]
             np.testing.assert_allclose(told, expected, atol=1.0)
-            told = [frame.getMarker(j).to_numpy() for j in range(16)]
+            told = [frame.getMarker(j).to_numpy() for j in range(20)]
             np.testing.assert_allclose(told, expected, atol=1.0)
     path = written("mot", tmp_path)[0]
     table, told = opensim.TimeSeriesTable(str(path)), coordinates(path)
@@ -189,11 +188,11 @@ def test_c3d(tmp_path):
     pytest.importorskip("ezc3d", reason="needs the extra c3d")
     data = written("c3d", tmp_path)[0].read_bytes()
     points, _, first, last, _, scale, start, _, rate = struct.unpack("<HHHHHfHHf", data[2:24])
-    assert (points, last - first + 1) == (2 * 16, 6)
+    assert (points, last - first + 1) == (2 * 20, 6)
     assert scale < 0  # real numbers
     assert rate == pytest.approx(10.0)
     count = 6 * points * 4
-    values = np.frombuffer(data, "<f4", count, 512 * (start - 1)).reshape(6, 2, 16, 4)
+    values = np.frombuffer(data, "<f4", count, 512 * (start - 1)).reshape(6, 2, 20, 4)
     for p, person_id in enumerate((1, 3)):
         expected = joints_of(person_id, EVEN_ROWS)
         expected[EVEN_ROWS.index(-1)] = np.nan
@@ -210,7 +209,7 @@ def test_c3d_tells_names_and_units(tmp_path):
     points = ezc3d.c3d(str(written("c3d", tmp_path)[0]))["parameters"]["POINT"]
     assert points["UNITS"]["value"] == ["mm"]
     labels = points["LABELS"]["value"]
-    assert (labels[0], labels[-1], len(labels)) == ("person1:head", "person3:right_ankle", 32)
+    assert (labels[0], labels[-1], len(labels)) == ("person1:head", "person3:right_foot", 40)
     assert (points["X_SCREEN"]["value"], points["Y_SCREEN"]["value"]) == (["+X"], ["+Z"])
 
 

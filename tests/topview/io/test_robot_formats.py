@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moving_bodies import WHO, moving_people
-from topview import Camera, InputError, T_world_camera
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES, Camera, InputError, T_world_camera
 from topview.body.hierarchy import NODES
 from topview.io.writers.registry import format_named, write_format
 from topview.io.writers.ros4hri import frame_name, joint_turns
@@ -94,7 +93,17 @@ def test_mcap_has_every_joint_as_a_frame_of_ros4hri(tmp_path, row):
         joints = world(SEQUENCE.of_person(person).joints_camera[row, 0])
         told = [tree.pose(frame_name(name, f"p{person}"))[1] for name in JOINT_NAMES]
         np.testing.assert_allclose(told, joints, atol=MM)
-        names = {"torso", "head", "l_wrist", "r_shoulder", "r_knee", "waist", "l_ankle"}
+        names = {
+            "torso",
+            "head",
+            "l_wrist",
+            "r_shoulder",
+            "r_knee",
+            "waist",
+            "l_ankle",
+            "r_hand",
+            "l_foot",
+        }
         assert {f"{name}_p{person}" for name in names} <= tree.frames
 
 
@@ -166,7 +175,7 @@ def test_skeleton2d_of_mcap_is_where_the_camera_sees_the_joints(tmp_path):
     told = messages_of(path, "/humans/bodies/p3/skeleton2d", "hri_msgs.msg.Skeleton2D")
     points = np.array([[point[axis] for axis in "xyc"] for point in told[0]["skeleton"]])
     joints = SEQUENCE.of_person(3).joints_camera[1, 0]
-    for code, name in {1: "neck", 4: "right_hand", 13: "left_ankle"}.items():  # OpenPose's codes
+    for code, name in {1: "neck", 4: "right_wrist", 13: "left_ankle"}.items():  # OpenPose's codes
         x, y, z = joints[JOINT_NAMES.index(name)]
         u, v = CAMERA.fx * x / z + CAMERA.cx, CAMERA.fy * y / z + CAMERA.cy
         is_inside = -0.5 <= u <= CAMERA.width - 0.5 and -0.5 <= v <= CAMERA.height - 0.5

@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from lenses import LENSES, camera_with
-from topview import InputError, SkeletonSequence
-from topview.body import JOINT_NAMES, PART_NAMES
+from moving_bodies import moving_people
+from topview import JOINT_NAMES, PART_NAMES, InputError, SkeletonSequence
 from topview.io.writers import (
     SkeletonFile,
     prepare_output_folder,
@@ -29,7 +29,9 @@ from topview.io.writers import (
     write_skeletons_csv,
     write_skeletons_npz,
 )
-from topview.records import JOINT_STATE_NAMES
+from topview.io.writers.joint_frames import bone_lengths_m
+from topview.io.writers.npz import OF_FRAMES
+from topview.records import JOINT_STATE_NAMES, JointState
 
 COLUMN_KEYS = {
     "frame_index",
@@ -46,7 +48,13 @@ COLUMN_KEYS = {
     "settings",
 }
 KEYS_SINCE_2 = {"format_version", "frame_names", "camera", "topview_version"}
-DERIVED = {"T_world_camera"}
+DERIVED = {
+    "T_world_camera",
+    "Rs_parent_joint",
+    "offsets_parent_joint_m",
+    "parents",
+    "bone_lengths_m",
+}
 TABLE = {"people_ids", "heights_m", "first_frame", "last_frame"}
 ARRAYS = (
     COLUMN_KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
@@ -171,6 +179,59 @@ def test_files_with_a_column_for_each_person_are_read(sequence, tmp_path, versio
             assert read.frame_names == ("0", "1", "3")
             assert (read.camera, read.topview_version) == (None, "")
             assert np.isnan([*read.floor_camera, *read.gravity_camera]).all()
+
+
+def with_16_joints(sequence: SkeletonSequence) -> SkeletonSequence:
+    return replace(
+        sequence,
+        joint_names=JOINT_NAMES[:16],
+        joints_camera=sequence.joints_camera[:, :, :16].copy(),
+        joint_state=sequence.joint_state[:, :, :16].copy(),
+        joint_confidence=sequence.joint_confidence[:, :, :16].copy(),
+    )
+
+
+def test_files_of_16_joints_are_read_with_the_ends_that_follow_from_the_parts(tmp_path):
+    """Of bodies whose feet are at rest these are the very same."""
+    sequence = moving_people()
+    write_skeletons_npz(with_16_joints(sequence), tmp_path / "skeletons.npz")
+    for read in (
+        read_skeletons_npz(tmp_path / "skeletons.npz"),
+        *SkeletonFile(tmp_path / "skeletons.npz").blocks(),
+    ):
+        assert read.joint_names == JOINT_NAMES
+        np.testing.assert_allclose(read.joints_camera, sequence.joints_camera, atol=1e-12)
+        hands = [JOINT_NAMES.index(name) for name in ("left_hand", "left_wrist")]
+        assert (read.joint_state[..., hands[0]] == read.joint_state[..., hands[1]]).all()
+        assert (read.joint_confidence[..., hands[0]] == read.joint_confidence[..., hands[1]]).all()
+        assert (read.joint_state[~read.present] == JointState.ABSENT).all()
+
+
+def test_other_systems_joints_have_no_turns(sequence, tmp_path):
+    other = replace(sequence, joint_names=tuple(f"j{j}" for j in range(len(JOINT_NAMES))))
+    write_skeletons_npz(other, tmp_path / "skeletons.npz")
+    with np.load(tmp_path / "skeletons.npz") as data:
+        assert (data["parents"] == -1).all()
+        for key in ("Rs_parent_joint", "offsets_parent_joint_m", "bone_lengths_m"):
+            assert np.isnan(data[key]).all()
+
+
+def test_lengths_of_bones_are_those_of_each_person(tmp_path):
+    """Also where frames come in blocks: the last that knows somebody counts."""
+    sequence = moving_people()
+
+    class Halves:
+        def blocks(self):
+            for rows in (slice(0, 3), slice(3, None)):
+                arrays = {key: getattr(sequence, key)[rows] for key in OF_FRAMES}
+                names = sequence.frame_names[rows]
+                yield replace(sequence, frame_names=names, **arrays)
+
+    whole = bone_lengths_m(sequence)
+    np.testing.assert_allclose(bone_lengths_m(Halves()), whole)
+    assert whole.shape == (2, len(JOINT_NAMES))
+    np.testing.assert_allclose(whole[0] / 1.8, whole[1] / 1.6, atol=1e-12)
+    assert (np.delete(whole, JOINT_NAMES.index("pelvis"), 1) > 0.0).all()
 
 
 def test_columns_of_the_same_person_are_refused(sequence, tmp_path):

@@ -14,7 +14,7 @@ from numpy.testing import assert_array_equal
 
 import topview
 from patience import HANGS_S
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview import JOINT_NAMES, PART_NAMES
 from topview.records import Camera, Frame, JointState, Person
 from topview.track.run import track_recording
 from topview.track.settings import TrackerSettings
@@ -65,6 +65,35 @@ def test_one_thread_and_two_give_the_same_bytes(wave_folder, tmp_path):
     assert one == two == asked
     with np.load(tmp_path / "one.npz") as skeletons:
         assert skeletons["joints_camera"].shape == (15, 1, len(JOINT_NAMES), 3)
+
+
+@pytest.mark.parametrize("settings", [TrackerSettings(), TrackerSettings("btvr", smoothing_s=0.1)])
+def test_turns_and_bones_of_a_file_give_its_joints_in_every_frame(settings, wave_folder, tmp_path):
+    """Forward kinematics by nothing but the file; of `btvr`, which has no legs, those there are."""
+    tracked = track_recording(topview.open(wave_folder), settings).skeletons
+    topview.write_skeletons(tracked, tmp_path / "skeletons.npz")
+    with np.load(tmp_path / "skeletons.npz") as file:
+        told = {key: file[key] for key in file.files}
+    parents, Rs, places = (
+        told[key] for key in ("parents", "Rs_parent_joint", "offsets_parent_joint_m")
+    )
+
+    def placed(joint: int) -> tuple[np.ndarray, np.ndarray]:
+        """[F, S, 3, 3] turn and [F, S, 3] place of a joint in the camera's frame."""
+        own = Rs[:, :, joint], places[:, :, joint]
+        if parents[joint] < 0:
+            return own
+        R, place = placed(parents[joint])
+        return R @ own[0], place + (R @ own[1][..., None])[..., 0]
+
+    for joint in range(len(JOINT_NAMES)):
+        expected = tracked.joints_camera[:, :, joint]
+        if np.isfinite(expected).all():
+            assert np.abs(placed(joint)[1] - expected).max() < 0.001
+        else:
+            assert settings.method == "btvr"
+            assert JOINT_NAMES[joint].endswith(("hip", "knee", "ankle", "foot"))
+    assert np.isfinite(told["bone_lengths_m"]).all() == (settings.method != "btvr")
 
 
 def test_tracking_again_gives_the_same_and_another_seed_another():

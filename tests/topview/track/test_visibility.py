@@ -5,11 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rendered_bodies import CAMERA, MODEL, joints_of, render, standing_pose
+from rendered_bodies import CAMERA, MODEL, render, standing_pose
+from topview.body.ends import output_joints
 from topview.body.parts import JOINT_NAMES
 from topview.records import JointState
 from topview.track.pose import Pose
 from topview.track.visibility import HIDDEN_CONFIDENCE, Visibility, confidences, joint_visibility
+
+
+def joints_of(pose: Pose) -> np.ndarray:
+    """[20, 3] metres."""
+    return output_joints(MODEL, pose.transforms(MODEL))
+
 
 POSE = standing_pose()
 JOINTS = joints_of(POSE)

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from topview.body.kinematics import R_CAMERA_FACING, forward_kinematics, joints_from_parts
+from topview.body.ends import output_joints
+from topview.body.kinematics import R_CAMERA_FACING, forward_kinematics
 from topview.body.model import BodyModel
-from topview.body.parts import JOINTS, PARTS
+from topview.body.parts import OUTPUT_JOINTS, PARTS
 from topview.body.proportions import ANATOMICAL
 from topview.records import Camera, Frame, JointState, Person
 
@@ -31,9 +32,9 @@ def make_person() -> MakePerson:
         return Person(
             id=person_id,
             height_m=1.75,
-            joints_camera=joints_from_parts(body, Ts_camera_part),
-            joint_state=np.full(len(JOINTS), state, np.uint8),
-            joint_confidence=np.ones(len(JOINTS), np.float32),
+            joints_camera=output_joints(body, Ts_camera_part),
+            joint_state=np.full(len(OUTPUT_JOINTS), state, np.uint8),
+            joint_confidence=np.ones(len(OUTPUT_JOINTS), np.float32),
             Ts_camera_part=Ts_camera_part,
         )
 

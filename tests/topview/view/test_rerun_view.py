@@ -68,8 +68,8 @@ def test_left_and_right_are_the_bones_of_their_side():
     sides = {side: bones_of(person, side) for side in ("middle", "left", "right")}
     assert {side: len(bones) for side, bones in sides.items()} == {
         "middle": 3,
-        "left": 6,
-        "right": 6,
+        "left": 8,
+        "right": 8,
     }
     np.testing.assert_array_equal(sides["left"][0][0], person.joints_camera[1])
 

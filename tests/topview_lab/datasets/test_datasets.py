@@ -14,7 +14,7 @@ from skeleton_sequences import (
     standing,
     write_rendered,
 )
-from topview.body import JOINT_NAMES
+from topview.body import JOINT_NAMES, OUTPUT_JOINT_NAMES
 from topview.records import InputError
 from topview_lab.datasets import find_folder_recordings, find_utd_mhad, read_groundtruth
 from topview_lab.datasets.joints import KINECT_V1_JOINTS, RENDERED_JOINTS, select_joints
@@ -22,27 +22,28 @@ from topview_lab.datasets.joints import KINECT_V1_JOINTS, RENDERED_JOINTS, selec
 
 class TestJoints:
     @pytest.mark.parametrize(
-        ("names", "count"), [(KINECT_V1_JOINTS, 20), (RENDERED_JOINTS, 21), (JOINT_NAMES, 16)]
+        ("names", "count"),
+        [(KINECT_V1_JOINTS, 20), (RENDERED_JOINTS, 21), (OUTPUT_JOINT_NAMES, 20)],
     )
     def test_every_layout_has_all_our_joints(self, names: Any, count: int) -> None:
         names = list(names)
         joints, columns = select_joints(names, "file")
         assert len(names) == count
-        assert set(joints) == set(JOINT_NAMES)
-        assert len(columns) == len(JOINT_NAMES)
+        assert set(joints) == set(OUTPUT_JOINT_NAMES)
+        assert len(columns) == len(OUTPUT_JOINT_NAMES)
 
     def test_sides_stay_on_their_side(self) -> None:
         names = ["hand_r", "wrist_r", "hand_l", "left_hip", "shoulder_center"]
         joints, columns = select_joints(names, "file")
-        assert joints == ("right_hand", "left_hand", "left_hip", "neck")
-        assert columns.tolist() == [0, 2, 3, 4]
+        assert joints == ("right_hand", "right_wrist", "left_hand", "left_hip", "neck")
+        assert columns.tolist() == [0, 1, 2, 3, 4]
 
     @pytest.mark.parametrize(
         ("names", "message"),
         [
             (["head", "nose"], "file: unknown joint names nose; .*shoulder_center.*left_elbow"),
             (["hand_l", "left_hand"], "each joint must be named once"),
-            (["foot_l"], "give no joint"),
+            (["head_top"], "give no joint"),
         ],
     )
     def test_bad_names(self, names: list[str], message: str) -> None:
@@ -202,7 +203,7 @@ class TestUtdMhad:
         recording = find_utd_mhad(root)[0]
         assert recording.open().frame_count == 4
         reference = recording.reference()
-        assert set(reference.joint_names) == set(JOINT_NAMES)
+        assert set(reference.joint_names) == set(OUTPUT_JOINT_NAMES)
         assert reference.frame_index.tolist() == [2, 3]
         assert reference.actions is not None
         assert reference.actions.tolist() == [["a2"], ["a2"]]
@@ -225,7 +226,7 @@ class TestRealData:
         assert len(recordings) == 11
         for recording in recordings:
             reference = recording.reference()
-            assert set(reference.joint_names) == set(JOINT_NAMES)
+            assert set(reference.joint_names) == set(OUTPUT_JOINT_NAMES)
             assert recording.open().frame_count == len(reference.frame_index)
 
     def test_composites(self, shared: Path) -> None:

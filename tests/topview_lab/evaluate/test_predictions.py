@@ -20,7 +20,7 @@ from skeleton_sequences import (
     standing,
     write_rendered,
 )
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import JOINT_NAMES, OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.io import write_skeletons_npz
 from topview.records import InputError, JointState
 from topview.skeletons import SkeletonSequence
@@ -76,17 +76,19 @@ class TestNames:
     @pytest.mark.parametrize(
         ("names", "lacks"),
         [
-            (JOINT_NAMES, ()),
+            (OUTPUT_JOINT_NAMES, ()),
+            (JOINT_NAMES, ("wrist", "foot")),
             (KINECT_V2, ()),
             (AZURE, ()),
             (SMPL, ()),
-            (MEDIAPIPE, ("torso",)),
-            (OPENPOSE, ("torso",)),
-            (COCO, ("torso",)),
+            (MEDIAPIPE, ("torso", "foot")),
+            (OPENPOSE, ("torso", "foot")),
+            (COCO, ("torso", "foot")),
         ],
     )
     def test_known_systems(self, names: tuple[str, ...], lacks: tuple[str, ...]) -> None:
-        assert set(find_joints(names, "file")) == set(JOINT_NAMES) - set(lacks)
+        known = {name for name in OUTPUT_JOINT_NAMES if not name.endswith(lacks)}
+        assert set(find_joints(names, "file")) == known
 
     def test_the_best_choice_comes_first(self) -> None:
         found = find_joints(KINECT_V2, "file")
@@ -337,6 +339,7 @@ class TestReading:
     def test_other_systems_joints(self, tmp_path: Path) -> None:
         reference = reference_of(people_standing(2, 0.0))
         at = dict(zip(JOINT_NAMES, standing(), strict=True))
+        at |= {f"{side}_wrist": at[f"{side}_hand"] for side in ("left", "right")}
         found = find_joints(MEDIAPIPE, "")
         joints = np.zeros((2, 33, 3))
         for joint, columns in found.items():

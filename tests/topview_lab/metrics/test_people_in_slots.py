@@ -6,12 +6,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from made_frames import ABOUT, frames_with
+from made_frames import frames_with
 from skeleton_sequences import people_standing, predicted_of, reference_of
-from topview.body import JOINT_NAMES
-from topview.skeletons import SkeletonSequence, TrackedFrame
+from topview.body import JOINT_NAMES, PART_NAMES
+from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview_lab.metrics import evaluate_sequence, summarise
 
+ABOUT = About(JOINT_NAMES, PART_NAMES)
 PLACES_M = (-0.9, -0.3, 0.3, 0.9)
 who_is_there = st.lists(
     st.lists(st.integers(1, 5), unique=True, max_size=3), min_size=2, max_size=10
@@ -24,7 +25,7 @@ def test_slots_are_measured_as_columns(who, seed):
     truth = people_standing(len(who), *PLACES_M)
     truth[rng.random(truth.shape[:2]) < 0.2] = np.nan
     reference = reference_of(truth)
-    frames = [moved(frame, rng) for frame in frames_with(who)]
+    frames = [moved(frame, rng) for frame in frames_with(who, ABOUT)]
     slots = SkeletonSequence.from_frames(frames, ABOUT)
     columns = in_columns(slots)
     told = [summarise(evaluate_sequence(each, reference)) for each in (slots, columns)]

@@ -23,6 +23,7 @@ import numpy as np
 
 from topview.files import check_regular, naming
 from topview.io.camera_values import camera_from, camera_values
+from topview.io.writers.earlier import with_ends
 from topview.io.writers.output import HAS_ROOM
 from topview.records import InputError
 from topview.skeletons import (
@@ -197,10 +198,10 @@ class StoredFrames:
             for frame in self._frames():
                 block.append(frame)
                 if len(block) == BLOCK_FRAMES:
-                    yield stacked(block, self.about, self.totals, slots)
+                    yield with_ends(stacked(block, self.about, self.totals, slots))
                     block = []
             if block:
-                yield stacked(block, self.about, self.totals, slots)
+                yield with_ends(stacked(block, self.about, self.totals, slots))
 
     def _frames(self) -> Iterator[TrackedFrame]:
         """All whole frames; `_whole_bytes` is how much they take."""

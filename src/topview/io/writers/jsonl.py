@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from topview.body.hierarchy import NODES, ROOT, nodes_of
-from topview.body.parts import JOINT_NAMES, PART_NAMES
 from topview.geometry.rotations import are_rotations
+from topview.io.writers.joint_frames import are_ours
 from topview.io.writers.levelled import joints_and_parts
 from topview.io.writers.output import written_atomically
 from topview.records import JOINT_STATE_NAMES
@@ -70,7 +70,7 @@ def _joints(block: SkeletonSequence, f: int, s: int) -> dict[str, Any]:
 def _bones(block: SkeletonSequence) -> Bones:
     """By frame and slot: each known node of `topview.body.hierarchy`, with its parent, its place
     and its turn in the parent's frame. None of other systems' joints."""
-    if not {*JOINT_NAMES} <= {*block.joint_names} or not {*PART_NAMES} <= {*block.part_names}:
+    if not are_ours(block):
         return {}
     rows, slots = block.present.nonzero()
     offsets_m, Rs = nodes_of(*joints_and_parts(block, rows, slots))

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.body.hierarchy import NODES, ROOT, Articulation, articulated
 from topview.geometry.rotations import levelled
 from topview.records import InputError
@@ -150,7 +150,7 @@ def joints_and_parts(
     Raises:
         InputError: the sequence has other joints or parts than topview's.
     """
-    joints = _columns(sequence.joint_names, JOINT_NAMES)
+    joints = _columns(sequence.joint_names, OUTPUT_JOINT_NAMES)
     parts = _columns(sequence.part_names, PART_NAMES)
     Ts = sequence.Ts_camera_part[rows, slots]
     return sequence.joints_camera[rows, slots][:, joints], Ts[:, parts]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.hierarchy import NODES, ROOT, WAIST, nodes_of
-from topview.body.parts import JOINT_NAMES, JOINTS
+from topview.body.parts import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
 from topview.files import naming
 from topview.geometry.rotations import are_rotations
 from topview.io.readers.ros_messages import TRANSFORMS_TYPE, standard_types
@@ -139,7 +139,7 @@ class _Bag:
         self._write("/tf", TRANSFORMS_TYPE, time_s, transforms=transforms)
         header, ids = self._made.header(CAMERA_FRAME, time_s), list(map(body_id, people))
         self._write("/humans/bodies/tracked", IDS_TYPE, time_s, header=header, ids=ids)
-        order = [block.joint_names.index(name) for name in JOINT_NAMES]
+        order = [block.joint_names.index(name) for name in OUTPUT_JOINT_NAMES]
         for k, (person, slot) in enumerate(zip(people, slots.tolist(), strict=True)):
             is_seen = block.joint_state[row, slot, order] == JointState.VISIBLE
             markers = self._markers(person, joints[k], is_seen, time_s)
@@ -177,7 +177,7 @@ class _Bag:
     ) -> list[Any]:
         """Joints as spheres and bones as lines; what is not visible is faint."""
         is_known = np.array(np.isfinite(joints_camera).all(-1))
-        bones = [(j, joint.bone_to) for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
+        bones = [(j, joint.bone_to) for j, joint in enumerate(OUTPUT_JOINTS) if joint.bone_to >= 0]
         ends = [end for a, b in bones if is_known[a] and is_known[b] for end in (a, b)]
         make = self._store.types
         r, g, b = hsv_to_rgb(0.618 * person % 1.0, 0.8, 0.95)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from topview.files import Archive, naming
 from topview.io.camera_values import camera_from, camera_values
+from topview.io.writers.earlier import with_ends
+from topview.io.writers.joint_frames import bone_lengths_m, joint_frames, parents_of
 from topview.io.writers.levelled import T_world_camera
 from topview.io.writers.output import written_atomically
 from topview.records import JOINT_STATE_NAMES, Camera, InputError
@@ -44,6 +46,8 @@ OF_ALL: Final[dict[str, type[np.number[Any]]]] = {
     "floor_camera": np.float64,
     "gravity_camera": np.float64,
 }
+# Of each frame, told by joints and parts, and not read back; in single precision.
+OF_JOINT_FRAMES: Final = ("Rs_parent_joint", "offsets_parent_joint_m")
 TEXT_KEYS: Final = ("joint_names", "part_names", "joint_state_names", "settings")
 SINCE_2: Final = (*OF_ALL, "frame_names", "camera", "topview_version")
 SINCE_3: Final = ("people_ids", "first_frame", "last_frame")
@@ -74,10 +78,19 @@ def write_skeletons_npz(skeletons: Skeletons, path: str | PathLike[str]) -> None
         for key, dtype in OF_FRAMES.items():
             blocks = (getattr(block, key).astype(dtype) for block in skeletons.blocks())
             _write_member(archive, key, frames, blocks)
+        for key in OF_JOINT_FRAMES:
+            blocks = (_of_joint_frames(block, key) for block in skeletons.blocks())
+            _write_member(archive, key, frames, blocks)
         names = (np.array(block.frame_names, f"<U{longest}") for block in skeletons.blocks())
         _write_member(archive, "frame_names", frames, names)
-        for key, array in _about(first).items():
+        about = _about(first) | {"bone_lengths_m": bone_lengths_m(skeletons)}
+        for key, array in about.items():
             _write_member(archive, key, None, iter([array]))
+
+
+def _of_joint_frames(block: SkeletonSequence, key: str) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):  # of files that hold nonsense
+        return getattr(joint_frames(block), key).astype(np.float32)
 
 
 def _write_member(
@@ -105,6 +118,7 @@ def _about(sequence: SkeletonSequence) -> dict[str, NDArray[Any]]:
     return {
         **{key: getattr(sequence, key).astype(d) for key, d in (OF_PEOPLE | OF_ALL).items()},
         "T_world_camera": T_world_camera(sequence),
+        "parents": parents_of(sequence),
         "format_version": np.array(FORMAT_VERSION, np.int64),
         "camera": np.array(json.dumps(camera, sort_keys=True)),
         "topview_version": np.array(sequence.topview_version),
@@ -163,7 +177,7 @@ def _sequences(archive: Archive, block_frames: int | None) -> Iterator[SkeletonS
         )
     about = _read_about(archive, version)
     if version < 3:
-        yield SkeletonSequence(**_of_columns(archive, version), **about)
+        yield with_ends(SkeletonSequence(**_of_columns(archive, version), **about))
         return
     about |= {key: _read(archive, key, dtype) for key, dtype in OF_PEOPLE.items()}
     keys = (*OF_FRAMES, "frame_names")
@@ -175,7 +189,7 @@ def _sequences(archive: Archive, block_frames: int | None) -> Iterator[SkeletonS
         block: dict[str, Any] = dict(zip(keys, arrays, strict=True))
         block |= {key: _converted(key, block[key], dtype) for key, dtype in OF_FRAMES.items()}
         block["frame_names"] = tuple(block["frame_names"].tolist())
-        yield SkeletonSequence(**block, **about)
+        yield with_ends(SkeletonSequence(**block, **about))
 
 
 def _of_columns(archive: Archive, version: int) -> dict[str, Any]:

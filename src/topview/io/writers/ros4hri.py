@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from topview.body.hierarchy import NODES, WAIST
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import OUTPUT_JOINT_NAMES
 from topview.camera import project
 from topview.geometry.rotations import are_rotations
 from topview.io.writers.levelled import ROS_FROM_STAGE
@@ -35,14 +35,13 @@ DEFINITIONS: Final = {
 # Of `Skeleton2D`, in its order, which is OpenPose's; empty for what no joint is.
 KEYPOINTS: Final = (
     "", "neck",
-    "right_shoulder", "right_elbow", "right_hand", "left_shoulder", "left_elbow", "left_hand",
+    "right_shoulder", "right_elbow", "right_wrist", "left_shoulder", "left_elbow", "left_wrist",
     "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle",
     "", "", "", "",
 )  # fmt: skip
 HANGS_BELOW_RAD: Final = 1e-6  # ours: an arm that is raised by less hangs
-# REP 155's names where it has some, ours for `lower_torso` and `neck`.
+# REP 155's names where it has some, ours for `lower_torso`, `neck`, hands and feet.
 _NAMES: Final = {"pelvis": "body", "torso": "lower_torso", WAIST: "waist"}
-_KINDS: Final = {"hand": "wrist"}
 # Node: the axes of its turns, each about what the one before has turned, and for each the joint and
 # the sign of its axis in the URDF.
 _TURNS: Final[dict[str, tuple[str, tuple[tuple[str, int], ...]]]] = {
@@ -63,7 +62,7 @@ def frame_name(node: str, body: str) -> str:
     """What REP 155 calls the frame of a node of `topview.body.hierarchy`."""
     side, _, kind = node.partition("_")
     is_limb = side in ("left", "right")
-    name = f"{side[0]}_{_KINDS.get(kind, kind)}" if is_limb else _NAMES.get(node, node)
+    name = f"{side[0]}_{kind}" if is_limb else _NAMES.get(node, node)
     return f"{name}_{body}"
 
 
@@ -101,13 +100,13 @@ def keypoints(joints_camera: Array, confidence: NDArray[np.floating], camera: Ca
     0..1; zeros for those that are not known, or not in the image.
 
     Args:
-        joints_camera: [J, 3] in the order of `JOINT_NAMES`, metres.
+        joints_camera: [J, 3] in the order of `OUTPUT_JOINT_NAMES`, metres.
         confidence: [J].
         camera: that took the image.
     """
     points = np.zeros((len(KEYPOINTS), 3))
     ours = np.array([k for k, name in enumerate(KEYPOINTS) if name])
-    order = [JOINT_NAMES.index(KEYPOINTS[k]) for k in ours]
+    order = [OUTPUT_JOINT_NAMES.index(KEYPOINTS[k]) for k in ours]
     joints = joints_camera[order]
     is_ahead = np.isfinite(joints).all(-1) & (joints[:, 2] > 0.0)
     places = project(joints[is_ahead], camera)

@@ -12,8 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from topview.body import JOINT_NAMES
-from topview.body.parts import JOINTS
+from topview.body import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
 from topview.io.writers.extras import needed
 from topview.io.writers.levelled import (
     ROS_FROM_STAGE,
@@ -80,8 +79,8 @@ class _Stream:
         T = T_world_camera(block)
         if not np.isfinite(T).all():
             T = T_upright_camera(block, ROS_FROM_STAGE)
-        bones = [(joint.bone_to, j) for j, joint in enumerate(JOINTS) if joint.bone_to >= 0]
-        names = [rr.AnnotationInfo(id=j, label=name) for j, name in enumerate(JOINT_NAMES)]
+        bones = [(joint.bone_to, j) for j, joint in enumerate(OUTPUT_JOINTS) if joint.bone_to >= 0]
+        names = [rr.AnnotationInfo(id=j, label=name) for j, name in enumerate(OUTPUT_JOINT_NAMES)]
         skeleton = rr.ClassDescription(
             info=rr.AnnotationInfo(id=0, label="person"),
             keypoint_annotations=names,
@@ -109,7 +108,7 @@ class _Stream:
         joints, Ts = joints_and_parts(block, np.full(len(slots), row), slots)
         for k, (person, slot) in enumerate(zip(people, slots.tolist(), strict=True)):
             known = np.flatnonzero(np.isfinite(joints[k]).all(-1))
-            stored = [block.joint_names.index(JOINT_NAMES[j]) for j in known]
+            stored = [block.joint_names.index(OUTPUT_JOINT_NAMES[j]) for j in known]
             states = [JOINT_STATE_NAMES[state] for state in block.joint_state[row, slot, stored]]
             points = rr.Points3D(
                 joints[k, known],
