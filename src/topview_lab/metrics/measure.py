@@ -92,6 +92,7 @@ def measure_sequence(
         Rs_camera_part=of_found(predicted.Ts_camera_part[..., :3, :3], parts, np.nan),
         joint_state=of_found(predicted.joint_state, joints, 0).astype(np.uint8),
         joint_confidence=of_found(confidence, joints, np.nan),
+        joint_covariance_m2=of_found(predicted.joint_covariance_m2, joints, np.nan),
         hidden=_hidden(reference, of_reference[f], r),
         action=_labels(reference.actions, (of_reference[f], r)),
         body=_labels(None if reference.bodies is None else np.array(reference.bodies), (r,)),

@@ -40,6 +40,7 @@ class Samples:
         Rs_camera_part: [N, B, 3, 3] the predicted ones.
         joint_state: [N, J] uint8, an index into `topview.records.JOINT_STATE_NAMES`.
         joint_confidence: [N, J] 0..1.
+        joint_covariance_m2: [N, J, 3, 3] of the predicted joints' errors, camera frame.
         hidden: [N, J, 4] share 0..1 of the joint that each of `CAUSES` hides.
         action: [N] str, "" where unknown.
         body: [N] str, "" where unknown.
@@ -55,6 +56,7 @@ class Samples:
     Rs_camera_part: NDArray[np.float64]
     joint_state: NDArray[np.uint8]
     joint_confidence: NDArray[np.float64]
+    joint_covariance_m2: NDArray[np.float64]
     hidden: NDArray[np.float64]
     action: NDArray[np.str_]
     body: NDArray[np.str_]

@@ -39,7 +39,7 @@ try:
 except ImportError:  # no POSIX system: two runs in one folder are told apart by the file alone
     fcntl = None
 
-FIRST_LINE: Final = b"topview frames 1\n"
+FIRST_LINE: Final = b"topview frames 2\n"
 SYNC_S: Final = 0.5  # ours: what a power failure may cost, and as much again while it is written
 BLOCK_FRAMES: Final = 1000  # ours
 _LENGTH_AND_CRC: Final = Struct("<II")

@@ -1,0 +1,210 @@
+"""How far joints may be off: a covariance each, and from it the probability of 10 cm (ours).
+
+A joint's error is a multivariate Student law: as a Gaussian one, with more of the errors that are
+far too large. Its matrix is a sum of terms that the frame tells (`JointSigns.terms`), each with a
+weight that `topview train-confidence` has fitted. What is told as the covariance is scaled so that
+the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtr, fdtri
+
+from topview.body.parts import JOINTS
+from topview.detect.joints import JointProposals
+from topview.records import JointState
+from topview.track.joint_fit import body_joints
+from topview.track.visibility import Visibility
+
+Array = NDArray[np.float64]
+
+JOINT_ERRORS_FILE: Final = "joint_errors.json"
+RIGHT_M: Final = 0.1  # `joint_confidence` is the probability of an error up to this
+ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which the covariance is for
+ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
+LOST_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
+
+TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "lost")
+
+# Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
+# weight.
+_DIRECTIONS = np.array(
+    [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    + [(1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)]
+    + [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)],
+    np.float64,
+)
+_DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
+_SHARES = 2.0 * np.repeat([1 / 21, 4 / 105, 9 / 280], [3, 6, 4])
+# Joints of limbs but the first of each, those nearer the trunk first; and what they hang from.
+_ON_LIMBS = [
+    (index, joint.bone_to)
+    for index, joint in enumerate(JOINTS)
+    if joint.bone_to >= 0 and "_" in JOINTS[joint.bone_to].name
+]
+
+
+class JointErrors(msgspec.Struct, frozen=True):
+    """How much each term counts; of joints that are proposed, and of those that are not.
+
+    Attributes:
+        source: what it was fitted on.
+        proposed: of the variance that the proposals state, of joints not behind another person.
+        behind: the same of joints behind another person.
+        apart: of the squared ways from the joint to where the modes have it.
+        place_m2: of joints that are not proposed.
+        swing_rad2: of these, on limbs: variance of the angle at which the joint is seen from where
+            the limb begins.
+        lost_m2: of these, not seen for long, or not where they should be seen.
+        tails: degrees of freedom of the Student law; fewer have more errors that are far too
+            large.
+        tails_behind: the same of joints behind another person, and of those that are not proposed.
+    """
+
+    source: str
+    proposed: float
+    behind: float
+    apart: float
+    place_m2: float
+    swing_rad2: float
+    lost_m2: float
+    tails: float
+    tails_behind: float
+
+    @property
+    def weights(self) -> Array:
+        """[K] of `TERMS`."""
+        return np.array(
+            [
+                *(self.proposed, self.behind, self.apart),
+                *(self.place_m2, self.swing_rad2, self.lost_m2),
+            ]
+        )
+
+
+@cache
+def shipped_joint_errors() -> JointErrors:
+    """The one that the package carries."""
+    text = resources.files("topview.track").joinpath(JOINT_ERRORS_FILE).read_bytes()
+    return msgspec.json.decode(text, type=JointErrors)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSigns:
+    """What a frame tells of how far one person's joints may be off.
+
+    Attributes:
+        joints_camera: [J, 3] metres, as tracked.
+        visibility: of the joints.
+        hidden_for_s: [J] since each was last visible; infinite if never.
+        proposals: of the joints, P = 1; None where nothing is proposed.
+    """
+
+    joints_camera: Array
+    visibility: Visibility
+    hidden_for_s: Array
+    proposals: JointProposals | None
+
+    @property
+    def has_long_tails(self) -> NDArray[np.bool_]:
+        """[J] whether `JointErrors.tails_behind` is meant."""
+        if self.proposals is None:
+            return np.ones(len(self.joints_camera), np.bool_)
+        return self.visibility.joint_state == JointState.OCCLUDED_BY_PERSON
+
+    def terms(self) -> Array:
+        """[K, J, 3, 3] of `TERMS`, square metres in the camera frame."""
+        terms = np.zeros((len(TERMS), len(self.joints_camera), 3, 3))
+        if self.proposals is None:
+            levers_m = _levers(self.joints_camera)
+            factors = np.stack([np.ones(len(levers_m)), levers_m**2, self._lost])
+            terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
+            return terms
+        places, scales_m = body_joints(self.proposals)
+        weights = self.proposals.weights[0]
+        ways = places - self.joints_camera
+        scales_m = np.where(np.isfinite(scales_m), scales_m, np.abs(ways))
+        own = int(np.argmin(np.linalg.norm(ways / scales_m, axis=-1).mean(-1)))
+        stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
+        is_behind = self.has_long_tails[:, None, None]
+        terms[0] = np.where(is_behind, 0.0, stated)
+        terms[1] = np.where(is_behind, stated, 0.0)
+        terms[2] = np.einsum("m,mja,mjb->jab", weights, ways, ways)
+        return terms
+
+    @property
+    def _lost(self) -> Array:
+        """[J] 0..1: how much of a joint that should be seen is not confirmed; of others, how long
+        they have been hidden."""
+        hidden = -np.expm1(-self.hidden_for_s / LOST_S)
+        is_visible = self.visibility.joint_state == JointState.VISIBLE
+        return np.where(is_visible, 1.0 - self.visibility.confirmed, hidden)
+
+    def _of_ray(self, variances: Array) -> Array:
+        """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""
+        axes = np.broadcast_to(np.eye(3), (len(self.joints_camera), 3, 3)).copy()
+        axes[:, :, 2] = self.joints_camera / self.joints_camera[:, 2:]
+        return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
+
+
+def told_errors(
+    signs: JointSigns, errors: JointErrors
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
+    of joints that are absent."""
+    matrices = np.einsum("k,kjab->jab", errors.weights, signs.terms())
+    tails = np.where(signs.has_long_tails, errors.tails_behind, errors.tails)
+    is_absent = signs.visibility.joint_state == JointState.ABSENT
+    covariances = student_covariances(matrices, tails)
+    covariances[is_absent] = np.nan
+    confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails))
+    return covariances.astype(np.float32), confidences.astype(np.float32)
+
+
+def student_covariances(matrices: Array, tails: Array) -> Array:
+    """[N, 3, 3] of [N, 3, 3] matrices of Student laws: those whose Gaussian ellipsoids hold
+    `ELLIPSOID_SHARE` of the errors."""
+    return matrices * (_ellipsoids(tails) / ELLIPSOID)[:, None, None]
+
+
+def confidences_of(covariances_m2: Array, tails: Array) -> Array:
+    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `student_covariances` and
+    [N] degrees of freedom; NaN where a covariance is.
+
+    An error is a direction and a length, independent of each other in units of the law. The mean
+    over directions is taken at 13 of them.
+    """
+    matrices = covariances_m2 * (ELLIPSOID / _ellipsoids(tails))[:, None, None]
+    axes = _roots(matrices)
+    lengths_m2 = ((axes @ _DIRECTIONS.T) ** 2).sum(-2)
+    return fdtr(3.0, tails[:, None], RIGHT_M**2 / (3.0 * lengths_m2)) @ _SHARES
+
+
+def _roots(matrices: Array) -> Array:
+    """[N, 3, 3] whose product with their own transpose is each matrix; NaN of NaN."""
+    is_known = np.isfinite(matrices).all((-2, -1))
+    roots = np.full(matrices.shape, np.nan)
+    roots[is_known] = np.linalg.cholesky(matrices[is_known])
+    return roots
+
+
+def _ellipsoids(tails: Array) -> Array:
+    """[N] squared radii, in units of the law, of the ellipsoids that hold `ELLIPSOID_SHARE`."""
+    return 3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)
+
+
+def _levers(joints_camera: Array) -> Array:
+    """[J] metres along the bones from where each joint's limb begins; 0 of the trunk."""
+    levers = np.zeros(len(joints_camera))
+    for index, before in _ON_LIMBS:
+        bone_m = np.linalg.norm(joints_camera[index] - joints_camera[before])
+        levers[index] = levers[before] + bone_m
+    return levers
