@@ -77,6 +77,15 @@ def vectors_from_rotations(R: Array) -> Array:
     return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
 
 
+def rotation_between(a: Array, b: Array) -> Array:
+    """[3, 3] of the shortest turn that takes one unit vector to another; none where one is zero or
+    they are opposite."""
+    axis = np.cross(a, b)
+    sine = float(np.linalg.norm(axis))
+    angle_rad = np.arctan2(sine, a @ b) if sine > 0.0 else 0.0
+    return rotations_from_vectors(axis * (angle_rad / max(sine, 1e-12)))
+
+
 def are_rotations(R: Array) -> NDArray[np.bool_]:
     """[...] whether [..., 3, 3] matrices are rotations, as nearly as three digits tell; not where
     they are NaN."""

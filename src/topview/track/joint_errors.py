@@ -37,9 +37,11 @@ TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "lost")
 # Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
 # weight.
 _DIRECTIONS = np.array(
-    [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
-    + [(1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)]
-    + [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)],
+    [
+        *((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        *((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)),
+        *((1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)),
+    ],
     np.float64,
 )
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
@@ -132,7 +134,8 @@ class JointSigns:
         weights = self.proposals.weights[0]
         ways = places - self.joints_camera
         scales_m = np.where(np.isfinite(scales_m), scales_m, np.abs(ways))
-        own = int(np.argmin(np.linalg.norm(ways / scales_m, axis=-1).mean(-1)))
+        apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
+        own = int(np.argmin(apart.sum(-1)))
         stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
         is_behind = self.has_long_tails[:, None, None]
         terms[0] = np.where(is_behind, 0.0, stated)
@@ -180,7 +183,8 @@ def confidences_of(covariances_m2: Array, tails: Array) -> Array:
     [N] degrees of freedom; NaN where a covariance is.
 
     An error is a direction and a length, independent of each other in units of the law. The mean
-    over directions is taken at 13 of them.
+    over directions is taken at 13 of them, which is good to 0.02 for ellipsoids up to four times as
+    long as they are thick.
     """
     matrices = covariances_m2 * (ELLIPSOID / _ellipsoids(tails))[:, None, None]
     axes = _roots(matrices)
@@ -206,5 +210,5 @@ def _levers(joints_camera: Array) -> Array:
     levers = np.zeros(len(joints_camera))
     for index, before in _ON_LIMBS:
         bone_m = np.linalg.norm(joints_camera[index] - joints_camera[before])
-        levers[index] = levers[before] + bone_m
+        levers[index] = levers[before] + np.nan_to_num(bone_m)
     return levers

@@ -130,7 +130,7 @@ class Tracker:
 
     @property
     def joint_signs(self) -> dict[int, JointSigns]:
-        """By id, what the last frame told of how far the joints of those who are there may be off."""
+        """Of those who are there, by id: what the last frame told of how far joints may be off."""
         tracks = self._tracks.items()
         return {person: track.signs for person, track in tracks if track.signs is not None}
 

@@ -80,8 +80,8 @@ class ErrorRows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorsJob:
-    """One recording to be tracked with these settings and measured, in any process; gives why, where
-    it cannot be."""
+    """One recording to be tracked with these settings and measured, in any process; gives why
+    where it cannot be."""
 
     recording: EvaluatedRecording
     settings: TrackerSettings

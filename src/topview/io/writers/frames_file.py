@@ -189,6 +189,11 @@ class StoredFrames:
     def frame_count(self) -> int:
         return self.totals.frames
 
+    def frames(self) -> Iterator[TrackedFrame]:
+        """All frames, one by one. Raises InputError where they cannot be read."""
+        with naming(self.path, right=RIGHT):
+            yield from self._frames()
+
     def blocks(self) -> Iterator[SkeletonSequence]:
         """As `Skeletons.blocks`."""
         slots = Slots()
