@@ -32,7 +32,7 @@ ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which th
 ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
 LOST_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
 
-TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "lost")
+TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "unconfirmed", "lost")
 
 # Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
 # weight.
@@ -65,10 +65,11 @@ class JointErrors(msgspec.Struct, frozen=True):
         place_m2: of joints that are not proposed.
         swing_rad2: of these, on limbs: variance of the angle at which the joint is seen from where
             the limb begins.
-        lost_m2: of these, not seen for long, or not where they should be seen.
+        unconfirmed_m2: of these, where nothing is seen of them.
+        lost_m2: of these, hidden for long by others or things, or out of view.
         tails: degrees of freedom of the Student law; fewer have more errors that are far too
             large.
-        tails_behind: the same of joints behind another person, and of those that are not proposed.
+        tails_behind: the same of joints behind another person.
     """
 
     source: str
@@ -77,6 +78,7 @@ class JointErrors(msgspec.Struct, frozen=True):
     apart: float
     place_m2: float
     swing_rad2: float
+    unconfirmed_m2: float
     lost_m2: float
     tails: float
     tails_behind: float
@@ -86,8 +88,8 @@ class JointErrors(msgspec.Struct, frozen=True):
         """[K] of `TERMS`."""
         return np.array(
             [
-                *(self.proposed, self.behind, self.apart),
-                *(self.place_m2, self.swing_rad2, self.lost_m2),
+                *(self.proposed, self.behind, self.apart, self.place_m2, self.swing_rad2),
+                *(self.unconfirmed_m2, self.lost_m2),
             ]
         )
 
@@ -116,10 +118,8 @@ class JointSigns:
     proposals: JointProposals | None
 
     @property
-    def has_long_tails(self) -> NDArray[np.bool_]:
-        """[J] whether `JointErrors.tails_behind` is meant."""
-        if self.proposals is None:
-            return np.ones(len(self.joints_camera), np.bool_)
+    def is_behind(self) -> NDArray[np.bool_]:
+        """[J] whether another person hides the joint."""
         return self.visibility.joint_state == JointState.OCCLUDED_BY_PERSON
 
     def terms(self) -> Array:
@@ -127,7 +127,8 @@ class JointSigns:
         terms = np.zeros((len(TERMS), len(self.joints_camera), 3, 3))
         if self.proposals is None:
             levers_m = _levers(self.joints_camera)
-            factors = np.stack([np.ones(len(levers_m)), levers_m**2, self._lost])
+            unconfirmed = 1.0 - self.visibility.confirmed
+            factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
             terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
             return terms
         places, scales_m = body_joints(self.proposals)
@@ -137,7 +138,7 @@ class JointSigns:
         apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
         own = int(np.argmin(apart.sum(-1)))
         stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
-        is_behind = self.has_long_tails[:, None, None]
+        is_behind = self.is_behind[:, None, None]
         terms[0] = np.where(is_behind, 0.0, stated)
         terms[1] = np.where(is_behind, stated, 0.0)
         terms[2] = np.einsum("m,mja,mjb->jab", weights, ways, ways)
@@ -145,11 +146,11 @@ class JointSigns:
 
     @property
     def _lost(self) -> Array:
-        """[J] 0..1: how much of a joint that should be seen is not confirmed; of others, how long
-        they have been hidden."""
-        hidden = -np.expm1(-self.hidden_for_s / LOST_S)
-        is_visible = self.visibility.joint_state == JointState.VISIBLE
-        return np.where(is_visible, 1.0 - self.visibility.confirmed, hidden)
+        """[J] 0..1: how long a joint has been hidden; not by the own body, which tells where it
+        is."""
+        where_known = (JointState.VISIBLE, JointState.SELF_OCCLUDED)
+        is_hidden = ~np.isin(self.visibility.joint_state, where_known)
+        return is_hidden * -np.expm1(-self.hidden_for_s / LOST_S)
 
     def _of_ray(self, variances: Array) -> Array:
         """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""
@@ -164,7 +165,7 @@ def told_errors(
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
     matrices = np.einsum("k,kjab->jab", errors.weights, signs.terms())
-    tails = np.where(signs.has_long_tails, errors.tails_behind, errors.tails)
+    tails = np.where(signs.is_behind, errors.tails_behind, errors.tails)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
     covariances = student_covariances(matrices, tails)
     covariances[is_absent] = np.nan

@@ -34,7 +34,7 @@ WRITTEN_DIGITS: Final = 4
 @dataclass(frozen=True, slots=True, eq=False)
 class TermErrors:
     """One recording, measured once for each term, whose matrices take the place of covariances; and
-    once for the kind of each joint, 1 on the diagonal where its tails are long."""
+    once for the kind of each joint, 1 on the diagonal where another person hides it."""
 
     of_terms: tuple[SequenceErrors, ...]
     of_kinds: SequenceErrors
@@ -47,12 +47,12 @@ class ErrorRows:
     Attributes:
         errors_camera: [N, 3] metres, the constant offsets out.
         terms: [K, N, 3, 3] of `TERMS`.
-        is_long: [N] `JointSigns.has_long_tails`.
+        is_behind: [N] `JointSigns.is_behind`.
     """
 
     errors_camera: Array
     terms: Array
-    is_long: NDArray[np.bool_]
+    is_behind: NDArray[np.bool_]
 
     @classmethod
     def of(cls, recordings: Sequence[TermErrors]) -> ErrorRows:
@@ -65,8 +65,8 @@ class ErrorRows:
         errors = pools[0].corrected_camera - pools[0].samples.reference_camera
         terms = np.stack([each.samples.joint_covariance_m2 for each in pools])
         is_known = np.isfinite(errors).all(-1) & np.isfinite(terms).all((0, -2, -1))
-        is_long = kinds.samples.joint_covariance_m2[..., 0, 0] > 0.5
-        return cls(errors[is_known], terms[:, is_known], is_long[is_known])
+        is_behind = kinds.samples.joint_covariance_m2[..., 0, 0] > 0.5
+        return cls(errors[is_known], terms[:, is_known], is_behind[is_known])
 
     @classmethod
     def joined(cls, parts: Sequence[ErrorRows]) -> ErrorRows:
@@ -74,7 +74,7 @@ class ErrorRows:
         return cls(
             np.concatenate([part.errors_camera for part in parts]),
             np.concatenate([part.terms for part in parts], axis=1),
-            np.concatenate([part.is_long for part in parts]),
+            np.concatenate([part.is_behind for part in parts]),
         )
 
 
@@ -119,7 +119,7 @@ def _signs_as_skeletons(
 
 def _matrices(signs: JointSigns) -> Array:
     """[1 + K, J, 3, 3] kinds and terms."""
-    kinds = signs.has_long_tails[:, None, None] * np.eye(3)
+    kinds = signs.is_behind[:, None, None] * np.eye(3)
     return np.concatenate([kinds[None], signs.terms()])
 
 
@@ -142,19 +142,26 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
     Raises:
         InputError: too few joints of a kind.
     """
-    for is_kind, what in ((~rows.is_long, "in view"), (rows.is_long, "behind others")):
+    for is_kind, what in (
+        (~rows.is_behind, "not behind others"),
+        (rows.is_behind, "behind others"),
+    ):
         if is_kind.sum() < LEAST_JOINTS:
             raise InputError(
                 f"{is_kind.sum()} joints {what} were found; {LEAST_JOINTS} are needed: give more "
                 "recordings"
             )
-    chosen = np.concatenate([_some(rows.is_long), _some(~rows.is_long)])
-    errors, terms, is_long = rows.errors_camera[chosen], rows.terms[:, chosen], rows.is_long[chosen]
-    shares = np.where(is_long, 0.5 / is_long.sum(), 0.5 / (~is_long).sum())
+    chosen = np.concatenate([_some(rows.is_behind), _some(~rows.is_behind)])
+    errors, terms, is_behind = (
+        rows.errors_camera[chosen],
+        rows.terms[:, chosen],
+        rows.is_behind[chosen],
+    )
+    shares = np.where(is_behind, 0.5 / is_behind.sum(), 0.5 / (~is_behind).sum())
 
     def loss(place: Array) -> float:
         matrices = np.einsum("k,knab->nab", np.exp(place[:-2]), terms)
-        tails = np.exp(np.where(is_long, place[-1], place[-2]))
+        tails = np.exp(np.where(is_behind, place[-1], place[-2]))
         return -float(shares @ log_likelihoods(errors, matrices, tails))
 
     start = [*[START_LOG_WEIGHT] * len(TERMS), *[np.log(START_TAILS)] * 2]

@@ -140,7 +140,7 @@ class TestNotProposed:
         by_share = [told(signs(None, confirmed=share))[1] for share in (1.0, 0.5, 0.0)]
         assert (np.diff(by_share, axis=0) < 0.0).all()
 
-    @pytest.mark.parametrize("state", [JointState.SELF_OCCLUDED, JointState.OUT_OF_VIEW])
+    @pytest.mark.parametrize("state", [JointState.OCCLUDED_BY_OBJECT, JointState.OUT_OF_VIEW])
     def test_a_hidden_joint_fades(self, state):
         over_time = [told(signs(None, state, 0.0, t))[1] for t in (0.0, 0.5, 1.0, 5.0)]
         assert (np.diff(over_time, axis=0) < 0.0).all()
