@@ -30,7 +30,7 @@ JOINT_ERRORS_FILE: Final = "joint_errors.json"
 RIGHT_M: Final = 0.1  # `joint_confidence` is the probability of an error up to this
 ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which the covariance is for
 ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
-LOST_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
+HIDDEN_MEMORY_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
 
 TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "unconfirmed", "lost")
 
@@ -150,7 +150,7 @@ class JointSigns:
         is."""
         where_known = (JointState.VISIBLE, JointState.SELF_OCCLUDED)
         is_hidden = ~np.isin(self.visibility.joint_state, where_known)
-        return is_hidden * -np.expm1(-self.hidden_for_s / LOST_S)
+        return np.where(is_hidden, 1.0, 0.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
 
     def _of_ray(self, variances: Array) -> Array:
         """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 LAG_S: Final = 5.0  # ours; how far it looks ahead and back, beside what it works on at a time
 CHUNK_S: Final = 20.0  # ours; what it works on at a time
-PAUSE_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
+AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
 DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
 # Fitted on rendered people (seeds 20 to 23, as tracked): what large errors are, they are for long,
 # so a variance above the square of this counts as that much more.
@@ -133,7 +133,7 @@ def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
     doubt_m = np.sqrt(np.trace(people["joint_covariance_m2"][:, _NECK], axis1=-2, axis2=-1))
     allowed_m = LEAP_M + DOUBTS * (doubt_m[1:] + doubt_m[:-1])
     step_m = np.linalg.norm(np.diff(necks, axis=0), axis=-1)
-    begins = (np.diff(times_s) > PAUSE_S) | ~(step_m < allowed_m)
+    begins = (np.diff(times_s) > AWAY_S) | ~(step_m < allowed_m)
     edges = [0, *(np.flatnonzero(begins) + 1).tolist(), len(times_s)]
     return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
 
@@ -179,10 +179,10 @@ def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Arra
         noise.append(np.einsum("tba,tbc,tcd->tad", R, of_ends, R))
         unrest.append(LIMB_UNREST_M2_S3)
     measured, of_all = np.stack(values, 1), np.stack(noise, 1)
-    is_known = np.isfinite(measured).all(-1)
-    is_known &= np.isfinite(of_all).all((-2, -1))
-    of_all = np.where(is_known[..., None, None], of_all, UNKNOWN_M2 * np.eye(3))
-    return np.where(is_known[..., None], measured, 0.0), of_all, np.array(unrest)
+    is_unknown = np.isnan(measured).any(-1) | np.isnan(of_all).any((-2, -1))
+    measured[is_unknown] = 0.0
+    of_all[is_unknown] = UNKNOWN_M2 * np.eye(3)
+    return measured, of_all, np.array(unrest)
 
 
 def _both_ways(times_s: Array, measured: Array, noise: Array, unrest: Array) -> Array:

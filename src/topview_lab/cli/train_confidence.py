@@ -8,6 +8,7 @@ from typing import Annotated, Final
 
 import msgspec
 from cyclopts import Parameter
+from rich.table import Table
 
 from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
@@ -59,23 +60,23 @@ def train_confidence(
     if done.interrupted:
         return INTERRUPTED
     warn(*(own for own in done.results if isinstance(own, str)), *done.problems)
-    kept = [
-        [own for own in done.results[start::1][: len(recordings)] if isinstance(own, TermErrors)]
-        for start in (0, len(recordings))
+    usable = [
+        [own for own in of_settings if isinstance(own, TermErrors)]
+        for of_settings in (done.results[: len(recordings)], done.results[len(recordings) :])
     ]
-    if not all(kept):
+    if not all(usable):
         raise InputError(f"none of the {len(recordings)} recordings could be used")
-    rows = ErrorRows.joined([ErrorRows.of(own) for own in kept])
+    rows = ErrorRows.joined([ErrorRows.of(own) for own in usable])
     words = ["topview", "train-confidence", *(path.resolve().name for path in folders)]
-    source = f"{described(own.of_kinds.name for own in kept[0])}; {shlex.join(words)}"
+    source = f"{described(own.of_kinds.name for own in usable[0])}; {shlex.join(words)}"
     errors = fit_joint_errors(rows, source)
     write_atomically(out, msgspec.json.format(msgspec.json.encode(errors), indent=2))
-    plain_console().print(_table(errors, len(rows.is_long)))
+    plain_console().print(_table(errors, len(rows.is_behind)))
     print(f"{out} written: {source}")
-    return 0 if sum(map(len, kept)) == len(jobs) else UNUSABLE_INPUT
+    return 0 if sum(map(len, usable)) == len(jobs) else UNUSABLE_INPUT
 
 
-def _table(errors: JointErrors, count: int):
+def _table(errors: JointErrors, count: int) -> Table:
     table = empty_table(f"how far joints are off, of {count}", "term")
     table.add_column("weight", justify="right")
     for name, value in msgspec.structs.asdict(errors).items():

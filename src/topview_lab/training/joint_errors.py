@@ -23,12 +23,12 @@ Array = NDArray[np.float64]
 
 # All ours.
 MOST_JOINTS: Final = 20_000  # that are fitted to, evenly taken
-LEAST_JOINTS: Final = 100  # of each kind
-LEAST_M2: Final = 1e-6  # a variance that is added, so that no law is flat
+FEWEST_JOINTS: Final = 100  # of each kind
+ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
 START_LOG_WEIGHT, START_TAILS = -3.0, 5.0
 LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
 TAILS: Final = (2.0, 50.0)
-WRITTEN_DIGITS: Final = 4
+SIGNIFICANT_DIGITS: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,9 +146,9 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
         (~rows.is_behind, "not behind others"),
         (rows.is_behind, "behind others"),
     ):
-        if is_kind.sum() < LEAST_JOINTS:
+        if is_kind.sum() < FEWEST_JOINTS:
             raise InputError(
-                f"{is_kind.sum()} joints {what} were found; {LEAST_JOINTS} are needed: give more "
+                f"{is_kind.sum()} joints {what} were found; {FEWEST_JOINTS} are needed: give more "
                 "recordings"
             )
     chosen = np.concatenate([_some(rows.is_behind), _some(~rows.is_behind)])
@@ -167,13 +167,13 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
     start = [*[START_LOG_WEIGHT] * len(TERMS), *[np.log(START_TAILS)] * 2]
     bounds = [LOG_WEIGHTS] * len(TERMS) + [(np.log(TAILS[0]), np.log(TAILS[1]))] * 2
     fitted = minimize(loss, start, bounds=bounds, method="L-BFGS-B")
-    values = [float(f"{value:.{WRITTEN_DIGITS}g}") for value in np.exp(fitted.x)]
+    values = [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.exp(fitted.x)]
     return JointErrors(source, *values)
 
 
 def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> Array:
     """[N] of [N, 3] errors under Student laws of [N, 3, 3] matrices and [N] degrees of freedom."""
-    matrices = matrices + LEAST_M2 * np.eye(3)
+    matrices = matrices + ADDED_M2 * np.eye(3)
     squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
     half_log_volume = 0.5 * np.linalg.slogdet(matrices).logabsdet
     return (

@@ -14,7 +14,7 @@ from topview.body import JOINT_NAMES, PART_NAMES
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
 from topview.records import Camera, Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
-from topview.track.offline import CHUNK_S, LAG_S, PAUSE_S, looked_at_both_ways
+from topview.track.offline import AWAY_S, CHUNK_S, LAG_S, looked_at_both_ways
 from topview.track.run import track_recording
 from topview.track.tracker import Tracker
 
@@ -136,7 +136,7 @@ def test_nobody_is_smoothed_over_a_pause_or_a_leap(why):
     """What comes after changes nothing of what was before."""
     frames = swinging(30)
     later = swinging(30, x_m=3.0 if why == "a leap" else 0.5)
-    wait_s = 1.0 + (PAUSE_S + 0.1 if why == "a pause" else 0.0)
+    wait_s = 1.0 + (AWAY_S + 0.1 if why == "a pause" else 0.0)
     later = [
         replace(own, index=own.index + 30, timestamp_s=own.timestamp_s + wait_s) for own in later
     ]
