@@ -67,7 +67,7 @@ def look_both_ways(stored: StoredFrames) -> StoredFrames:
     path.unlink(missing_ok=True)  # of a run that was killed
     try:
         with FramesFile(path, stored.about) as file:
-            for frame in looked_at_both_ways(stored.frames()):
+            for frame in looked_at_both_ways(stored.frames(), stored.about.settings):
                 file.append(frame)
         path.replace(stored.path)
     finally:

@@ -10,9 +10,9 @@ body is then put together again, so that bones keep their lengths and joints sta
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
+from topview.detect.joints.proposers import NOTHING
 from topview.geometry.rotations import rotation_between, unit
 from topview.skeletons import TrackedFrame
 from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
@@ -41,8 +42,8 @@ LAG_S: Final = 5.0  # ours; how far it looks ahead and back, beside what it work
 CHUNK_S: Final = 20.0  # ours; what it works on at a time
 AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
 DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
-# Fitted on rendered people (seeds 20 to 23, as tracked): what large errors are, they are for long,
-# so a variance above the square of this counts as that much more.
+# Fitted on rendered people (seeds 20 to 23, as tracked): what large errors of proposed joints are,
+# they are for long, so a variance above the square of this counts as that much more.
 LASTING_M: Final = 0.02
 FADING_HZ: Final = 2.0  # of velocities; fitted on the same people, as the next three
 PLACE_UNREST_M2_S3: Final = 0.5  # how fast the variance of the neck's velocity grows
@@ -89,12 +90,16 @@ _TRUNK: Final = {
 LEVER_M: Final = 0.3  # ours; about how far these are from what they turn about
 
 
-def looked_at_both_ways(frames: Iterable[TrackedFrame]) -> Iterator[TrackedFrame]:
+def looked_at_both_ways(
+    frames: Iterable[TrackedFrame], settings: Mapping[str, Any]
+) -> Iterator[TrackedFrame]:
     """The frames of a recording with its people smoothed; their states, confidences and covariances
     are those of the joints as they were tracked.
 
-    Some `CHUNK_S` and twice `LAG_S` of frames are held at a time.
+    Some `CHUNK_S` and twice `LAG_S` of frames are held at a time. The settings are of `About`:
+    errors of joints that nothing has proposed do not count as lasting.
     """
+    lasting_m = LASTING_M if settings.get("proposals", NOTHING) != NOTHING else np.inf
     held: list[TrackedFrame] = []
     done = 0  # of the held ones
     for frame in frames:
@@ -104,13 +109,13 @@ def looked_at_both_ways(frames: Iterable[TrackedFrame]) -> Iterator[TrackedFrame
             continue
         times_s = np.array([own.timestamp_s for own in held])
         end = int(np.searchsorted(times_s, start_s + CHUNK_S))
-        yield from _smoothed(held)[done:end]
+        yield from _smoothed(held, lasting_m)[done:end]
         first = int(np.searchsorted(times_s, times_s[end] - LAG_S))
         held, done = held[first:], end - first
-    yield from _smoothed(held)[done:]
+    yield from _smoothed(held, lasting_m)[done:]
 
 
-def _smoothed(frames: Sequence[TrackedFrame]) -> list[TrackedFrame]:
+def _smoothed(frames: Sequence[TrackedFrame], lasting_m: float) -> list[TrackedFrame]:
     """All of these, looked at from all of them."""
     people = [frame.people.copy() for frame in frames]
     rows: dict[int, list[tuple[int, int]]] = {}
@@ -121,7 +126,7 @@ def _smoothed(frames: Sequence[TrackedFrame]) -> list[TrackedFrame]:
         packed = np.stack([people[f][row] for f, row in where])
         times_s = np.array([frames[f].timestamp_s for f, _ in where])
         for part in _stretches(packed, times_s):
-            packed[part] = _smoothed_person(packed[part], times_s[part])
+            packed[part] = _smoothed_person(packed[part], times_s[part], lasting_m)
         for (f, row), person in zip(where, packed, strict=True):
             people[f][row] = person
     return [replace(frame, people=own) for frame, own in zip(frames, people, strict=True)]
@@ -138,10 +143,12 @@ def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
 
 
-def _smoothed_person(people: NDArray[np.void], times_s: Array) -> NDArray[np.void]:
+def _smoothed_person(
+    people: NDArray[np.void], times_s: Array, lasting_m: float
+) -> NDArray[np.void]:
     """One person in T frames that go on."""
     Ts, joints = people["Ts_camera_part"], people["joints_camera"]
-    covariances = _lasting(people["joint_covariance_m2"].astype(np.float64))
+    covariances = _lasting(people["joint_covariance_m2"].astype(np.float64), lasting_m)
     measured, noise, unrest = _measured(Ts, joints, covariances)
     ways = _both_ways(times_s, measured, noise, unrest)
     out = people.copy()
@@ -153,10 +160,10 @@ def _smoothed_person(people: NDArray[np.void], times_s: Array) -> NDArray[np.voi
     return out
 
 
-def _lasting(covariances: Array) -> Array:
+def _lasting(covariances: Array, lasting_m: float) -> Array:
     """Covariances as measurements that come again and again count."""
     variances = np.trace(covariances, axis1=-2, axis2=-1)[..., None, None] / 3.0
-    return covariances * np.maximum(1.0, variances / LASTING_M**2)
+    return covariances * np.maximum(1.0, variances / lasting_m**2)
 
 
 def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Array, Array]:

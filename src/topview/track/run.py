@@ -133,7 +133,7 @@ def track_recording(
     frames: list[TrackedFrame] = []
     run.follow(frames.append, on_frame)
     if offline and frames:
-        frames = list(looked_at_both_ways(frames))
+        frames = list(looked_at_both_ways(frames, run.about.settings))
     skeletons = SkeletonSequence.from_frames(frames, run.about)
     return TrackingResult(skeletons, run.seconds, run.interrupted)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -42,6 +43,10 @@ def swinging(count: int, x_m: float = 0.0, frame_s: float = FRAME_S) -> list[Tra
     return frames
 
 
+def both_ways(frames: Iterable[TrackedFrame]) -> Iterator[TrackedFrame]:
+    return looked_at_both_ways(frames, {"proposals": "network"})
+
+
 def joints_of(frames: list[TrackedFrame]) -> np.ndarray:
     return np.stack([frame.people["joints_camera"][0] for frame in frames])
 
@@ -68,7 +73,7 @@ def hidden_from(frames: list[TrackedFrame], first: int, last: int) -> list[Track
 
 def test_what_is_known_stays():
     frames = swinging(40)
-    apart = joints_of(list(looked_at_both_ways(frames))) - joints_of(frames)
+    apart = joints_of(list(both_ways(frames))) - joints_of(frames)
     assert np.linalg.norm(apart, axis=-1).max() < 0.01
 
 
@@ -76,7 +81,7 @@ def test_what_was_hidden_is_told_by_before_and_after():
     """A second in which the body was thought to stand still, between motion that is known."""
     true = swinging(90)
     seen = hidden_from(true, 30, 60)
-    both = joints_of(list(looked_at_both_ways(seen)))
+    both = joints_of(list(both_ways(seen)))
     off_before = np.linalg.norm(joints_of(seen) - joints_of(true), axis=-1)[30:60]
     off_after = np.linalg.norm(both - joints_of(true), axis=-1)[30:60]
     assert off_after[:, HAND].mean() < 0.5 * off_before[:, HAND].mean()
@@ -93,7 +98,7 @@ def test_bones_keep_their_lengths_and_parts_stay_rotations():
         )
         for frame in frames
     ]
-    both = list(looked_at_both_ways(frames))
+    both = list(both_ways(frames))
     bones = [joints_of(own)[:, HAND] - joints_of(own)[:, ELBOW] for own in (frames, both)]
     np.testing.assert_allclose(*(np.linalg.norm(bone, axis=-1) for bone in bones), rtol=1e-9)
     Rs = np.stack([frame.people["Ts_camera_part"][0, :, :3, :3] for frame in both])
@@ -105,9 +110,21 @@ def test_bones_keep_their_lengths_and_parts_stay_rotations():
     np.testing.assert_allclose(ends, joints_of(both)[:, ELBOW], atol=1e-9)
 
 
+def test_where_nothing_was_proposed_doubt_counts_for_less():
+    frames = hidden_from(swinging(60), 20, 40)
+    proposed, alone = (
+        joints_of(list(looked_at_both_ways(frames, {"proposals": word})))
+        for word in ("network", "none")
+    )
+    off_proposed, off_alone = (
+        np.linalg.norm(own - joints_of(frames), axis=-1)[20:40] for own in (proposed, alone)
+    )
+    assert (off_alone.mean(0) < off_proposed.mean(0)).all()
+
+
 def test_states_confidences_and_covariances_are_left():
     frames = hidden_from(swinging(20), 5, 15)
-    for before, after in zip(frames, looked_at_both_ways(frames), strict=True):
+    for before, after in zip(frames, both_ways(frames), strict=True):
         for name in ("id", "height_m", "joint_state", "joint_confidence", "joint_covariance_m2"):
             np.testing.assert_array_equal(after.people[name], before.people[name])
         assert (after.index, after.timestamp_s, after.name) == (
@@ -124,7 +141,7 @@ def test_parts_that_are_not_tracked_stay_absent():
         joints[JOINT_NAMES.index("left_hip") :] = np.nan
         Ts[LEFT_UPPER_LEG:] = np.nan
         frames.append(frame)
-    for before, after in zip(frames, looked_at_both_ways(frames), strict=True):
+    for before, after in zip(frames, both_ways(frames), strict=True):
         for name in ("joints_camera", "Ts_camera_part"):
             np.testing.assert_array_equal(
                 np.isnan(after.people[name]), np.isnan(before.people[name])
@@ -140,8 +157,8 @@ def test_nobody_is_smoothed_over_a_pause_or_a_leap(why):
     later = [
         replace(own, index=own.index + 30, timestamp_s=own.timestamp_s + wait_s) for own in later
     ]
-    alone = joints_of(list(looked_at_both_ways(frames)))
-    np.testing.assert_array_equal(joints_of(list(looked_at_both_ways(frames + later)))[:30], alone)
+    alone = joints_of(list(both_ways(frames)))
+    np.testing.assert_array_equal(joints_of(list(both_ways(frames + later)))[:30], alone)
 
 
 def test_so_many_seconds_are_held_and_no_seam_shows():
@@ -157,7 +174,7 @@ def test_so_many_seconds_are_held_and_no_seam_shows():
             yield frame
 
     most_held, out = 0, []
-    for frame in looked_at_both_ways(counted()):
+    for frame in both_ways(counted()):
         out.append(frame)
         most_held = max(most_held, given - len(out))
     assert most_held <= (CHUNK_S + 2 * LAG_S) / frame_s
@@ -167,7 +184,7 @@ def test_so_many_seconds_are_held_and_no_seam_shows():
 
 
 def test_nothing_gives_nothing():
-    assert list(looked_at_both_ways([])) == []
+    assert list(both_ways([])) == []
 
 
 class Told:
@@ -199,7 +216,7 @@ def test_a_recording_is_told_so_and_on_frame_is_told_before():
     )
     assert result.skeletons.settings == {"recording": "images", "method": "told", "offline": True}
     np.testing.assert_array_equal(shown, joints_of(frames))
-    expected = joints_of(list(looked_at_both_ways(frames)))
+    expected = joints_of(list(looked_at_both_ways(frames, {})))
     np.testing.assert_array_equal(result.skeletons.joints_camera[:, 0], expected)
 
 
