@@ -108,7 +108,7 @@ class JointSigns:
     Attributes:
         joints_camera: [J, 3] metres, as tracked.
         visibility: of the joints.
-        hidden_for_s: [J] since each was last visible; infinite if never.
+        hidden_for_s: [J] since each was last visible and some of it confirmed; infinite if never.
         proposals: of the joints, P = 1; None where nothing is proposed.
     """
 
@@ -146,11 +146,10 @@ class JointSigns:
 
     @property
     def _lost(self) -> Array:
-        """[J] 0..1: how long a joint has been hidden; not by the own body, which tells where it
+        """[J] 0..1: how long a joint has not been seen; 0 behind the own body, which tells where it
         is."""
-        where_known = (JointState.VISIBLE, JointState.SELF_OCCLUDED)
-        is_hidden = ~np.isin(self.visibility.joint_state, where_known)
-        return np.where(is_hidden, 1.0, 0.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
+        is_behind_own = self.visibility.joint_state == JointState.SELF_OCCLUDED
+        return np.where(is_behind_own, 0.0, 1.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
 
     def _of_ray(self, variances: Array) -> Array:
         """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""

@@ -45,7 +45,7 @@ class PersonTrack:
         visibility = joint_visibility(
             joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
         )
-        is_seen = visibility.joint_state == JointState.VISIBLE
+        is_seen = (visibility.joint_state == JointState.VISIBLE) & (visibility.confirmed > 0.0)
         self._last_seen_s[is_seen] = frame.timestamp_s
         self.signs = JointSigns(
             joints_camera,
