@@ -78,12 +78,20 @@ def look_both_ways(stored: StoredFrames) -> StoredFrames:
 def show_again(recording: Recording, stored: StoredFrames, viewer: Viewer) -> None:
     """Show the stored people with the frames of a recording, which is read once more."""
     problems = list(recording.problems)  # those of the first time; they would be told twice
-    frames = map(undistorted, recording)
-    for block in stored.blocks():
-        for row, index in enumerate(block.frame_index.tolist()):
-            frame = next((frame for frame in frames if frame.index == index), None)
-            if frame is not None:
-                viewer.show(frame, block.people_in(row))
+    rows = (
+        (time_s, block, row)
+        for block in stored.blocks()
+        for row, time_s in enumerate(block.timestamps_s.tolist())
+    )
+    own = next(rows, None)
+    for frame in map(undistorted, recording):
+        while own is not None and own[0] < frame.timestamp_s:
+            own = next(rows, None)
+        if own is None:
+            break
+        time_s, block, row = own
+        if time_s == frame.timestamp_s:
+            viewer.show(frame, block.people_in(row))
     recording.problems[:] = problems
 
 

@@ -285,6 +285,11 @@ def _evaluate(
         _check_tracker(options)
         track = track_offline if options.offline else track_recording
         run = run_evaluation(recordings, options.settings, options.workers, track)
+    elif options.offline:
+        raise InputError(
+            "--predictions are skeletons that are there already, and --offline is how to track; "
+            "leave one of them out"
+        )
     else:
         predictions = Predictions(options.predictions, _pairs(options.map))
         jobs = predicted_jobs(recordings, predictions)
