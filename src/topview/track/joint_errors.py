@@ -46,12 +46,20 @@ _DIRECTIONS = np.array(
 )
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
 _SHARES = 2.0 * np.repeat([1 / 21, 4 / 105, 9 / 280], [3, 6, 4])
-# Joints of limbs but the first of each, those nearer the trunk first; and what they hang from.
-_ON_LIMBS = [
-    (index, joint.bone_to)
-    for index, joint in enumerate(JOINTS)
-    if joint.bone_to >= 0 and "_" in JOINTS[joint.bone_to].name
-]
+_BONE_TO = [joint.bone_to for joint in JOINTS]
+
+
+def _limb_bones(index: int) -> list[int]:
+    """The joints whose bones lead from the limb's first joint to this one; none on the trunk."""
+    before = _BONE_TO[index]
+    if before < 0 or "_" not in JOINTS[before].name:
+        return []
+    return [index, *_limb_bones(before)]
+
+
+_LIMB_BONES = np.array(
+    [[float(j in _limb_bones(index)) for j in range(len(JOINTS))] for index in range(len(JOINTS))]
+)
 
 
 class JointErrors(msgspec.Struct, frozen=True):
@@ -124,25 +132,33 @@ class JointSigns:
 
     def terms(self) -> Array:
         """[K, J, 3, 3] of `TERMS`, square metres in the camera frame."""
-        terms = np.zeros((len(TERMS), len(self.joints_camera), 3, 3))
-        if self.proposals is None:
-            levers_m = _levers(self.joints_camera)
-            unconfirmed = 1.0 - self.visibility.confirmed
-            factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
-            terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
-            return terms
-        places, scales_m = body_joints(self.proposals)
-        weights = self.proposals.weights[0]
+        levers_m, unconfirmed = _levers(self.joints_camera), 1.0 - self.visibility.confirmed
+        factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
+        terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
+        terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
+        if self.proposals is not None:
+            places, scales_m = body_joints(self.proposals)
+            is_proposed = np.isfinite(scales_m).all((0, -1))
+            told = self._of_proposals(places, scales_m, self.proposals.weights[0])
+            terms[:3, is_proposed] = told[:, is_proposed]
+            terms[3:, is_proposed] = 0.0
+        return terms
+
+    def _of_proposals(self, places: Array, scales_m: Array, weights: Array) -> Array:
+        """[3, J, 3, 3] the first three of `TERMS`, of [M, J, 3] proposed places, their scales, and
+        the [M] weights of the modes."""
         ways = places - self.joints_camera
-        scales_m = np.where(np.isfinite(scales_m), scales_m, np.abs(ways))
         apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
         own = int(np.argmin(apart.sum(-1)))
         stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
         is_behind = self.is_behind[:, None, None]
-        terms[0] = np.where(is_behind, 0.0, stated)
-        terms[1] = np.where(is_behind, stated, 0.0)
-        terms[2] = np.einsum("m,mja,mjb->jab", weights, ways, ways)
-        return terms
+        return np.stack(
+            [
+                np.where(is_behind, 0.0, stated),
+                np.where(is_behind, stated, 0.0),
+                np.einsum("m,mja,mjb->jab", weights, ways, ways),
+            ]
+        )
 
     @property
     def _lost(self) -> Array:
@@ -206,9 +222,6 @@ def _ellipsoids(tails: Array) -> Array:
 
 
 def _levers(joints_camera: Array) -> Array:
-    """[J] metres along the bones from where each joint's limb begins; 0 of the trunk."""
-    levers = np.zeros(len(joints_camera))
-    for index, before in _ON_LIMBS:
-        bone_m = np.linalg.norm(joints_camera[index] - joints_camera[before])
-        levers[index] = levers[before] + np.nan_to_num(bone_m)
-    return levers
+    """[J] metres along the bones from where each joint's limb begins; 0 on the trunk."""
+    bones_m = np.linalg.norm(joints_camera - joints_camera[_BONE_TO], axis=-1)
+    return _LIMB_BONES @ np.nan_to_num(bones_m)

@@ -130,6 +130,20 @@ class TestProposed:
         )
         assert (free > behind).all()
 
+    def test_joints_that_are_left_out_are_told_as_without_proposals(self):
+        named = [name for name in JOINT_NAMES if name != "left_knee"]
+        kept = [JOINT_NAMES.index(name) for name in named]
+        whole = proposals()
+        some = replace(
+            whole,
+            positions_camera=whole.positions_camera[:, :, kept],
+            scales_m=whole.scales_m[:, :, kept],
+            joint_names=tuple(named),
+        )
+        of_some, of_all, of_none = (signs(own).terms() for own in (some, whole, None))
+        np.testing.assert_array_equal(of_some[:, KNEE], of_none[:, KNEE])
+        np.testing.assert_array_equal(of_some[:, kept], of_all[:, kept])
+
 
 class TestNotProposed:
     def test_hands_are_less_sure_than_the_trunk(self):
