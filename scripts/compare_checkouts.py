@@ -21,8 +21,11 @@ from pathlib import Path
 import numpy as np
 
 TEXTS = ("settings",)  # names of methods and settings may change; what is tracked may not
-OF_JOINTS = ("joints_camera", "joint_state", "joint_confidence")
-EMPTY = {"joints_camera": np.nan, "joint_state": 0, "joint_confidence": 0, "Ts_camera_part": np.nan}
+OF_JOINTS = ("joints_camera", "joint_state", "joint_confidence", "joint_covariance_m2")
+EMPTY = {
+    "joints_camera": np.nan, "joint_state": 0, "joint_confidence": 0, "Ts_camera_part": np.nan,
+    "joint_covariance_m2": np.nan,
+}  # fmt: skip
 
 
 def main() -> None:
@@ -86,8 +89,8 @@ def by_person(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     persons = np.searchsorted(people, slots[rows, columns])
     dense = {name: arrays[name] for name in arrays if name not in ("format_version", "people_ids")}
     dense["person_ids"] = people
-    for name, nothing in EMPTY.items():
-        array = arrays[name]
+    for name in EMPTY.keys() & arrays.keys():  # older ones write less
+        array, nothing = arrays[name], EMPTY[name]
         dense[name] = np.full((len(slots), len(people), *array.shape[2:]), nothing, array.dtype)
         dense[name][rows, persons] = array[rows, columns]
     return dense

@@ -51,6 +51,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "topview_lab.cli.train_people:train_people",
         "Learn to tell people from furniture from recordings with truth.",
     ),
+    "train-confidence": (
+        "topview_lab.cli.train_confidence:train_confidence",
+        "Learn how far joints are off, from recordings with truth.",
+    ),
 }
 
 # Name of each method to compare with: what makes it, called without arguments, and a sentence about

@@ -7,7 +7,7 @@ around freely. The camera frame is x right, y down, z forward; units are metres,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from math import isfinite
 from numbers import Integral, Real
@@ -493,6 +493,8 @@ class Person:
         Ts_camera_part: [P, 4, 4] part poses; a part's frame has its origin at the joint nearer the
             head (the head's own at the crown), +y along its axis to the far end, +x to the
             person's right and +z to the front, when standing with the arms down.
+        joint_covariance_m2: [J, 3, 3] float32 of each joint's error in the camera frame, square
+            metres, NaN where it is not known: throughout, if it is not given.
     """
 
     id: int
@@ -501,13 +503,20 @@ class Person:
     joint_state: NDArray[np.uint8]
     joint_confidence: NDArray[np.float32]
     Ts_camera_part: NDArray[np.float64]
+    joint_covariance_m2: NDArray[np.float32] = field(
+        default_factory=lambda: np.empty(0, np.float32)
+    )
 
     def __post_init__(self) -> None:
+        if not self.joint_covariance_m2.size:
+            unknown = np.full((len(self.joints_camera), 3, 3), np.nan, np.float32)
+            object.__setattr__(self, "joint_covariance_m2", unknown)
         for array in (
             self.joints_camera,
             self.joint_state,
             self.joint_confidence,
             self.Ts_camera_part,
+            self.joint_covariance_m2,
         ):
             read_only(array)
 

@@ -54,6 +54,7 @@ def _person_type(joints: int, parts: int) -> np.dtype[np.void]:
             ("joint_state", "u1", (joints,)),
             ("joint_confidence", "<f4", (joints,)),
             ("Ts_camera_part", "<f8", (parts, 4, 4)),
+            ("joint_covariance_m2", "<f4", (joints, 3, 3)),
         ]
     )
 
@@ -116,6 +117,8 @@ class SkeletonSequence:
         gravity_camera: [3] unit vector that points down: the camera's, if it was given one, else
             by the floor; NaN if not known.
         topview_version: what wrote it; empty if nothing told.
+        joint_covariance_m2: [F, S, J, 3, 3] float32 of each joint's error, camera frame, square
+            metres; NaN where absent or not known.
     """
 
     frame_index: NDArray[np.int64]
@@ -137,6 +140,9 @@ class SkeletonSequence:
     floor_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(4, np.nan))
     gravity_camera: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
     topview_version: str = ""
+    joint_covariance_m2: NDArray[np.float32] = field(
+        default_factory=lambda: np.empty(0, np.float32)
+    )
 
     def __post_init__(self) -> None:
         F, P = len(self.frame_index), len(self.people_ids)
@@ -146,6 +152,9 @@ class SkeletonSequence:
         if len(self.frame_names) != F:
             raise InputError(f"has {len(self.frame_names)} frame_names; it must have {F}")
         J, B = len(self.joint_names), len(self.part_names)
+        if not self.joint_covariance_m2.size:
+            unknown = np.full((F, S, J, 3, 3), np.nan, np.float32)
+            object.__setattr__(self, "joint_covariance_m2", unknown)
         expected = {
             "timestamps_s": (F,),
             "person_ids": (F, S),
@@ -153,6 +162,7 @@ class SkeletonSequence:
             "joint_state": (F, S, J),
             "joint_confidence": (F, S, J),
             "Ts_camera_part": (F, S, B, 4, 4),
+            "joint_covariance_m2": (F, S, J, 3, 3),
             "heights_m": (P,),
             "first_frame": (P,),
             "last_frame": (P,),
@@ -187,6 +197,7 @@ class SkeletonSequence:
                 self.joint_state[row, slot],
                 self.joint_confidence[row, slot],
                 self.Ts_camera_part[row, slot],
+                self.joint_covariance_m2[row, slot],
             )
             for slot, person_id in enumerate(self.person_ids[row].tolist())
             if person_id != NOBODY_ID
@@ -217,6 +228,7 @@ class SkeletonSequence:
             joint_state=alone(self.joint_state, 0),
             joint_confidence=alone(self.joint_confidence, 0.0),
             Ts_camera_part=alone(self.Ts_camera_part, np.nan),
+            joint_covariance_m2=alone(self.joint_covariance_m2, np.nan),
             people_ids=self.people_ids[people],
             heights_m=self.heights_m[people],
             first_frame=self.first_frame[people],
@@ -241,7 +253,7 @@ def in_memory(skeletons: Skeletons) -> SkeletonSequence:
     of_frames = ("frame_index", "timestamps_s", "person_ids", "joints_camera", "joint_state")
     arrays = {
         name: np.concatenate([getattr(block, name) for block in blocks])
-        for name in (*of_frames, "joint_confidence", "Ts_camera_part")
+        for name in (*of_frames, "joint_confidence", "Ts_camera_part", "joint_covariance_m2")
     }
     names = tuple(name for block in blocks for name in block.frame_names)
     return replace(blocks[0], frame_names=names, **arrays)
@@ -419,6 +431,7 @@ def stacked(
         joint_confidence=in_slots("joint_confidence", 0.0),
         part_names=about.part_names,
         Ts_camera_part=in_slots("Ts_camera_part", np.nan),
+        joint_covariance_m2=in_slots("joint_covariance_m2", np.nan),
         settings=about.settings,
         frame_names=tuple(frame.name for frame in frames),
         camera=about.camera,

@@ -21,7 +21,7 @@ def frames_with(who: Sequence[Sequence[int]], about: About = ABOUT) -> list[Trac
         people = np.zeros(len(ids), about.person_type)
         people["id"] = ids
         people["height_m"] = [heights_m[i] for i in ids]
-        for name in ("joints_camera", "joint_confidence", "Ts_camera_part"):
+        for name in ("joints_camera", "joint_confidence", "Ts_camera_part", "joint_covariance_m2"):
             people[name] = rng.random(people[name].shape)
         people["joint_state"] = rng.integers(1, 6, people["joint_state"].shape)
         floor = (0.0, -1.0, 0.0, 1.0 + f) if f % 3 == 1 else None

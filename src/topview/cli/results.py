@@ -8,10 +8,12 @@ from typing import Final
 
 from rich.table import Table
 
+from topview.camera import undistorted
 from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.files import naming
 from topview.io import (
+    FramesFile,
     SkeletonFile,
     StoredFrames,
     write_skeletons_csv,
@@ -19,9 +21,10 @@ from topview.io import (
 )
 from topview.io.writers.output import written_atomically
 from topview.io.writers.registry import FORMATS, SkeletonFormat, write_format
-from topview.records import InputError
+from topview.records import InputError, Recording
 from topview.skeletons import Skeletons, Totals
-from topview.view import Sheet
+from topview.track.offline import looked_at_both_ways
+from topview.view import Sheet, Viewer
 
 RESULT: Final = "skeletons.npz"
 TABLE: Final = "skeletons.csv"
@@ -30,6 +33,7 @@ CONTACT_SHEET: Final = "contact_sheet.png"
 PEOPLE_SHEET: Final = "people.png"
 OVERLAY: Final = "overlay.mp4"
 FRAMES_NAME: Final = "skeletons.frames"
+SMOOTHED_NAME: Final = "skeletons.offline.frames"  # while they are being smoothed
 
 
 def check_free(out: Path, *, force: bool) -> None:
@@ -50,6 +54,45 @@ def check_no_result(out: Path, *, force: bool) -> None:
     """Raises InputError where a result is, without `force`."""
     if (out / RESULT).exists() and not force:
         raise InputError(f"{out / RESULT}: is there already; --force replaces it")
+
+
+def look_both_ways(stored: StoredFrames) -> StoredFrames:
+    """The frames with their people smoothed both ways in time, in the same file. Until that is
+    whole, the frames as they were tracked stay in it.
+
+    Raises:
+        InputError: they cannot be written.
+    """
+    path = stored.path.with_name(SMOOTHED_NAME)
+    path.unlink(missing_ok=True)  # of a run that was killed
+    try:
+        with FramesFile(path, stored.about) as file:
+            for frame in looked_at_both_ways(stored.frames(), stored.about.settings):
+                file.append(frame)
+        path.replace(stored.path)
+    finally:
+        path.unlink(missing_ok=True)
+    return StoredFrames(stored.path)
+
+
+def show_again(recording: Recording, stored: StoredFrames, viewer: Viewer) -> None:
+    """Show the stored people with the frames of a recording, which is read once more."""
+    problems = list(recording.problems)  # those of the first time; they would be told twice
+    rows = (
+        (time_s, block, row)
+        for block in stored.blocks()
+        for row, time_s in enumerate(block.timestamps_s.tolist())
+    )
+    own = next(rows, None)
+    for frame in map(undistorted, recording):
+        while own is not None and own[0] < frame.timestamp_s:
+            own = next(rows, None)
+        if own is None:
+            break
+        time_s, block, row = own
+        if time_s == frame.timestamp_s:
+            viewer.show(frame, block.people_in(row))
+    recording.problems[:] = problems
 
 
 def write_result(

@@ -18,7 +18,9 @@ from topview.cli.results import (
     OVERLAY,
     PEOPLE_SHEET,
     check_free,
+    look_both_ways,
     print_people,
+    show_again,
     write_result,
 )
 from topview.cli.status import INTERRUPTED
@@ -62,6 +64,7 @@ def track(
     stream: tuple[str, ...] = (),
     record: Path | None = None,
     view: Annotated[bool, Parameter(negative="")] = False,
+    offline: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -95,8 +98,14 @@ def track(
             given several times.
         record: of a live camera: record the frames that are tracked to this new folder.
         view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
+        offline: of a recording: look both ways in time, 5 seconds ahead and more. When all is
+            tracked, joints that were hidden are told by what was seen before and after, and all is
+            quieter; pictures and video show that, and take reading the images once more. No live
+            camera and no --stream, which cannot wait; --view shows what is tracked meanwhile.
         force: replace the result that DIR holds.
     """
+    if offline:
+        check_offline(source, stream)
     if view:
         check_viewer()
     formats = [format_named(name) for name in format.split(",") if name]
@@ -115,11 +124,13 @@ def track(
         sheets[OVERLAY] = OverlayVideo(out)
     seen = DepthRange()
     window = [opened_view(recording.name, tracker)] if view else []
-    run = TrackingRun(recording, tracker, gravity)
+    run = TrackingRun(recording, tracker, gravity, offline=offline)
+    shown_last = [sheets[name] for name in (CONTACT_SHEET, OVERLAY) if offline and name in sheets]
+    shown_first = [sheet for sheet in sheets.values() if sheet not in shown_last]
     failure: Exception | None = None
     try:
         with streams_opened(stream) as send, FramesFile(out / FRAMES_NAME, run.about) as frames:
-            viewers = Viewers([*sheets.values(), *window, seen])
+            viewers = Viewers([*shown_first, *window, seen])
             follow_with_progress(run, recording, viewers, kept_and_sent(frames.append, send, live))
     except Exception as error:  # whatever it is, what was tracked is written before it is told
         failure = error
@@ -128,6 +139,10 @@ def track(
     warn(*recording.problems, *light_problems(tracker))
     kept = "nothing was tracked, nothing written"
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
+    if stored is not None and offline:
+        stored = look_both_ways(stored)
+        if shown_last:
+            show_again(recording, stored, Viewers(shown_last))
     if stored is not None:
         kept = f"the {stored.frame_count} frames tracked so far are kept in {out}"
         unwritten = write_result(stored, sheets, out, formats if stored.totals.people else ())
@@ -158,6 +173,20 @@ def track(
             f"{source}: no person was found in {stored.frame_count} frames; {why}"
         )
     return 0
+
+
+def check_offline(source: Path, stream: Sequence[str]) -> None:
+    """Raises InputError where nobody can wait for what comes later."""
+    if is_camera(str(source)):
+        raise InputError(
+            f"--offline {source}: a live camera shows nothing of what comes; it must be a "
+            "recording: --record keeps one"
+        )
+    if stream:
+        raise InputError(
+            f"--stream {stream[0]}: sends each frame at once, and --offline waits for later ones; "
+            "leave one of them out"
+        )
 
 
 def opened_view(name: str, tracker: Tracker) -> RerunView:

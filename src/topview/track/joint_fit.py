@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -129,10 +130,12 @@ def fit_joints(
     return FittedJoints([Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)], residuals)
 
 
-def body_joints(proposals: JointProposals) -> tuple[Array, Array]:
-    """[M, 16, 3] where the body's joints are proposed for the first person, and the scales, both
-    in metres; infinite scales for joints that are not proposed."""
-    proposed = proposed_of_joints(proposals.joint_names)
+def body_joints(
+    proposals: JointProposals, wanted: Sequence[str] = JOINT_NAMES
+) -> tuple[Array, Array]:
+    """[M, J, 3] where the wanted joints, the body's if none are named, are proposed for the first
+    person, and the scales, both in metres; infinite scales for joints that are not proposed."""
+    proposed = proposed_of_joints(proposals.joint_names, wanted)
     scales_m = np.maximum(proposals.scales_m[0].take(proposed, axis=1), LEAST_SCALE_M)
     scales_m[:, proposed < 0] = np.inf
     return proposals.positions_camera[0].take(proposed, axis=1), scales_m

@@ -10,13 +10,18 @@ from topview.people.users import User
 from topview.records import JointState, Person
 from topview.track.body_tracker import BodyMethod, Subject
 from topview.track.feet import Feet
+from topview.track.joint_errors import JointSigns, shipped_joint_errors, told_errors
 from topview.track.pose import FittedBody
 from topview.track.scene import FittedScene
-from topview.track.visibility import confidences, joint_visibility
+from topview.track.visibility import joint_visibility
 
 
 class PersonTrack:
-    """Tracks one person's body by a method, and knows when each joint was last visible."""
+    """Tracks one person's body by a method, and knows when each joint was last visible.
+
+    Attributes:
+        signs: what the last frame told of how far the joints may be off; None before.
+    """
 
     def __init__(self, subject: Subject, method: BodyMethod) -> None:
         self._person = subject.person
@@ -25,6 +30,7 @@ class PersonTrack:
         self._tracker = method.tracker(subject)
         self._feet = Feet()
         self._last_seen_s = np.full(len(OUTPUT_JOINTS), -np.inf)
+        self.signs: JointSigns | None = None
 
     def fit(self, scene: FittedScene, user: User) -> FittedBody:
         """Fit the body in a scene in which the nearer bodies are fitted."""
@@ -43,13 +49,21 @@ class PersonTrack:
         visibility = joint_visibility(
             joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
         )
-        is_seen = visibility.joint_state == JointState.VISIBLE
+        is_seen = (visibility.joint_state == JointState.VISIBLE) & (visibility.confirmed > 0.0)
         self._last_seen_s[is_seen] = frame.timestamp_s
+        self.signs = JointSigns(
+            joints_camera,
+            visibility,
+            frame.timestamp_s - self._last_seen_s,
+            proposals,
+        )
+        covariances_m2, confidences = told_errors(self.signs, shipped_joint_errors())
         return Person(
             body.person,
             body.model.stature_m,
             joints_camera,
             visibility.joint_state,
-            confidences(visibility, frame.timestamp_s - self._last_seen_s),
+            confidences,
             body.Ts_camera_part,
+            covariances_m2,
         )

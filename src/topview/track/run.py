@@ -13,6 +13,7 @@ from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
 from topview.records import Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
+from topview.track.offline import looked_at_both_ways
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 from topview.version import installed_version
@@ -47,7 +48,12 @@ class TrackingRun:
     """
 
     def __init__(
-        self, recording: Recording, tracker: Tracker, gravity_camera: Sequence[float] | None = None
+        self,
+        recording: Recording,
+        tracker: Tracker,
+        gravity_camera: Sequence[float] | None = None,
+        *,
+        offline: bool = False,
     ) -> None:
         """
         Args:
@@ -55,6 +61,8 @@ class TrackingRun:
             tracker: a new one.
             gravity_camera: [3] points down in the camera's frame, in place of what the recording
                 and the floor say.
+            offline: the frames are going to be looked at both ways in time
+                (`topview.track.offline`), which the settings then tell.
 
         Raises:
             InputError: gravity does not point down.
@@ -65,6 +73,8 @@ class TrackingRun:
         settings: dict[str, Any] = {"recording": recording.name, **tracker.settings_as_json()}
         if getattr(recording, "is_mirrored", False):
             settings["mirrored"] = True
+        if offline:
+            settings["offline"] = True
         camera = recording.camera
         if gravity_camera is not None:
             camera = replace(camera, gravity_camera=np.array(gravity_camera))
@@ -113,11 +123,21 @@ def track_recording(
     settings: TrackerSettings | None = None,
     on_frame: OnFrame | None = None,
     tracker: Tracker | None = None,
+    *,
+    offline: bool = False,
 ) -> TrackingResult:
     """Run a new tracker, made of `settings` or given, over every readable frame, as
-    `TrackingRun.follow`; all is kept in memory."""
-    run = TrackingRun(recording, tracker or Tracker(settings))
+    `TrackingRun.follow`; all is kept in memory. With `offline` the frames are then looked at both
+    ways in time; `on_frame` is told of them before."""
+    run = TrackingRun(recording, tracker or Tracker(settings), offline=offline)
     frames: list[TrackedFrame] = []
     run.follow(frames.append, on_frame)
+    if offline and frames:
+        frames = list(looked_at_both_ways(frames, run.about.settings))
     skeletons = SkeletonSequence.from_frames(frames, run.about)
     return TrackingResult(skeletons, run.seconds, run.interrupted)
+
+
+def track_offline(recording: Recording, settings: TrackerSettings) -> TrackingResult:
+    """As `track_recording` with `offline`."""
+    return track_recording(recording, settings, offline=True)

@@ -37,7 +37,7 @@ _PART_OF_JOINT = np.array([joint.part for joint in OUTPUT_JOINTS])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Shape:
+class Shape:
     """A body that is taken apart.
 
     Attributes:
@@ -52,7 +52,7 @@ class _Shape:
     offsets_m: Array
 
     @classmethod
-    def of(cls, Ts_camera_part: Array) -> _Shape:
+    def of(cls, Ts_camera_part: Array) -> Shape:
         Rs, origins = Ts_camera_part[:, :3, :3], Ts_camera_part[:, :3, 3]
         ways = origins - origins[_PARENTS]
         offsets_m = np.einsum("pba,pb->pa", Rs[_HOLDERS], ways)
@@ -68,14 +68,21 @@ class _Shape:
         return transform(self.Rs_camera_part, origins)
 
 
+def joints_moved_with(Ts_camera_part: Array, before: Array, joints_camera: Array) -> Array:
+    """[J, 3] joints on parts that have gone from [B, 4, 4] `before` to `Ts_camera_part`."""
+    raw, own = before[_PART_OF_JOINT], Ts_camera_part[_PART_OF_JOINT]
+    on_part = np.einsum("jba,jb->ja", raw[:, :3, :3], joints_camera - raw[:, :3, 3])
+    return np.einsum("jab,jb->ja", own[:, :3, :3], on_part) + own[:, :3, 3]
+
+
 class _SmoothedBody:
     """One person's body over time."""
 
     def __init__(self, person: Person, time_s: float, smoothing_s: float) -> None:
         self._smoothing_s = smoothing_s
-        self._start(_Shape.of(person.Ts_camera_part), time_s)
+        self._start(Shape.of(person.Ts_camera_part), time_s)
 
-    def _start(self, shape: _Shape, time_s: float) -> None:
+    def _start(self, shape: Shape, time_s: float) -> None:
         self._last = self._smooth = shape
         self._velocity_m_s = np.zeros(3)
         self._turning_rad_s = np.zeros((len(PARTS), 3))
@@ -83,20 +90,17 @@ class _SmoothedBody:
 
     def update(self, person: Person, time_s: float) -> Person:
         """The person, smoothed; states and confidences are those of the joints as they were."""
-        shape = _Shape.of(person.Ts_camera_part)
+        shape = Shape.of(person.Ts_camera_part)
         if np.linalg.norm(shape.neck_camera - self._last.neck_camera) < LEAP_M:
             self._move(shape, time_s - self._time_s)
             self._last, self._time_s = shape, time_s
         else:
             self._start(shape, time_s)
         Ts = self._smooth.transforms()
-        raw = person.Ts_camera_part[_PART_OF_JOINT]
-        on_part = np.einsum("jba,jb->ja", raw[:, :3, :3], person.joints_camera - raw[:, :3, 3])
-        own = Ts[_PART_OF_JOINT]
-        joints = np.einsum("jab,jb->ja", own[:, :3, :3], on_part) + own[:, :3, 3]
+        joints = joints_moved_with(Ts, person.Ts_camera_part, person.joints_camera)
         return replace(person, joints_camera=joints, Ts_camera_part=Ts)
 
-    def _move(self, shape: _Shape, elapsed_s: float) -> None:
+    def _move(self, shape: Shape, elapsed_s: float) -> None:
         smooth = self._smooth
         rates_hz = self._rates_hz(shape, elapsed_s)
         memories_s = self._smoothing_s / (1.0 + rates_hz * self._smoothing_s)
@@ -108,13 +112,13 @@ class _SmoothedBody:
         self._turning_rad_s[has_jumped] = 0.0
         slow = share_after(elapsed_s, self._smoothing_s)
         offsets_m = smooth.offsets_m + slow * (shape.offsets_m - smooth.offsets_m)
-        self._smooth = _Shape(
+        self._smooth = Shape(
             smooth.neck_camera + shares[UPPER_TORSO] * (shape.neck_camera - smooth.neck_camera),
             Rs,
             np.where(np.isfinite(offsets_m), offsets_m, shape.offsets_m),
         )
 
-    def _rates_hz(self, shape: _Shape, elapsed_s: float) -> Array:
+    def _rates_hz(self, shape: Shape, elapsed_s: float) -> Array:
         """[B] speeds over the lags that are allowed; the trunk has one, or its ends would drift
         apart."""
         share = share_after(elapsed_s, SPEED_MEMORY_S)

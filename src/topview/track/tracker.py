@@ -28,6 +28,7 @@ from topview.records import Frame, InputError, Person, shown
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Needs, Subject
+from topview.track.joint_errors import JointSigns
 from topview.track.methods import method_by_name
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
@@ -126,6 +127,12 @@ class Tracker:
         if self._smoothing is None:
             return self._people
         return self._smoothing.update(self._people, frame.timestamp_s)
+
+    @property
+    def joint_signs(self) -> dict[int, JointSigns]:
+        """Of those who are there, by id: what the last frame told of how far joints may be off."""
+        tracks = self._tracks.items()
+        return {person: track.signs for person, track in tracks if track.signs is not None}
 
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the

@@ -1,4 +1,4 @@
-"""Which joints are visible, and what hides the others: states and confidences."""
+"""Which joints are visible, and what hides the others."""
 
 from __future__ import annotations
 
@@ -18,9 +18,6 @@ Array = NDArray[np.float64]
 # All ours. Distances are from the surface of the joint's part, along the line of sight.
 IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
 CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
-HIDDEN_CONFIDENCE: Final = 0.4  # of a joint that has just been hidden
-HIDDEN_DECAY_S: Final = 1.0  # after which that confidence is lower by a factor of e
-OUT_OF_VIEW_CONFIDENCE: Final = 0.1  # at the most
 
 _PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
 # Places around a joint, in radii of its part: the joint itself and eight on a circle.
@@ -84,13 +81,3 @@ def joint_visibility(
     state = 1 + share.argmax(1)  # in the order of JointState, ABSENT aside
     state[~np.isfinite(joints_camera).all(1)] = JointState.ABSENT
     return Visibility(state.astype(np.uint8), confirms.mean(1))
-
-
-def confidences(visibility: Visibility, hidden_for_s: NDArray[np.float64]) -> NDArray[np.float32]:
-    """[20] in 0..1: how much of a seen joint is confirmed; a hidden one fades with time; an absent
-    one has none."""
-    state = visibility.joint_state
-    hidden = HIDDEN_CONFIDENCE * np.exp(-hidden_for_s / HIDDEN_DECAY_S)
-    out = np.where(state == JointState.VISIBLE, visibility.confirmed, hidden)
-    out = np.where(state == JointState.OUT_OF_VIEW, np.minimum(out, OUT_OF_VIEW_CONFIDENCE), out)
-    return np.where(state == JointState.ABSENT, 0.0, out).astype(np.float32)

@@ -20,6 +20,7 @@ from topview.detect.joints.proposers import ProposalsName
 from topview.io import write_atomically
 from topview.records import InputError
 from topview.track import Tracker, TrackerSettings
+from topview.track.run import track_offline, track_recording
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.datasets import (
     EvaluatedRecording,
@@ -93,6 +94,7 @@ class EvaluateOptions(TrackedOptions):
         detail: add tables by cause of occlusion, part, action and body, and of the confidences.
         offsets: one constant offset per joint for the whole set, or for each person of each
             recording.
+        offline: look both ways in time, as `topview track --offline` does.
         predictions: measure the skeletons of these files instead of the tracker: a folder with
             NAME.npz or NAME/skeletons.npz of each sequence, or one file.
         map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
@@ -100,13 +102,14 @@ class EvaluateOptions(TrackedOptions):
 
     detail: Annotated[bool, Parameter(negative="")] = False
     offsets: Offsets = "set"
+    offline: Annotated[bool, Parameter(negative="")] = False
     predictions: Path | None = None
     map: str = ""
 
     def made_by(self) -> dict[str, Any]:
         """What the measured skeletons come from, for the file of numbers."""
         if self.predictions is None:
-            return self.settings.as_json()
+            return self.settings.as_json() | ({"offline": True} if self.offline else {})
         return {"predictions": str(self.predictions), "map": self.map}
 
 
@@ -280,7 +283,13 @@ def _evaluate(
     _check_output(options)
     if options.predictions is None:
         _check_tracker(options)
-        run = run_evaluation(recordings, options.settings, options.workers)
+        track = track_offline if options.offline else track_recording
+        run = run_evaluation(recordings, options.settings, options.workers, track)
+    elif options.offline:
+        raise InputError(
+            "--predictions are skeletons that are there already, and --offline is how to track; "
+            "leave one of them out"
+        )
     else:
         predictions = Predictions(options.predictions, _pairs(options.map))
         jobs = predicted_jobs(recordings, predictions)

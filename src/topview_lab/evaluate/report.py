@@ -140,6 +140,7 @@ def _detail_tables(summary: Summary) -> Iterator[Table]:
     }
     if len(found) > 1:
         yield tables.found_table(found)
+    yield tables.calibration_table(summary.calibration)
     yield tables.reliability_table(summary.calibration)
     if summary.calibration.told_states:
         yield tables.state_table(summary.calibration)

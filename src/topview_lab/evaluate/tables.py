@@ -108,6 +108,21 @@ def reliability_table(calibration: Calibration) -> Table:
     return table
 
 
+def calibration_table(calibration: Calibration) -> Table:
+    """By what hides the joint: are confidences and ellipsoids what they say?"""
+    table = empty_table("how sure joints are: is it true?", "joints")
+    for column in (
+        *("mean\nconfidence", "within\n10 cm", "expected\nerror"),
+        *("in the ellipsoid\nof 90 %", "count"),
+    ):
+        table.add_column(column, justify="right")
+    for name, split in calibration.splits.items():
+        confidence, holds, count = _reliability_cells(split.stated)
+        expected = number(split.expected_error, 3)
+        table.add_row(name, confidence, holds, expected, percent(split.inside_90), count)
+    return table
+
+
 def state_table(calibration: Calibration) -> Table:
     """The predicted states of the joints in each true state."""
     table = empty_table("state of joints: the reference's, and as told", "reference")

@@ -94,6 +94,7 @@ def measure_sequence(
         Rs_camera_part=of_found(predicted.Ts_camera_part[..., :3, :3], parts, np.nan),
         joint_state=of_found(predicted.joint_state, joints, 0).astype(np.uint8),
         joint_confidence=of_found(confidence, joints, np.nan),
+        joint_covariance_m2=of_found(predicted.joint_covariance_m2, joints, np.nan),
         hidden=_hidden(reference, of_reference[f], r, JOINT_NAMES),
         reference_ends_camera=_Ordered(reference.joint_names, END_NAMES)(
             reference.joints_camera[of_reference[f], r], 1

@@ -41,6 +41,7 @@ class Samples:
         Rs_camera_part: [N, B, 3, 3] the predicted ones.
         joint_state: [N, J] uint8, an index into `topview.records.JOINT_STATE_NAMES`.
         joint_confidence: [N, J] 0..1.
+        joint_covariance_m2: [N, J, 3, 3] of the predicted joints' errors, camera frame.
         hidden: [N, J, 4] share 0..1 of the joint that each of `CAUSES` hides.
         reference_ends_camera, predicted_ends_camera: [N, 4, 3] metres.
         hidden_ends: [N, 4, 4] as `hidden`.
@@ -58,6 +59,7 @@ class Samples:
     Rs_camera_part: NDArray[np.float64]
     joint_state: NDArray[np.uint8]
     joint_confidence: NDArray[np.float64]
+    joint_covariance_m2: NDArray[np.float64]
     hidden: NDArray[np.float64]
     reference_ends_camera: NDArray[np.float64]
     predicted_ends_camera: NDArray[np.float64]

@@ -247,3 +247,15 @@ def test_the_camera_with_its_lens_is_written_with_the_skeletons(topview, make_re
         written = json.loads(str(skeletons["camera"]))
         assert skeletons["frame_names"].tolist() == ["000000.png", "000001.png", "000002.png"]
     assert (written["distortion"], written["sensor"]) == (lens, "tof")
+
+
+def test_nobody_looks_ahead_in_what_is_live(topview, make_recording, tmp_path):
+    """A live camera, and programs that are sent each frame at once."""
+    out = tmp_path / "out"
+    live = topview("track", "realsense:", "--out", out, "--offline")
+    assert_refused(live, "--offline realsense:", "--record")
+    sent = topview(
+        "track", make_recording(), "--out", out, "--offline", "--stream", "osc:127.0.0.1:9"
+    )
+    assert_refused(sent, "--stream osc:127.0.0.1:9", "--offline")
+    assert not out.exists()

@@ -58,7 +58,7 @@ DERIVED = {
 TABLE = {"people_ids", "heights_m", "first_frame", "last_frame"}
 ARRAYS = (
     COLUMN_KEYS - {"joint_names", "joint_state_names", "part_names", "settings"}
-    | {"floor_camera", "gravity_camera"}
+    | {"floor_camera", "gravity_camera", "joint_covariance_m2"}
     | TABLE
 )
 KEYS = COLUMN_KEYS | ARRAYS | KEYS_SINCE_2 | DERIVED
@@ -101,6 +101,9 @@ def sequences(draw: st.DrawFn) -> SkeletonSequence:
         floor_camera=draw(hnp.arrays(np.float64, 4, elements=reals)),
         gravity_camera=draw(hnp.arrays(np.float64, 3, elements=reals)),
         topview_version=draw(names | st.just("")),
+        joint_covariance_m2=draw(
+            hnp.arrays(np.float32, (F, S, J, 3, 3), elements=st.floats(width=32))
+        ),
     )
 
 

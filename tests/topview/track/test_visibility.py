@@ -10,7 +10,7 @@ from topview.body.ends import output_joints
 from topview.body.parts import JOINT_NAMES
 from topview.records import JointState
 from topview.track.pose import Pose
-from topview.track.visibility import HIDDEN_CONFIDENCE, Visibility, confidences, joint_visibility
+from topview.track.visibility import Visibility, joint_visibility
 
 
 def joints_of(pose: Pose) -> np.ndarray:
@@ -89,37 +89,8 @@ def test_legs_below_the_image_are_out_of_view_alone():
     assert state[JOINT_NAMES.index("neck")] == VISIBLE
 
 
-def confidence(state: JointState, confirmed: float, hidden_for_s: float) -> float:
-    visibility = Visibility(np.array([state], np.uint8), np.array([confirmed]))
-    return float(confidences(visibility, np.array([hidden_for_s]))[0])
-
-
-@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
-def test_a_seen_joint_is_trusted_as_far_as_it_is_confirmed(share):
-    assert confidence(VISIBLE, share, 0.0) == pytest.approx(share)
-
-
-@pytest.mark.parametrize(
-    "state",
-    [JointState.SELF_OCCLUDED, JointState.OCCLUDED_BY_PERSON, JointState.OCCLUDED_BY_OBJECT],
-)
-def test_a_hidden_joint_fades(state):
-    over_time = [confidence(state, 0.0, t) for t in (0.0, 0.5, 1.0, 5.0, np.inf)]
-    assert over_time[0] == pytest.approx(HIDDEN_CONFIDENCE)
-    assert over_time == sorted(over_time, reverse=True)
-    assert len(set(over_time)) == len(over_time)
-    assert over_time[-1] == 0.0
-
-
-def test_an_absent_joint_is_not_trusted_at_all():
+def test_a_joint_that_is_not_known_is_absent():
     joints = JOINTS.copy()
     joints[KNEE] = np.nan
     seen = joint_visibility(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
     assert (seen.joint_state == JointState.ABSENT).nonzero()[0].tolist() == [KNEE]
-    told = confidences(seen, np.zeros(len(joints)))
-    assert told[KNEE] == 0.0
-    assert confidence(JointState.ABSENT, 1.0, 0.0) == 0.0
-
-
-def test_out_of_view_is_trusted_least():
-    assert confidence(OUT_OF_VIEW, 0.0, 0.0) < confidence(JointState.SELF_OCCLUDED, 0.0, 0.0)

@@ -94,7 +94,10 @@ class JointProposer(Protocol):
         ...
 
 
-def proposed_of_joints(joint_names: Sequence[str]) -> NDArray[np.int64]:
-    """[16] index into `joint_names` of each body joint; -1 for one that is not proposed."""
+def proposed_of_joints(
+    joint_names: Sequence[str], wanted: Sequence[str] = JOINT_NAMES
+) -> NDArray[np.int64]:
+    """[J] index into `joint_names` of each wanted joint, the body's if none are named; -1 for one
+    that is not proposed."""
     index_of = {name: index for index, name in enumerate(joint_names)}
-    return np.array([index_of.get(name, -1) for name in JOINT_NAMES])
+    return np.array([index_of.get(name, -1) for name in wanted])

@@ -40,7 +40,7 @@ try:
 except ImportError:  # no POSIX system: two runs in one folder are told apart by the file alone
     fcntl = None
 
-FIRST_LINE: Final = b"topview frames 1\n"
+FIRST_LINE: Final = b"topview frames 2\n"
 SYNC_S: Final = 0.5  # ours: what a power failure may cost, and as much again while it is written
 BLOCK_FRAMES: Final = 1000  # ours
 _LENGTH_AND_CRC: Final = Struct("<II")
@@ -189,6 +189,11 @@ class StoredFrames:
     @property
     def frame_count(self) -> int:
         return self.totals.frames
+
+    def frames(self) -> Iterator[TrackedFrame]:
+        """All frames, one by one. Raises InputError where they cannot be read."""
+        with naming(self.path, right=RIGHT):
+            yield from self._frames()
 
     def blocks(self) -> Iterator[SkeletonSequence]:
         """As `Skeletons.blocks`."""

@@ -35,7 +35,9 @@ OF_FRAMES: Final[dict[str, type[np.number[Any]]]] = {
     "joint_state": np.uint8,
     "joint_confidence": np.float32,
     "Ts_camera_part": np.float64,
+    "joint_covariance_m2": np.float32,
 }
+OPTIONAL: Final = ("joint_covariance_m2",)  # what older files lack, and is then NaN
 OF_PEOPLE: Final[dict[str, type[np.number[Any]]]] = {
     "people_ids": np.int64,
     "heights_m": np.float64,
@@ -163,7 +165,8 @@ class SkeletonFile:
 def _sequences(archive: Archive, block_frames: int | None) -> Iterator[SkeletonSequence]:
     """Blocks of so many frames, or one of all; at least one."""
     version = format_version(archive)
-    needed = (*OF_FRAMES, "heights_m", *TEXT_KEYS)
+    of_frames = {key: d for key, d in OF_FRAMES.items() if key in archive or key not in OPTIONAL}
+    needed = (*of_frames, "heights_m", *TEXT_KEYS)
     needed += SINCE_2 if version >= 2 else ()
     needed += SINCE_3 if version >= 3 else ()
     missing = [key for key in needed if key not in archive]
@@ -180,14 +183,14 @@ def _sequences(archive: Archive, block_frames: int | None) -> Iterator[SkeletonS
         yield with_ends(SkeletonSequence(**_of_columns(archive, version), **about))
         return
     about |= {key: _read(archive, key, dtype) for key, dtype in OF_PEOPLE.items()}
-    keys = (*OF_FRAMES, "frame_names")
+    keys = (*of_frames, "frame_names")
     frames = archive.shape("frame_index")[0]
     for key in keys:
         if archive.shape(key)[:1] != (frames,):
             raise InputError(f"has {archive.shape(key)[0]} {key}; it must have {frames}")
     for arrays in zip(*(archive.blocks(key, block_frames) for key in keys), strict=True):
         block: dict[str, Any] = dict(zip(keys, arrays, strict=True))
-        block |= {key: _converted(key, block[key], dtype) for key, dtype in OF_FRAMES.items()}
+        block |= {key: _converted(key, block[key], dtype) for key, dtype in of_frames.items()}
         block["frame_names"] = tuple(block["frame_names"].tolist())
         yield with_ends(SkeletonSequence(**block, **about))
 
@@ -197,6 +200,7 @@ def _of_columns(archive: Archive, version: int) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         key: _read(archive, key, dtype)
         for key, dtype in (OF_FRAMES | {"heights_m": np.float64}).items()
+        if key not in OPTIONAL
     }
     present = np.asarray(np.isfinite(numbers["joints_camera"]).all(-1).any(-1))
     ids, heights_m = numbers["person_ids"], numbers["heights_m"]

@@ -1,0 +1,226 @@
+"""How far joints may be off: a covariance each, and from it the probability of 10 cm (ours).
+
+A joint's error is a multivariate Student law: as a Gaussian one, with more of the errors that are
+far too large. Its matrix is a sum of terms that the frame tells (`JointSigns.terms`), each with a
+weight that `topview train-confidence` has fitted. What is told as the covariance is scaled so that
+the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtr, fdtri
+
+from topview.body.parts import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
+from topview.detect.joints import JointProposals
+from topview.records import JointState
+from topview.track.joint_fit import body_joints
+from topview.track.visibility import Visibility
+
+Array = NDArray[np.float64]
+
+JOINT_ERRORS_FILE: Final = "joint_errors.json"
+RIGHT_M: Final = 0.1  # `joint_confidence` is the probability of an error up to this
+ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which the covariance is for
+ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
+HIDDEN_MEMORY_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
+
+TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "unconfirmed", "lost")
+
+# Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
+# weight.
+_DIRECTIONS = np.array(
+    [
+        *((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        *((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)),
+        *((1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)),
+    ],
+    np.float64,
+)
+_DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
+_SHARES = 2.0 * np.repeat([1 / 21, 4 / 105, 9 / 280], [3, 6, 4])
+_BONE_TO = [joint.bone_to for joint in OUTPUT_JOINTS]
+
+
+def _limb_bones(index: int) -> list[int]:
+    """The joints whose bones lead from the limb's first joint to this one; none on the trunk."""
+    before = _BONE_TO[index]
+    if before < 0 or "_" not in OUTPUT_JOINTS[before].name:
+        return []
+    return [index, *_limb_bones(before)]
+
+
+_ALL = range(len(OUTPUT_JOINTS))
+_LIMB_BONES = np.array([[float(j in _limb_bones(index)) for j in _ALL] for index in _ALL])
+
+
+class JointErrors(msgspec.Struct, frozen=True):
+    """How much each term counts; of joints that are proposed, and of those that are not.
+
+    Attributes:
+        source: what it was fitted on.
+        proposed: of the variance that the proposals state, of joints not behind another person.
+        behind: the same of joints behind another person.
+        apart: of the squared ways from the joint to where the modes have it.
+        place_m2: of joints that are not proposed.
+        swing_rad2: of these, on limbs: variance of the angle at which the joint is seen from where
+            the limb begins.
+        unconfirmed_m2: of these, where nothing is seen of them.
+        lost_m2: of these, hidden for long by others or things, or out of view.
+        tails: degrees of freedom of the Student law; fewer have more errors that are far too
+            large.
+        tails_behind: the same of joints behind another person.
+    """
+
+    source: str
+    proposed: float
+    behind: float
+    apart: float
+    place_m2: float
+    swing_rad2: float
+    unconfirmed_m2: float
+    lost_m2: float
+    tails: float
+    tails_behind: float
+
+    @property
+    def weights(self) -> Array:
+        """[K] of `TERMS`."""
+        return np.array(
+            [
+                *(self.proposed, self.behind, self.apart, self.place_m2, self.swing_rad2),
+                *(self.unconfirmed_m2, self.lost_m2),
+            ]
+        )
+
+
+@cache
+def shipped_joint_errors() -> JointErrors:
+    """The one that the package carries."""
+    text = resources.files("topview.track").joinpath(JOINT_ERRORS_FILE).read_bytes()
+    return msgspec.json.decode(text, type=JointErrors)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSigns:
+    """What a frame tells of how far one person's joints may be off.
+
+    Attributes:
+        joints_camera: [J, 3] metres, as tracked.
+        visibility: of the joints.
+        hidden_for_s: [J] since each was last visible and some of it confirmed; infinite if never.
+        proposals: of the joints, P = 1; None where nothing is proposed.
+    """
+
+    joints_camera: Array
+    visibility: Visibility
+    hidden_for_s: Array
+    proposals: JointProposals | None
+
+    @property
+    def is_behind(self) -> NDArray[np.bool_]:
+        """[J] whether another person hides the joint."""
+        return self.visibility.joint_state == JointState.OCCLUDED_BY_PERSON
+
+    def terms(self) -> Array:
+        """[K, J, 3, 3] of `TERMS`, square metres in the camera frame."""
+        levers_m, unconfirmed = _levers(self.joints_camera), 1.0 - self.visibility.confirmed
+        factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
+        terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
+        terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
+        if self.proposals is not None:
+            places, scales_m = body_joints(self.proposals, OUTPUT_JOINT_NAMES)
+            is_proposed = np.isfinite(scales_m).all((0, -1))
+            told = self._of_proposals(places, scales_m, self.proposals.weights[0])
+            terms[:3, is_proposed] = told[:, is_proposed]
+            terms[3:, is_proposed] = 0.0
+        return terms
+
+    def _of_proposals(self, places: Array, scales_m: Array, weights: Array) -> Array:
+        """[3, J, 3, 3] the first three of `TERMS`, of [M, J, 3] proposed places, their scales, and
+        the [M] weights of the modes."""
+        ways = places - self.joints_camera
+        apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
+        own = int(np.argmin(apart.sum(-1)))
+        stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
+        is_behind = self.is_behind[:, None, None]
+        return np.stack(
+            [
+                np.where(is_behind, 0.0, stated),
+                np.where(is_behind, stated, 0.0),
+                np.einsum("m,mja,mjb->jab", weights, ways, ways),
+            ]
+        )
+
+    @property
+    def _lost(self) -> Array:
+        """[J] 0..1: how long a joint has not been seen; 0 behind the own body, which tells where it
+        is."""
+        is_behind_own = self.visibility.joint_state == JointState.SELF_OCCLUDED
+        return np.where(is_behind_own, 0.0, 1.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
+
+    def _of_ray(self, variances: Array) -> Array:
+        """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""
+        axes = np.broadcast_to(np.eye(3), (len(self.joints_camera), 3, 3)).copy()
+        axes[:, :, 2] = self.joints_camera / self.joints_camera[:, 2:]
+        return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
+
+
+def told_errors(
+    signs: JointSigns, errors: JointErrors
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
+    of joints that are absent."""
+    matrices = np.einsum("k,kjab->jab", errors.weights, signs.terms())
+    tails = np.where(signs.is_behind, errors.tails_behind, errors.tails)
+    is_absent = signs.visibility.joint_state == JointState.ABSENT
+    covariances = student_covariances(matrices, tails)
+    covariances[is_absent] = np.nan
+    confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails))
+    return covariances.astype(np.float32), confidences.astype(np.float32)
+
+
+def student_covariances(matrices: Array, tails: Array) -> Array:
+    """[N, 3, 3] of [N, 3, 3] matrices of Student laws: those whose Gaussian ellipsoids hold
+    `ELLIPSOID_SHARE` of the errors."""
+    return matrices * (_ellipsoids(tails) / ELLIPSOID)[:, None, None]
+
+
+def confidences_of(covariances_m2: Array, tails: Array) -> Array:
+    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `student_covariances` and
+    [N] degrees of freedom; NaN where a covariance is.
+
+    An error is a direction and a length, independent of each other in units of the law. The mean
+    over directions is taken at 13 of them, which is good to 0.02 for ellipsoids up to four times as
+    long as they are thick.
+    """
+    matrices = covariances_m2 * (ELLIPSOID / _ellipsoids(tails))[:, None, None]
+    axes = _roots(matrices)
+    lengths_m2 = ((axes @ _DIRECTIONS.T) ** 2).sum(-2)
+    return fdtr(3.0, tails[:, None], RIGHT_M**2 / (3.0 * lengths_m2)) @ _SHARES
+
+
+def _roots(matrices: Array) -> Array:
+    """[N, 3, 3] whose product with their own transpose is each matrix; NaN of NaN."""
+    is_known = np.isfinite(matrices).all((-2, -1))
+    roots = np.full(matrices.shape, np.nan)
+    roots[is_known] = np.linalg.cholesky(matrices[is_known])
+    return roots
+
+
+def _ellipsoids(tails: Array) -> Array:
+    """[N] squared radii, in units of the law, of the ellipsoids that hold `ELLIPSOID_SHARE`."""
+    return 3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)
+
+
+def _levers(joints_camera: Array) -> Array:
+    """[J] metres along the bones from where each joint's limb begins; 0 on the trunk."""
+    bones_m = np.linalg.norm(joints_camera - joints_camera[_BONE_TO], axis=-1)
+    return _LIMB_BONES @ np.nan_to_num(bones_m)

@@ -1,0 +1,258 @@
+"""Recordings looked at both ways in time: what a joint did while it was hidden is told by what was
+seen before and after (ours).
+
+A Kalman filter goes forward and a smoother back: H. Rauch, F. Tung, C. Striebel, "Maximum
+likelihood estimates of linear dynamic systems" (AIAA Journal 1965). Of a body it takes where the
+neck is, how both parts of the trunk are turned, and the way along each bone of a limb in the
+trunk's frame, each as sure as `joint_covariance_m2` says. Velocities change at random and fade. The
+body is then put together again, so that bones keep their lengths and joints stay on their parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.parts import (
+    HEAD,
+    JOINT_NAMES,
+    LEFT_FOREARM,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    RIGHT_FOREARM,
+    RIGHT_LOWER_LEG,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+from topview.detect.joints.proposers import NOTHING
+from topview.geometry.rotations import shortest_turns, unit
+from topview.skeletons import TrackedFrame
+from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
+
+Array = NDArray[np.float64]
+
+LAG_S: Final = 5.0  # ours; how far it looks ahead and back, beside what it works on at a time
+CHUNK_S: Final = 20.0  # ours; what it works on at a time
+AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
+DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
+# Fitted on rendered people (seeds 20 to 23, as tracked): what large errors of proposed joints are,
+# they are for long, so a variance above the square of this counts as that much more.
+LASTING_M: Final = 0.02
+FADING_HZ: Final = 2.0  # of velocities; fitted on the same people, as the next three
+PLACE_UNREST_M2_S3: Final = 0.5  # how fast the variance of the neck's velocity grows
+TURN_UNREST_RAD2_S3: Final = 40.0  # of the trunk's turning
+LIMB_UNREST_M2_S3: Final = 10.0  # of the far end of a bone against its near end
+UNKNOWN_M2: Final = 1e6  # ours; the variance of what is not known
+START_M2: Final = 1.0  # ours; variance of a place and of a velocity, in m2/s2, at first
+
+
+@dataclass(frozen=True, slots=True)
+class _Bone:
+    """A part of a limb: the trunk's part that it hangs from, and its ends."""
+
+    part: int
+    trunk: int
+    near: int
+    far: int
+    is_first: bool
+
+
+def _bones() -> tuple[_Bone, ...]:
+    arms = (UPPER_TORSO, ("shoulder", "elbow", "hand"))
+    legs = (LOWER_TORSO, ("hip", "knee", "ankle"))
+    bones = []
+    for side, (trunk, names), parts in (
+        ("left", arms, (LEFT_UPPER_ARM, LEFT_FOREARM)),
+        ("right", arms, (RIGHT_UPPER_ARM, RIGHT_FOREARM)),
+        ("left", legs, (LEFT_UPPER_LEG, LEFT_LOWER_LEG)),
+        ("right", legs, (RIGHT_UPPER_LEG, RIGHT_LOWER_LEG)),
+    ):
+        joints = [JOINT_NAMES.index(f"{side}_{name}") for name in names]
+        for k, part in enumerate(parts):
+            bones.append(_Bone(part, trunk, joints[k], joints[k + 1], k == 0))
+    return tuple(bones)
+
+
+_BONES: Final = _bones()
+_NECK: Final = JOINT_NAMES.index("neck")
+# Joints that tell how each part of the trunk is turned.
+_TRUNK: Final = {
+    UPPER_TORSO: [JOINT_NAMES.index(n) for n in ("left_shoulder", "right_shoulder", "torso")],
+    LOWER_TORSO: [JOINT_NAMES.index(n) for n in ("left_hip", "right_hip", "torso")],
+}
+LEVER_M: Final = 0.3  # ours; about how far these are from what they turn about
+
+
+def looked_at_both_ways(
+    frames: Iterable[TrackedFrame], settings: Mapping[str, Any]
+) -> Iterator[TrackedFrame]:
+    """The frames of a recording with its people smoothed; their states, confidences and covariances
+    are those of the joints as they were tracked.
+
+    Some `CHUNK_S` and twice `LAG_S` of frames are held at a time. The settings are of `About`:
+    errors of joints that nothing has proposed do not count as lasting.
+    """
+    lasting_m = LASTING_M if settings.get("proposals", NOTHING) != NOTHING else np.inf
+    held: list[TrackedFrame] = []
+    done = 0  # of the held ones
+    for frame in frames:
+        held.append(frame)
+        start_s = held[done].timestamp_s
+        if frame.timestamp_s - start_s < CHUNK_S + LAG_S:
+            continue
+        times_s = np.array([own.timestamp_s for own in held])
+        end = int(np.searchsorted(times_s, start_s + CHUNK_S))
+        yield from _smoothed(held, lasting_m)[done:end]
+        first = int(np.searchsorted(times_s, times_s[end] - LAG_S))
+        held, done = held[first:], end - first
+    yield from _smoothed(held, lasting_m)[done:]
+
+
+def _smoothed(frames: Sequence[TrackedFrame], lasting_m: float) -> list[TrackedFrame]:
+    """All of these, looked at from all of them."""
+    people = [frame.people.copy() for frame in frames]
+    rows: dict[int, list[tuple[int, int]]] = {}
+    for f, of_frame in enumerate(people):
+        for row, person_id in enumerate(of_frame["id"].tolist()):
+            rows.setdefault(person_id, []).append((f, row))
+    for where in rows.values():
+        packed = np.stack([people[f][row] for f, row in where])
+        times_s = np.array([frames[f].timestamp_s for f, _ in where])
+        for part in _stretches(packed, times_s):
+            packed[part] = _smoothed_person(packed[part], times_s[part], lasting_m)
+        for (f, row), person in zip(where, packed, strict=True):
+            people[f][row] = person
+    return [replace(frame, people=own) for frame, own in zip(frames, people, strict=True)]
+
+
+def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
+    """What goes on without a pause, or a leap between places that are known."""
+    necks = people["Ts_camera_part"][:, UPPER_TORSO, :3, 3]
+    doubt_m = np.sqrt(np.trace(people["joint_covariance_m2"][:, _NECK], axis1=-2, axis2=-1))
+    allowed_m = LEAP_M + DOUBTS * (doubt_m[1:] + doubt_m[:-1])
+    step_m = np.linalg.norm(np.diff(necks, axis=0), axis=-1)
+    begins = (np.diff(times_s) > AWAY_S) | ~(step_m < allowed_m)
+    edges = [0, *(np.flatnonzero(begins) + 1).tolist(), len(times_s)]
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _smoothed_person(
+    people: NDArray[np.void], times_s: Array, lasting_m: float
+) -> NDArray[np.void]:
+    """One person in T frames that go on."""
+    Ts, joints = people["Ts_camera_part"], people["joints_camera"]
+    covariances = _lasting(people["joint_covariance_m2"].astype(np.float64), lasting_m)
+    measured, noise, unrest = _measured(Ts, joints, covariances)
+    ways = _both_ways(times_s, measured, noise, unrest)
+    out = people.copy()
+    for k in range(len(people)):
+        moved = _body(Ts[k], measured[k], ways[k])
+        known = np.isfinite(moved) & np.isfinite(Ts[k])
+        out["Ts_camera_part"][k] = np.where(known, moved, Ts[k])
+        out["joints_camera"][k] = joints_moved_with(out["Ts_camera_part"][k], Ts[k], joints[k])
+    return out
+
+
+def _lasting(covariances: Array, lasting_m: float) -> Array:
+    """Covariances as measurements that come again and again count."""
+    variances = np.trace(covariances, axis1=-2, axis2=-1)[..., None, None] / 3.0
+    return covariances * np.maximum(1.0, variances / lasting_m**2)
+
+
+def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Array, Array]:
+    """[T, K, 3] what is smoothed: the neck's place, the axes of the trunk's parts, the way along
+    each bone in the trunk's frame; [T, K, 3, 3] how noisy it is; [K] its unrest."""
+    values, noise = [Ts[:, UPPER_TORSO, :3, 3]], [covariances[:, _NECK]]
+    unrest = [PLACE_UNREST_M2_S3]
+    for part, told_by in _TRUNK.items():
+        variances = np.trace(covariances[:, told_by], axis1=-2, axis2=-1).mean(-1) / 3.0
+        for axis in range(3):
+            values.append(Ts[:, part, :3, axis])
+            noise.append((variances / LEVER_M**2)[:, None, None] * np.eye(3))
+            unrest.append(TURN_UNREST_RAD2_S3)
+    for bone in _BONES:
+        R = Ts[:, bone.trunk, :3, :3]
+        of_ends = covariances[:, bone.far]
+        if not bone.is_first:
+            of_ends = of_ends + covariances[:, bone.near]
+        values.append(np.einsum("tba,tb->ta", R, joints[:, bone.far] - joints[:, bone.near]))
+        noise.append(np.einsum("tba,tbc,tcd->tad", R, of_ends, R))
+        unrest.append(LIMB_UNREST_M2_S3)
+    measured, of_all = np.stack(values, 1), np.stack(noise, 1)
+    is_unknown = np.isnan(measured).any(-1) | np.isnan(of_all).any((-2, -1))
+    measured[is_unknown] = 0.0
+    of_all[is_unknown] = UNKNOWN_M2 * np.eye(3)
+    return measured, of_all, np.array(unrest)
+
+
+def _both_ways(times_s: Array, measured: Array, noise: Array, unrest: Array) -> Array:
+    """[T, K, 3] of [T, K, 3] measurements."""
+    count, K = measured.shape[:2]
+    now, now_P = np.empty((count, K, 6)), np.empty((count, K, 6, 6))
+    before, before_P = np.empty_like(now), np.empty_like(now_P)
+    moves = np.empty((count, 6, 6))
+    for i in range(count):
+        if i == 0:
+            before[0] = np.concatenate([measured[0], np.zeros((K, 3))], axis=-1)
+            before_P[0] = START_M2 * np.eye(6)
+        else:
+            moves[i], grows = _motion(times_s[i] - times_s[i - 1])
+            before[i] = now[i - 1] @ moves[i].T
+            before_P[i] = moves[i] @ now_P[i - 1] @ moves[i].T + unrest[:, None, None] * grows
+        of_place = before_P[i, :, :3]
+        gain = np.swapaxes(np.linalg.solve(of_place[..., :3] + noise[i], of_place), -1, -2)
+        off = measured[i] - before[i, :, :3]
+        now[i] = before[i] + np.einsum("kab,kb->ka", gain, off)
+        now_P[i] = before_P[i] - gain @ of_place
+    both = now.copy()
+    for i in range(count - 2, -1, -1):
+        ahead = moves[i + 1] @ now_P[i]
+        gain = np.swapaxes(np.linalg.solve(before_P[i + 1], ahead), -1, -2)
+        both[i] += np.einsum("kab,kb->ka", gain, both[i + 1] - before[i + 1])
+    return both[..., :3]
+
+
+def _motion(elapsed_s: float) -> tuple[Array, Array]:
+    """[6, 6] how place and velocity go on, and the covariance that comes to them for a unit of
+    unrest: an integrated Ornstein-Uhlenbeck process."""
+    rate = FADING_HZ
+    kept = np.exp(-rate * elapsed_s)
+    way = (1.0 - kept) / rate
+    of_velocity = (1.0 - kept**2) / (2.0 * rate)
+    of_place = (elapsed_s - 2.0 * way + of_velocity) / rate**2
+    both = 0.5 * way**2
+    return _on_axes(1.0, way, 0.0, kept), _on_axes(of_place, both, both, of_velocity)
+
+
+def _on_axes(a: float, b: float, c: float, d: float) -> Array:
+    """[6, 6] blocks a b, c d, each on three axes."""
+    return np.array(np.kron(np.array([[a, b], [c, d]]), np.eye(3)), np.float64)
+
+
+def _body(Ts: Array, measured: Array, ways: Array) -> Array:
+    """[B, 4, 4] of one frame, with the neck, trunk and bones as they are smoothed."""
+    shape = Shape.of(Ts)
+    Rs = shape.Rs_camera_part.copy()
+    for first, part in ((1, UPPER_TORSO), (4, LOWER_TORSO)):
+        Rs[part] = _nearest_rotation(ways[first : first + 3].T)
+    turns = {part: Rs[part] @ Ts[part, :3, :3].T for part in _TRUNK}
+    Rs[HEAD] = turns[UPPER_TORSO] @ Rs[HEAD]
+    for bone, seen, smooth in zip(_BONES, measured[7:], ways[7:], strict=True):
+        R_trunk = Ts[bone.trunk, :3, :3]
+        bend = shortest_turns(unit(R_trunk @ seen), unit(R_trunk @ smooth))
+        Rs[bone.part] = turns[bone.trunk] @ bend @ Rs[bone.part]
+    return replace(shape, neck_camera=ways[0], Rs_camera_part=Rs).transforms()
+
+
+def _nearest_rotation(M: Array) -> Array:
+    """[3, 3]."""
+    U, _, V = np.linalg.svd(M)
+    U[:, 2] *= np.sign(np.linalg.det(U @ V))
+    return U @ V

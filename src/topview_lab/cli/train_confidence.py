@@ -1,0 +1,85 @@
+"""`topview train-confidence`: how far joints are off, learnt from recordings with truth."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Final
+
+import msgspec
+from cyclopts import Parameter
+from rich.table import Table
+
+from topview.cli.outputs import prepare_output_file
+from topview.cli.printing import plain_console
+from topview.cli.progress import compile_kernels, warn
+from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
+from topview.detect.joints.proposers import NETWORK
+from topview.io import write_atomically
+from topview.records import InputError
+from topview.track import TrackerSettings
+from topview.track.joint_errors import JointErrors
+from topview_lab.datasets import find_folder_recordings
+from topview_lab.evaluate.run import run_all
+from topview_lab.evaluate.tables import empty_table
+from topview_lab.training.joint_errors import ErrorRows, ErrorsJob, TermErrors, fit_joint_errors
+from topview_lab.training.people_fit import described
+
+WITH_AND_WITHOUT: Final = (
+    TrackerSettings(threads=1, proposals=NETWORK),
+    TrackerSettings(threads=1, proposals="none"),
+)
+"""How each recording is tracked: the two kinds of joints have laws of their own."""
+
+
+def train_confidence(
+    *folders: Path,
+    out: Path,
+    workers: int = 0,
+    force: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Learn how far joints are off.
+
+    Tracks the recordings twice, with proposed joints and without, and fits what their covariances
+    and confidences follow from. The same recordings give the same numbers with any number of
+    workers. `topview evaluate folder OTHERS --detail` tells how often what is stated then holds.
+
+    Args:
+        folders: recordings with groundtruth.npz, or folders of such.
+        out: the .json to write; it takes effect as src/topview/track/joint_errors.json.
+        workers: processes, 0 for one per core.
+        force: replace the file that is there.
+    """
+    if not folders:
+        raise InputError("train-confidence: no folder given; give at least one recording")
+    prepare_output_file("--out", out, force)
+    recordings = find_folder_recordings(folders)
+    compile_kernels()
+    jobs = [ErrorsJob(own, settings) for settings in WITH_AND_WITHOUT for own in recordings]
+    done = run_all(jobs, workers)
+    if done.interrupted:
+        return INTERRUPTED
+    warn(*(own for own in done.results if isinstance(own, str)), *done.problems)
+    usable = [
+        [own for own in of_settings if isinstance(own, TermErrors)]
+        for of_settings in (done.results[: len(recordings)], done.results[len(recordings) :])
+    ]
+    if not all(usable):
+        raise InputError(f"none of the {len(recordings)} recordings could be used")
+    rows = ErrorRows.joined([ErrorRows.of(own) for own in usable])
+    words = ["topview", "train-confidence", *(path.resolve().name for path in folders)]
+    source = f"{described(own.of_kinds.name for own in usable[0])}; {shlex.join(words)}"
+    errors = fit_joint_errors(rows, source)
+    write_atomically(out, msgspec.json.format(msgspec.json.encode(errors), indent=2))
+    plain_console().print(_table(errors, len(rows.is_behind)))
+    print(f"{out} written: {source}")
+    return 0 if sum(map(len, usable)) == len(jobs) else UNUSABLE_INPUT
+
+
+def _table(errors: JointErrors, count: int) -> Table:
+    table = empty_table(f"how far joints are off, of {count}", "term")
+    table.add_column("weight", justify="right")
+    for name, value in msgspec.structs.asdict(errors).items():
+        if name != "source":
+            table.add_row(name, f"{value:g}")
+    return table

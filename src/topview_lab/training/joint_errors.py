@@ -1,0 +1,191 @@
+"""Fit how far joints are off (`topview.track.joint_errors`) to recordings with truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import gammaln
+
+from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
+from topview.records import InputError, Person
+from topview.skeletons import About, SkeletonSequence, TrackedFrame
+from topview.track import Tracker, TrackerSettings
+from topview.track.joint_errors import TERMS, JointErrors, JointSigns
+from topview_lab.datasets import EvaluatedRecording
+from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
+
+Array = NDArray[np.float64]
+
+# All ours.
+MOST_JOINTS: Final = 20_000  # that are fitted to, evenly taken
+FEWEST_JOINTS: Final = 100  # of each kind
+ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
+START_LOG_WEIGHT, START_TAILS = -3.0, 5.0
+LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
+TAILS: Final = (2.0, 50.0)
+SIGNIFICANT_DIGITS: Final = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TermErrors:
+    """One recording, measured once for each term, whose matrices take the place of covariances; and
+    once for the kind of each joint, 1 on the diagonal where another person hides it."""
+
+    of_terms: tuple[SequenceErrors, ...]
+    of_kinds: SequenceErrors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorRows:
+    """N joints whose truth is known.
+
+    Attributes:
+        errors_camera: [N, 3] metres, the constant offsets out.
+        terms: [K, N, 3, 3] of `TERMS`.
+        is_behind: [N] `JointSigns.is_behind`.
+    """
+
+    errors_camera: Array
+    terms: Array
+    is_behind: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, recordings: Sequence[TermErrors]) -> ErrorRows:
+        """Of recordings of one method; their offsets are common."""
+        pools = [
+            pool(Evaluation(tuple(own.of_terms[k] for own in recordings)))
+            for k in range(len(TERMS))
+        ]
+        kinds = pool(Evaluation(tuple(own.of_kinds for own in recordings)))
+        errors = pools[0].corrected_camera - pools[0].samples.reference_camera
+        terms = np.stack([each.samples.joint_covariance_m2 for each in pools])
+        is_known = np.isfinite(errors).all(-1) & np.isfinite(terms).all((0, -2, -1))
+        is_behind = kinds.samples.joint_covariance_m2[..., 0, 0] > 0.5
+        return cls(errors[is_known], terms[:, is_known], is_behind[is_known])
+
+    @classmethod
+    def joined(cls, parts: Sequence[ErrorRows]) -> ErrorRows:
+        """One after the other."""
+        return cls(
+            np.concatenate([part.errors_camera for part in parts]),
+            np.concatenate([part.terms for part in parts], axis=1),
+            np.concatenate([part.is_behind for part in parts]),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorsJob:
+    """One recording to be tracked with these settings and measured, in any process; gives why
+    where it cannot be."""
+
+    recording: EvaluatedRecording
+    settings: TrackerSettings
+
+    def __call__(self) -> TermErrors | str:
+        name = self.recording.name
+        try:
+            reference = self.recording.reference()
+            kinds, *terms = _signs_as_skeletons(self.recording, self.settings)
+            measured = [measure_sequence(own, reference, name) for own in (kinds, *terms)]
+        except InputError as error:
+            return f"{name}: {error}"
+        return TermErrors(tuple(measured[1:]), measured[0])
+
+
+def _signs_as_skeletons(
+    recording: EvaluatedRecording, settings: TrackerSettings
+) -> list[SkeletonSequence]:
+    """What was tracked, with the kinds of joints, then with each term as covariances."""
+    tracker = Tracker(settings)
+    about = About(OUTPUT_JOINT_NAMES, PART_NAMES)
+    frames: list[list[TrackedFrame]] = [[] for _ in range(1 + len(TERMS))]
+    for frame in recording.open():
+        people = tracker.update(frame)
+        told = [_matrices(tracker.joint_signs[person.id]) for person in people]
+        for k, of_term in enumerate(frames):
+            with_term = [
+                with_covariance(person, matrices[k])
+                for person, matrices in zip(people, told, strict=True)
+            ]
+            packed = about.packed(with_term)
+            of_term.append(TrackedFrame(frame.index, frame.timestamp_s, frame.name, packed))
+    return [SkeletonSequence.from_frames(of_term, about) for of_term in frames]
+
+
+def _matrices(signs: JointSigns) -> Array:
+    """[1 + K, J, 3, 3] kinds and terms."""
+    kinds = signs.is_behind[:, None, None] * np.eye(3)
+    return np.concatenate([kinds[None], signs.terms()])
+
+
+def with_covariance(person: Person, matrices: Array) -> Person:
+    """The person, with [J, 3, 3] matrices as covariances."""
+    return Person(
+        person.id,
+        person.height_m,
+        person.joints_camera,
+        person.joint_state,
+        person.joint_confidence,
+        person.Ts_camera_part,
+        matrices.astype(np.float32),
+    )
+
+
+def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
+    """The likeliest weights of the terms and tails, each kind of joint counting the same.
+
+    Raises:
+        InputError: too few joints of a kind.
+    """
+    for is_kind, what in (
+        (~rows.is_behind, "not behind others"),
+        (rows.is_behind, "behind others"),
+    ):
+        if is_kind.sum() < FEWEST_JOINTS:
+            raise InputError(
+                f"{is_kind.sum()} joints {what} were found; {FEWEST_JOINTS} are needed: give more "
+                "recordings"
+            )
+    chosen = np.concatenate([_some(rows.is_behind), _some(~rows.is_behind)])
+    errors, terms, is_behind = (
+        rows.errors_camera[chosen],
+        rows.terms[:, chosen],
+        rows.is_behind[chosen],
+    )
+    shares = np.where(is_behind, 0.5 / is_behind.sum(), 0.5 / (~is_behind).sum())
+
+    def loss(place: Array) -> float:
+        matrices = np.einsum("k,knab->nab", np.exp(place[:-2]), terms)
+        tails = np.exp(np.where(is_behind, place[-1], place[-2]))
+        return -float(shares @ log_likelihoods(errors, matrices, tails))
+
+    start = [*[START_LOG_WEIGHT] * len(TERMS), *[np.log(START_TAILS)] * 2]
+    bounds = [LOG_WEIGHTS] * len(TERMS) + [(np.log(TAILS[0]), np.log(TAILS[1]))] * 2
+    fitted = minimize(loss, start, bounds=bounds, method="L-BFGS-B")
+    values = [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.exp(fitted.x)]
+    return JointErrors(source, *values)
+
+
+def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> Array:
+    """[N] of [N, 3] errors under Student laws of [N, 3, 3] matrices and [N] degrees of freedom."""
+    matrices = matrices + ADDED_M2 * np.eye(3)
+    squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
+    half_log_volume = 0.5 * np.linalg.slogdet(matrices).logabsdet
+    return (
+        gammaln(0.5 * (tails + 3.0))
+        - gammaln(0.5 * tails)
+        - 1.5 * np.log(np.pi * tails)
+        - half_log_volume
+        - 0.5 * (tails + 3.0) * np.log1p(squared / tails)
+    )
+
+
+def _some(where: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Indices of so many of them as are fitted to."""
+    index = np.flatnonzero(where)
+    return index[:: max(1, -(-2 * len(index) // MOST_JOINTS))]

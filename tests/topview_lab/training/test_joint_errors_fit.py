@@ -1,0 +1,141 @@
+"""How far joints are off is fitted: to made-up errors, by a command, and refused in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
+
+import msgspec
+import numpy as np
+import pytest
+
+from skeleton_sequences import write_rendered
+from topview.records import InputError
+from topview.track import TrackerSettings
+from topview.track.joint_errors import TERMS, JointErrors
+from topview_lab.cli import train_confidence as command
+from topview_lab.datasets import EvaluatedRecording, SimulatedScene
+from topview_lab.metrics import SequenceErrors
+from topview_lab.training.joint_errors import (
+    ErrorRows,
+    ErrorsJob,
+    TermErrors,
+    fit_joint_errors,
+    log_likelihoods,
+)
+
+TRUE = JointErrors("made up", 0.4, 1.2, 0.1, 0.0005, 0.01, 0.01, 0.02, 6.0, 3.0)
+
+
+def made_up(count: int, seed: int = 0) -> ErrorRows:
+    """Errors of the true law: half of the joints proposed, a third of all behind others."""
+    rng = np.random.default_rng(seed)
+    is_behind, is_proposed = rng.random(count) < 0.33, rng.random(count) < 0.5
+    amounts = np.zeros((len(TERMS), count))
+    amounts[0] = np.where(is_behind, 0.0, rng.uniform(1e-4, 0.01, count))
+    amounts[1] = np.where(is_behind, rng.uniform(1e-4, 0.01, count), 0.0)
+    amounts[2] = rng.exponential(0.01, count)
+    amounts[3] = 1.0
+    amounts[4:] = rng.uniform(0.0, 1.0, (3, count))
+    amounts[:3] *= is_proposed
+    amounts[3:] *= ~is_proposed
+    terms = amounts[..., None, None] * np.eye(3)
+    sigma = np.sqrt(TRUE.weights @ amounts)
+    tails = np.where(is_behind, TRUE.tails_behind, TRUE.tails)
+    errors = sigma[:, None] * rng.normal(size=(count, 3))
+    errors /= np.sqrt(rng.chisquare(tails) / tails)[:, None]
+    return ErrorRows(errors, terms, is_behind)
+
+
+def test_the_law_that_made_the_errors_is_found() -> None:
+    fitted = fit_joint_errors(made_up(12_000), "these")
+    assert fitted.source == "these"
+    assert fitted.weights == pytest.approx(TRUE.weights, rel=0.35, abs=0.001)
+    assert (fitted.tails, fitted.tails_behind) == pytest.approx((6.0, 3.0), rel=0.25)
+
+
+def test_a_likelihood_sums_to_one() -> None:
+    """Over a fine grid of errors."""
+    side_m = np.linspace(-0.6, 0.6, 61)
+    grid = np.stack(np.meshgrid(side_m, side_m, side_m), -1).reshape(-1, 3)
+    matrix = np.diag([0.002, 0.003, 0.006])
+    matrices = np.broadcast_to(matrix, (len(grid), 3, 3))
+    densities = np.exp(log_likelihoods(grid, matrices, np.full(len(grid), 8.0)))
+    assert densities.sum() * (side_m[1] - side_m[0]) ** 3 == pytest.approx(1.0, abs=0.01)
+
+
+class MadeUpJob:
+    """Measures nothing; a recording that is called broken cannot be measured."""
+
+    def __init__(self, recording: EvaluatedRecording, settings: TrackerSettings) -> None:
+        self.name = recording.name
+
+    def __call__(self) -> TermErrors | str:
+        if self.name.startswith("broken"):
+            return f"{self.name}: is broken"
+        return TermErrors((), cast(SequenceErrors, SimpleNamespace(name=self.name)))
+
+
+def write_person(folder: Path) -> Path:
+    return write_rendered(folder, [2.0])
+
+
+def test_a_recording_gives_errors_and_what_was_told_of_them() -> None:
+    measured = ErrorsJob(SimulatedScene("stand", frames=3), TrackerSettings(threads=1))()
+    assert isinstance(measured, TermErrors)
+    rows = ErrorRows.of([measured])
+    assert len(rows.errors_camera) > 0
+    assert rows.terms.shape == (len(TERMS), len(rows.errors_camera), 3, 3)
+    assert not rows.is_behind.any()  # one person alone
+    assert (np.linalg.eigvalsh(rows.terms[0]) > 0.0).all()  # what the network states
+    assert not rows.terms[3:].any()  # all joints are proposed
+    assert np.median(np.linalg.norm(rows.errors_camera, axis=-1)) < 0.1
+
+
+def test_the_command_fits_and_writes(tmp_path, topview, monkeypatch) -> None:
+    monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
+    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(ErrorRows, "of", lambda own: made_up(500, seed=len(own)))
+    for name in ("walk_1", "walk_2", "broken_3"):
+        write_person(tmp_path / "all" / name)
+    out = tmp_path / "a.json"
+    done = topview("train-confidence", tmp_path / "all", "--out", out, "--workers", 1)
+    assert (done.status, done.complaints) == (2, ["topview: broken_3: is broken"] * 2)
+    written = msgspec.json.decode(out.read_bytes(), type=JointErrors)
+    assert written.source == "2 recordings: walk 1, 2; topview train-confidence all"
+    rows = ErrorRows.joined([made_up(500, seed=2)] * 2)
+    assert written == fit_joint_errors(rows, written.source)
+
+
+def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
+    monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
+    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    good, out = write_person(tmp_path / "broken_1"), tmp_path / "a.json"
+    for arguments, said in (
+        (("--out", out), "no folder given"),
+        ((tmp_path / "none", "--out", out), "is not a folder"),
+        ((good, "--out", out, "--workers=-1"), "workers is -1"),
+        ((good, "--out", out, "--workers", 1), "none of the 1 recordings could be used"),
+    ):
+        refused = topview("train-confidence", *arguments)
+        assert refused.status == 2
+        assert said in refused.complaints[-1]
+    assert not out.exists()
+    out.write_text("kept")
+    assert "--force" in topview("train-confidence", good, "--out", out).complaints[-1]
+    assert out.read_text() == "kept"
+
+
+def test_too_few_joints_are_refused() -> None:
+    rows = made_up(150)
+    with pytest.raises(InputError, match="joints behind others were found; 100 are needed"):
+        fit_joint_errors(rows, "few")
+
+
+def test_what_ships_is_whole() -> None:
+    text = (Path(command.__file__).parents[2] / "topview/track/joint_errors.json").read_bytes()
+    shipped = msgspec.json.decode(text, type=JointErrors)
+    assert shipped.source
+    assert (shipped.weights > 0.0).all()
+    assert min(shipped.tails, shipped.tails_behind) > 2.0
