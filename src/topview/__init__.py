@@ -30,6 +30,8 @@ from topview.version import installed_version
 
 if TYPE_CHECKING:
     from topview.body.hierarchy import Articulation
+    from topview.body.known_body import KnownBody, KnownBone, read_bodies
+    from topview.io.writers.bodies import write_bodies
     from topview.io.writers.levelled import T_world_camera, articulation_of
     from topview.io.writers.npz import read_skeletons_npz as read_skeletons
     from topview.io.writers.registry import write_skeletons
@@ -46,6 +48,8 @@ __all__ = [
     "Frame",
     "InputError",
     "JointState",
+    "KnownBody",
+    "KnownBone",
     "Person",
     "Recording",
     "SkeletonSequence",
@@ -55,7 +59,9 @@ __all__ = [
     "__version__",
     "articulation_of",
     "open",
+    "read_bodies",
     "read_skeletons",
+    "write_bodies",
     "write_skeletons",
 ]
 
@@ -65,11 +71,15 @@ logging.getLogger(__name__).addHandler(logging.NullHandler())  # the user says w
 # Loaded when first asked for: the tracker brings numba, which takes a second.
 _LAZY = {
     "Articulation": "topview.body.hierarchy:Articulation",
+    "KnownBody": "topview.body.known_body:KnownBody",
+    "KnownBone": "topview.body.known_body:KnownBone",
     "T_world_camera": "topview.io.writers.levelled:T_world_camera",
     "Tracker": "topview.track.tracker:Tracker",
     "TrackerSettings": "topview.track.settings:TrackerSettings",
     "articulation_of": "topview.io.writers.levelled:articulation_of",
+    "read_bodies": "topview.body.known_body:read_bodies",
     "read_skeletons": "topview.io.writers.npz:read_skeletons_npz",
+    "write_bodies": "topview.io.writers.bodies:write_bodies",
     "write_skeletons": "topview.io.writers.registry:write_skeletons",
 }
 
