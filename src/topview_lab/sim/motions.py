@@ -142,7 +142,7 @@ class Performance:
             for side in SIDES:
                 if side in act.hands:
                     hand = act.hands[side]
-                    pose = _with_hand(body, pose, walked.position_room, side, hand, weight)
+                    pose = with_hand(body, pose, walked.position_room, side, hand, weight)
         return pose
 
 
@@ -150,7 +150,7 @@ def _within_limits(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.clip(angles, SEGMENT_LIMITS_RAD[..., 0], SEGMENT_LIMITS_RAD[..., 1])
 
 
-def _with_hand(
+def with_hand(
     body: Body,
     pose: Pose,
     position_room: NDArray[np.float64],
