@@ -18,19 +18,20 @@ class KnownPeople:
     """Gives each new person the known body that fits, and their stature to whoever has one.
 
     Who is measured gets the body of the nearest stature, the best pair first; all others get what
-    is left, in the order of the file. A body is one person's as long as that person is there, and
-    is kept by the id.
+    is left, in the order of the file. A body is one person's as long as that person is there.
+    Whoever comes back has the same one, if nobody else has got it meanwhile.
     """
 
     def __init__(self, stature_m: float | None = None, bodies: Sequence[KnownBody] = ()) -> None:
         """
         Args:
-            stature_m: of everybody whose known body does not tell it; None if unknown.
-            bodies: who may come.
+            stature_m: of everybody; None if unknown.
+            bodies: of those who may come; none if there is a stature of everybody.
         """
         self._stature_m = stature_m
         self._bodies = tuple(bodies)
         self._body_of: dict[int, int | None] = {}  # by id: an index, None for nobody known
+        self._here: set[int] = set()  # ids of the last frame
 
     def body_of(self, person: int) -> KnownBody | None:
         """What is known of a person of the last frame."""
@@ -51,7 +52,13 @@ class KnownPeople:
         return replace(user, height_m=stature_m, height_is_measured=True)
 
     def _assign(self, users: Sequence[User]) -> None:
-        """Find a body for whoever is new."""
+        """Find a body for whoever is new, and for whoever comes back and has lost theirs."""
+        here = {user.id for user in users}
+        held = {self._body_of.get(person) for person in here & self._here}
+        for person in here - self._here:
+            if self._body_of.get(person) in held:
+                self._body_of.pop(person, None)
+        self._here = here
         new = sorted((user for user in users if user.id not in self._body_of), key=lambda u: u.id)
         held = {self._body_of.get(user.id) for user in users}
         free = [index for index in range(len(self._bodies)) if index not in held]

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from topview_lab.sim.actions import Angles, Hand, Side, Style
 from topview_lab.sim.actions.act import SIDES
@@ -73,17 +72,5 @@ class Holding(Performance):
         for side in SIDES:
             if side in self.held.hands:
                 pose = with_hand(body, pose, position, side, self.held.hands[side], 1.0)
-        lowest_m = _lowest_m(body, segment_poses(body.offsets_m, pose))
+        lowest_m = body.flesh(segment_poses(body.offsets_m, pose)).lowest().min()
         return Pose(np.array([*position, -lowest_m]), heading_rad, pose.angles_rad)
-
-
-def _lowest_m(body: Body, Ts_room_segment: NDArray[np.float64]) -> float:
-    """Height of the body's lowest place, metres."""
-    flesh = body.flesh(Ts_room_segment)
-    drop = np.linalg.norm(flesh.axes[:, 2, :] * flesh.scales, axis=-1)
-    return float(
-        min(
-            (flesh.starts[:, 2] - flesh.start_radii * drop).min(),
-            (flesh.ends[:, 2] - flesh.end_radii * drop).min(),
-        )
-    )

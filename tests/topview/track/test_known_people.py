@@ -76,6 +76,17 @@ def test_a_body_stays_with_its_person_and_is_free_once_they_are_gone() -> None:
     assert heights(known, user(3, 1.19)) == [1.2]
 
 
+def test_whoever_comes_back_has_the_same_body_unless_it_is_anothers_now() -> None:
+    known = KnownPeople(bodies=[CHILD])
+    for people in ([user(1, 1.2)], [], [user(1, measured=False)]):
+        known.told(people)
+    assert known.body_of(1) is CHILD
+    for people in ([], [user(2, 1.2)], [user(1, 1.2), user(2, 1.2)]):
+        known.told(people)
+    assert known.body_of(2) is CHILD
+    assert known.body_of(1) is None
+
+
 def test_a_body_of_no_known_stature_leaves_what_is_measured() -> None:
     known = KnownPeople(bodies=[UNKNOWN])
     assert heights(known, user(1, 1.66)) == [1.66]

@@ -31,6 +31,7 @@ DIRECTIONS: Final[dict[str, float]] = {
 """Where the front of the upright body points: to the camera, its left, its right, and away."""
 START_FRAMES: Final = 30
 """One second."""
+Hands = dict[Side, Hand]
 
 
 def _both(angles: Mapping[str, tuple[float, float, float]]) -> Angles:
@@ -57,7 +58,6 @@ def _palms(left: float, up: float, front: float, elbow: tuple[float, float, floa
     }
 
 
-Hands = dict[Side, Hand]
 _STANDING: Final[Angles] = {
     "pelvis": (2, 0, 0), "chest": (3, 0, 0), "neck": (6, 0, 0), "head": (-4, 0, 0),
     "upper_arm": (3, 9, 12), "forearm": (15, 0, 20),
