@@ -12,7 +12,7 @@ from topview_lab.datasets.simulated import RecordingWithTruth
 from topview_lab.metrics import ReferenceSequence
 from topview_lab.sim import Scene, simulate_truth
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.starts import DIRECTIONS, START_POSES, start_scene
+from topview_lab.sim.scenes.starts import START_DIRECTIONS, START_POSES, start_scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +68,9 @@ def make_starts(
     made = [
         SimulatedStart(pose, direction, seed, camera)
         for pose in poses or START_POSES
-        for direction in DIRECTIONS
+        for direction in START_DIRECTIONS
         for seed in seeds
     ]
-    for start in made[:: len(DIRECTIONS) * len(seeds)]:
+    for start in made[:: len(START_DIRECTIONS) * len(seeds)]:
         start.make()  # not to find out after the first were tracked
     return select_by_name(made, pattern, "starts")

@@ -25,7 +25,7 @@ from topview_lab.evaluate.starts import (
     starts_table,
 )
 from topview_lab.metrics.starts import StartScore, StartsSummary
-from topview_lab.sim.scenes.starts import DIRECTIONS, START_FRAMES, START_POSES
+from topview_lab.sim.scenes.starts import START_DIRECTIONS, START_FRAMES, START_POSES
 
 RIGHT, WRONG = StartScore(1.0, 1.0), StartScore(0.5, 0.0)
 
@@ -52,14 +52,14 @@ def outcomes() -> list[StartOutcome]:
     return [
         StartOutcome(SimulatedStart(pose, direction), scores.get((pose, direction), RIGHT))
         for pose in ("bent", "lunge")
-        for direction in DIRECTIONS
+        for direction in START_DIRECTIONS
     ]
 
 
 def test_rows_are_poses_and_columns_directions() -> None:
     rows = starts_by_pose(outcomes())
     assert list(rows) == ["bent", "lunge", ALL_STARTS]
-    assert list(rows["bent"]) == [*DIRECTIONS, ALL_STARTS]
+    assert list(rows["bent"]) == [*START_DIRECTIONS, ALL_STARTS]
     assert rows["bent"]["back"] == StartsSummary(1, 0.5, 0.0, 0.0)
     assert rows["bent"][ALL_STARTS] == StartsSummary(4, 0.875, 0.75, 0.75)
     assert "left" not in rows["lunge"]
@@ -83,7 +83,7 @@ def test_tables_fit_a_terminal_and_tell_the_worst_first() -> None:
 
 def test_all_starts_are_made() -> None:
     starts = make_starts(seeds=(1, 2))
-    assert len({start.name for start in starts}) == 2 * len(START_POSES) * len(DIRECTIONS)
+    assert len({start.name for start in starts}) == 2 * len(START_POSES) * len(START_DIRECTIONS)
     assert starts[0].make().frames == START_FRAMES
 
 

@@ -14,7 +14,7 @@ from topview_lab.sim import SimulatedRecording
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.scene import Scene
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.starts import DIRECTIONS, START_FRAMES, START_POSES, start_scene
+from topview_lab.sim.scenes.starts import START_DIRECTIONS, START_FRAMES, START_POSES, start_scene
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, segment_poses
 
 SEED = 1
@@ -33,7 +33,7 @@ def joints_at(scene: Scene, frame: int) -> NDArray[np.float64]:
 
 
 def test_there_are_twenty_poses_in_four_directions() -> None:
-    assert (len(START_POSES), len(DIRECTIONS)) == (20, 4)
+    assert (len(START_POSES), len(START_DIRECTIONS)) == (20, 4)
 
 
 @pytest.mark.parametrize("pose", START_POSES)
@@ -78,7 +78,7 @@ def test_every_pose_is_another() -> None:
 
 def test_a_direction_turns_the_front_of_somebody_who_stands() -> None:
     shoulders = [SIM_JOINT_NAMES.index(f"shoulder_{side}") for side in "lr"]
-    for direction, heading_rad in DIRECTIONS.items():
+    for direction, heading_rad in START_DIRECTIONS.items():
         joints = joints_at(scene_of("arms_up", direction), 0)
         left = joints[shoulders[0]] - joints[shoulders[1]]
         front = np.array([left[1], -left[0]]) / np.hypot(*left[:2])

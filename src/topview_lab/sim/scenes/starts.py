@@ -25,7 +25,7 @@ from topview_lab.sim.scene import Actor, Box, Furniture, Scene
 from topview_lab.sim.scenes.stage import TO_CAMERA, TO_LEFT, TO_RIGHT, varied_room
 
 TO_WALL: Final = radians(90)
-DIRECTIONS: Final[dict[str, float]] = {
+START_DIRECTIONS: Final[dict[str, float]] = {
     "front": TO_CAMERA, "left": TO_LEFT, "right": TO_RIGHT, "back": TO_WALL,
 }  # fmt: skip
 """Where the front of the upright body points: to the camera, its left, its right, and away."""
@@ -173,7 +173,7 @@ def start_scene(pose: str, direction: str, seed: int, camera: Camera) -> Scene:
 
     Args:
         pose: one of `START_POSES`.
-        direction: one of `DIRECTIONS`.
+        direction: one of `START_DIRECTIONS`.
         seed: of the body, the room and the noise.
         camera: intrinsics.
 
@@ -182,7 +182,7 @@ def start_scene(pose: str, direction: str, seed: int, camera: Camera) -> Scene:
     """
     for what, name, known in (
         ("pose", pose, START_POSES),
-        ("direction", direction, DIRECTIONS),
+        ("direction", direction, START_DIRECTIONS),
     ):
         if name not in known:
             raise InputError(f"{what} is {name!r}; it must be one of {', '.join(known)}")
@@ -197,7 +197,7 @@ def start_scene(pose: str, direction: str, seed: int, camera: Camera) -> Scene:
         column = EDGE_SHARE * camera.width
         aside_m = (column - camera.cx) / camera.fx * away_m
     place = (aside_m, away_m)
-    holding = Holding.at(START_POSES[pose], place, DIRECTIONS[direction], style)
+    holding = Holding.at(START_POSES[pose], place, START_DIRECTIONS[direction], style)
     return Scene(
         name=f"{pose}_{direction}_{seed}",
         seed=seed,
