@@ -13,7 +13,7 @@ from topview.track.run import track_recording
 from topview.track.settings import TrackerSettings
 from topview_lab.datasets.starts import SimulatedStart
 from topview_lab.evaluate.run import Track, tracked_whole
-from topview_lab.evaluate.tables import empty_table, number, percent
+from topview_lab.evaluate.tables import empty_table, number
 from topview_lab.metrics.measure import measure_sequence
 from topview_lab.metrics.starts import StartScore, StartsSummary, score_start, summarise_starts
 
@@ -81,16 +81,20 @@ def starts_by_pose(outcomes: Sequence[StartOutcome]) -> Rows:
 
 def starts_table(rows: Mapping[str, Mapping[str, StartsSummary]]) -> Table:
     """A row for each pose; in each direction the share of visible joints that are near, and of
-    frames that face right."""
+    frames that face right; of all directions the share of frames in which somebody is found, and of
+    starts that hold."""
     table = empty_table("starts: joints that are near, frames that face right; %", "pose")
     names = list(rows[ALL_STARTS])
     for name in names:
         table.add_column(name, justify="right")
-    table.add_column("starts\nthat hold", justify="right")
+    table.add_column("found", justify="right")
+    table.add_column("hold", justify="right")
     for pose, cells in rows.items():
         shown = (_cell(cells[name]) if name in cells else "" for name in names)
         style = "bold" if pose == ALL_STARTS else None
-        table.add_row(pose, *shown, percent(cells[ALL_STARTS].holds), style=style)
+        every = cells[ALL_STARTS]
+        ends = (number(100.0 * one, digits=0) for one in (every.found, every.holds))
+        table.add_row(pose, *shown, *ends, style=style)
     return table
 
 
@@ -98,9 +102,10 @@ def each_start_table(outcomes: Sequence[StartOutcome]) -> Table:
     """A row for each start, the worst first."""
     table = empty_table("per sequence, worst first; %", "start")
     table.add_column("joints, facing", justify="right")
+    table.add_column("found", justify="right")
     scored = [(outcome.start.name, outcome.score) for outcome in outcomes if outcome.score]
     for name, score in sorted(scored, key=lambda row: (row[1].facing, row[1].joints)):
-        table.add_row(name, _cell(score))
+        table.add_row(name, _cell(score), number(100.0 * score.found, digits=0))
     return table
 
 

@@ -27,11 +27,13 @@ class StartScore:
     Attributes:
         joints: share 0..1 of the visible joints that are within `START_WITHIN_CM`, as they are;
             NaN where none is visible.
-        facing: share 0..1 of the frames whose trunk is turned by less than `FACING_DEG`.
+        facing: share 0..1 of the frames whose trunk is turned by `FACING_DEG` at most.
+        found: share 0..1 of the frames in which the person is found; in others nothing holds.
     """
 
     joints: float
     facing: float
+    found: float
 
     @property
     def holds(self) -> bool:
@@ -51,6 +53,7 @@ def score_start(errors: SequenceErrors) -> StartScore:
     return StartScore(
         share(int((near & is_visible).sum()), int(is_visible.sum())),
         share(int(faces.sum()), len(faces)),
+        share(int(samples.found[is_late].sum()), len(faces)),
     )
 
 
@@ -60,13 +63,14 @@ class StartsSummary:
 
     Attributes:
         count: how many.
-        joints, facing: means of theirs, 0..1.
+        joints, facing, found: means of theirs, 0..1.
         holds: share 0..1 of the starts that hold.
     """
 
     count: int
     joints: float
     facing: float
+    found: float
     holds: float
 
 
@@ -77,5 +81,6 @@ def summarise_starts(scores: Sequence[StartScore]) -> StartsSummary:
         len(scores),
         float(np.nanmean(joints)) if np.isfinite(joints).any() else float("nan"),
         float(np.mean([score.facing for score in scores])),
+        float(np.mean([score.found for score in scores])),
         float(np.mean([score.holds for score in scores])),
     )

@@ -27,7 +27,7 @@ from topview_lab.evaluate.starts import (
 from topview_lab.metrics.starts import StartScore, StartsSummary
 from topview_lab.sim.scenes.starts import START_DIRECTIONS, START_FRAMES, START_POSES
 
-RIGHT, WRONG = StartScore(1.0, 1.0), StartScore(0.5, 0.0)
+RIGHT, WRONG = StartScore(1.0, 1.0, 1.0), StartScore(0.5, 0.0, 1.0)
 
 
 def track_truth(recording: Recording, settings: TrackerSettings) -> TrackingResult:
@@ -60,13 +60,13 @@ def test_rows_are_poses_and_columns_directions() -> None:
     rows = starts_by_pose(outcomes())
     assert list(rows) == ["bent", "lunge", ALL_STARTS]
     assert list(rows["bent"]) == [*START_DIRECTIONS, ALL_STARTS]
-    assert rows["bent"]["back"] == StartsSummary(1, 0.5, 0.0, 0.0)
-    assert rows["bent"][ALL_STARTS] == StartsSummary(4, 0.875, 0.75, 0.75)
+    assert rows["bent"]["back"] == StartsSummary(1, 0.5, 0.0, 1.0, 0.0)
+    assert rows["bent"][ALL_STARTS] == StartsSummary(4, 0.875, 0.75, 1.0, 0.75)
     assert "left" not in rows["lunge"]
-    assert rows[ALL_STARTS]["back"] == StartsSummary(2, 0.75, 0.5, 0.5)
+    assert rows[ALL_STARTS]["back"] == StartsSummary(2, 0.75, 0.5, 1.0, 0.5)
     assert rows[ALL_STARTS][ALL_STARTS].count == 7
     assert starts_as_json(rows)["bent"]["front"] == {
-        "count": 1, "joints": 1.0, "facing": 1.0, "holds": 1.0,
+        "count": 1, "joints": 1.0, "facing": 1.0, "found": 1.0, "holds": 1.0,
     }  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def test_tables_fit_a_terminal_and_tell_the_worst_first() -> None:
     console.print(each_start_table(outcomes()))
     text = console.export_text()
     assert "50, 0" in text
-    assert "75.0%" in text
+    assert "100    75" in text
     assert text.index("bent_back_1") < text.index("bent_front_1")
     assert "lunge_left_1" not in text
 

@@ -35,22 +35,22 @@ def off(frames: slice, joints: slice | list[int], by_m: float) -> NDArray[np.flo
 
 
 def test_what_is_right_holds() -> None:
-    assert score(TRUTH) == StartScore(1.0, 1.0)
+    assert score(TRUTH) == StartScore(1.0, 1.0, 1.0)
     assert score(TRUTH).holds
 
 
 def test_the_first_half_second_does_not_count() -> None:
-    assert score(off(slice(0, LATE), slice(None), 0.4)) == StartScore(1.0, 1.0)
+    assert score(off(slice(0, LATE), slice(None), 0.4)) == StartScore(1.0, 1.0, 1.0)
     nobody = TRUTH.copy()
     nobody[:LATE] = np.nan
-    assert score(nobody) == StartScore(1.0, 1.0)
+    assert score(nobody) == StartScore(1.0, 1.0, 1.0)
 
 
 def test_who_is_not_found_holds_nowhere() -> None:
-    assert score(np.full_like(TRUTH, np.nan)) == StartScore(0.0, 0.0)
+    assert score(np.full_like(TRUTH, np.nan)) == StartScore(0.0, 0.0, 0.0)
     half = TRUTH.copy()
     half[LATE + 5 :] = np.nan
-    assert score(half).joints == score(half).facing == pytest.approx(1 / 3)
+    assert score(half).joints == score(half).facing == score(half).found == pytest.approx(1 / 3)
 
 
 @pytest.mark.parametrize(("count", "holds"), [(1, True), (2, False)])
@@ -81,7 +81,10 @@ def test_the_trunk_must_face_right() -> None:
 
 
 def test_starts_are_summed() -> None:
-    summary = summarise_starts([StartScore(1.0, 1.0), StartScore(0.8, 1.0), StartScore(0.6, 0.0)])
+    summary = summarise_starts(
+        [StartScore(1.0, 1.0, 1.0), StartScore(0.8, 1.0, 1.0), StartScore(0.6, 0.0, 0.4)]
+    )
     assert (summary.count, summary.holds) == (3, pytest.approx(1 / 3))
+    assert summary.found == pytest.approx(0.8)
     assert (summary.joints, summary.facing) == (pytest.approx(0.8), pytest.approx(2 / 3))
-    assert summarise_starts([StartScore(float("nan"), 1.0)] * 2).facing == 1.0
+    assert summarise_starts([StartScore(float("nan"), 1.0, 1.0)] * 2).facing == 1.0
