@@ -31,6 +31,8 @@ from topview.version import installed_version
 
 if TYPE_CHECKING:
     from topview.body.hierarchy import Articulation
+    from topview.body.known_body import KnownBody, KnownBone, read_bodies
+    from topview.io.writers.bodies import write_bodies
     from topview.io.writers.joint_frames import JointFrames, bone_lengths_m, joint_frames
     from topview.io.writers.levelled import T_world_camera, articulation_of
     from topview.io.writers.npz import read_skeletons_npz as read_skeletons
@@ -49,6 +51,8 @@ __all__ = [
     "InputError",
     "JointFrames",
     "JointState",
+    "KnownBody",
+    "KnownBone",
     "Person",
     "Recording",
     "SkeletonSequence",
@@ -60,7 +64,9 @@ __all__ = [
     "bone_lengths_m",
     "joint_frames",
     "open",
+    "read_bodies",
     "read_skeletons",
+    "write_bodies",
     "write_skeletons",
 ]
 
@@ -71,13 +77,17 @@ logging.getLogger(__name__).addHandler(logging.NullHandler())  # the user says w
 _LAZY = {
     "Articulation": "topview.body.hierarchy:Articulation",
     "JointFrames": "topview.io.writers.joint_frames:JointFrames",
+    "KnownBody": "topview.body.known_body:KnownBody",
+    "KnownBone": "topview.body.known_body:KnownBone",
     "T_world_camera": "topview.io.writers.levelled:T_world_camera",
     "Tracker": "topview.track.tracker:Tracker",
     "TrackerSettings": "topview.track.settings:TrackerSettings",
     "articulation_of": "topview.io.writers.levelled:articulation_of",
     "bone_lengths_m": "topview.io.writers.joint_frames:bone_lengths_m",
     "joint_frames": "topview.io.writers.joint_frames:joint_frames",
+    "read_bodies": "topview.body.known_body:read_bodies",
     "read_skeletons": "topview.io.writers.npz:read_skeletons_npz",
+    "write_bodies": "topview.io.writers.bodies:write_bodies",
     "write_skeletons": "topview.io.writers.registry:write_skeletons",
 }
 

@@ -8,6 +8,7 @@ import stat
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -22,6 +23,7 @@ MOST_UNPACKED_BYTES: Final = 2**33  # that the arrays of one archive unpack to; 
 # are read whole, 125 frames of UTD-MHAD, has a twenty-fifth.
 MOST_BYTES: Final = 2**29
 MOST_TEXT_BYTES: Final = 2**27  # ours; of a text that is read whole and taken apart
+DIGEST_LETTERS: Final = 16  # ours; of the SHA-256 that tells two files apart
 
 
 @contextmanager
@@ -79,6 +81,11 @@ def read_bytes(path: Path, at_most: int = MOST_BYTES, right: str = "it must be o
         if size > at_most:
             raise InputError(f"has {size} bytes; it must have at most {at_most}")
         return file.read(size)  # not to its end: it may grow meanwhile
+
+
+def file_as_json(path: Path, data: bytes) -> dict[str, str]:
+    """Which file this is, in JSON types: its name and the start of its data's SHA-256."""
+    return {"name": path.name, "sha256": sha256(data).hexdigest()[:DIGEST_LETTERS]}
 
 
 def read_text(path: Path, encoding: str = "latin-1", right: str = "it must be text") -> str:

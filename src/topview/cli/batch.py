@@ -71,6 +71,8 @@ def batch(
         settings = replace(settings, threads=max(1, (os.cpu_count() or 1) // workers))
     if settings.weights is not None:  # a worker may have started elsewhere
         settings = replace(settings, weights=settings.weights.resolve())
+    if settings.body is not None:
+        settings = replace(settings, body=settings.body.resolve())
     told = json.loads(json.dumps(options | settings.as_json()))
     run = uuid4().hex
     make = partial(track_into, options=options, settings=settings)

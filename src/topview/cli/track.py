@@ -11,6 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import follow_with_progress, print_frames, warn
 from topview.cli.results import (
     CONTACT_SHEET,
@@ -34,6 +35,7 @@ from topview.io import (
     open_recording,
     prepare_output_folder,
 )
+from topview.io.writers.bodies import write_bodies
 from topview.io.writers.registry import format_named
 from topview.live import LiveRecording, is_camera, open_camera
 from topview.people.users import label_image
@@ -41,6 +43,7 @@ from topview.records import Frame, InputError, Recording
 from topview.skeletons import TrackedFrame
 from topview.stream import Outlet, open_stream
 from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
+from topview.track.known_people import LEARNT_S
 from topview.view import ContactSheet, OverlayVideo, PeopleSheet, Sheet, Viewers
 from topview.view.rerun_view import RerunView
 
@@ -65,6 +68,7 @@ def track(
     record: Path | None = None,
     view: Annotated[bool, Parameter(negative="")] = False,
     offline: Annotated[bool, Parameter(negative="")] = False,
+    save_body: Path | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -102,7 +106,9 @@ def track(
             tracked, joints that were hidden are told by what was seen before and after, and all is
             quieter; pictures and video show that, and take reading the images once more. No live
             camera and no --stream, which cannot wait; --view shows what is tracked meanwhile.
-        force: replace the result that DIR holds.
+        save_body: write what was learnt of everybody's stature and bones to this file; --body FILE
+            takes it for another recording of the same people.
+        force: replace the result that DIR holds, and the file of --save-body.
     """
     if offline:
         check_offline(source, stream)
@@ -111,6 +117,8 @@ def track(
     formats = [format_named(name) for name in format.split(",") if name]
     prepare_output_folder(out)
     check_free(out, force=force)
+    if save_body is not None:
+        prepare_output_file("--save-body", save_body, force)
     recording, live = opened(source, record)
     if mirrored:
         recording = MirroredRecording(recording)
@@ -153,6 +161,8 @@ def track(
         elif failure is None:
             raise InputError("; ".join(unwritten))
         warn(*unwritten)
+        if save_body is not None:
+            save_bodies(tracker, save_body)
     if window and failure is None and not run.interrupted:
         wait_for_end()
     if failure is not None:
@@ -187,6 +197,16 @@ def check_offline(source: Path, stream: Sequence[str]) -> None:
             f"--stream {stream[0]}: sends each frame at once, and --offline waits for later ones; "
             "leave one of them out"
         )
+
+
+def save_bodies(tracker: Tracker, path: Path) -> None:
+    """Write what was learnt of everybody, or tell that nothing was."""
+    bodies = tracker.bodies()
+    if bodies:
+        write_bodies(bodies, path)
+        print(f"bodies of {len(bodies)} people written to {path}")
+    else:
+        warn(f"{path} is not written: nobody was followed for {LEARNT_S:g} s")
 
 
 def opened_view(name: str, tracker: Tracker) -> RerunView:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.known_body import KnownBody
 from topview.body.model import BodyModel
 from topview.filter.particles import generator, time_key
 from topview.timing import StageClock
+from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 
 
@@ -35,6 +37,16 @@ class BodyTracker(Protocol):
         ...
 
 
+@runtime_checkable
+class LearnsBones(Protocol):
+    """A body tracker that learns how long the bones are."""
+
+    @property
+    def bones(self) -> BoneLengths:
+        """As far as they are known."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
     """Whose body a tracker tracks, and what it may use for that.
@@ -44,12 +56,19 @@ class Subject:
         seed: of every random number.
         threads: for the kernels, 1 or more; no result depends on it.
         clock: counts the time of each stage.
+        known: the person's body, known beforehand; None if it is not.
     """
 
     person: int
     seed: int
     threads: int
     clock: StageClock
+    known: KnownBody | None = None
+
+    @property
+    def bones(self) -> BoneLengths:
+        """The person's bones before the first frame."""
+        return BoneLengths(None if self.known is None else self.known.bones)
 
     def rng(self, part: int, evidence: Evidence) -> np.random.Generator:
         """The random generator for a part in one frame."""

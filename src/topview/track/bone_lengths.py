@@ -3,16 +3,18 @@
 A stature does not say it all: children, heavy people, and joints that a proposer puts elsewhere
 than `topview.body.proportions` does. Left and right count together. The robust mean of each length
 weighs a frame by how sure its joints are along the bone; before any frame it is that of the
-stature.
+stature, or what is known of the person.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.known_body import BONE_NAMES, KnownBone, is_length
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import (
     HEAD,
@@ -51,9 +53,11 @@ PROPOSED_LENGTHS: Final[dict[str, float]] = {
 # How far people and statures depart from these, in shares of the stature; ours. Joints whose scales
 # are 1.5 cm weigh as much after some 3 frames.
 PRIOR_SIGMA: Final = 0.01
+# What is known of bones is no surer, metres; ours: other motions and rooms make the learnt lengths
+# of one simulated person differ by about as much.
+LEAST_SIGMA_M: Final = 0.005
 
-_NAMES: Final = tuple(PROPOSED_LENGTHS)
-_SHARES = np.array(list(PROPOSED_LENGTHS.values()))
+_SHARES = np.array([PROPOSED_LENGTHS[name] for name in BONE_NAMES])
 
 
 def _joint(name: str) -> int:
@@ -84,7 +88,10 @@ _NECK, _TORSO = _joint("neck"), _joint("torso")
 _SHOULDERS = [_joint("left_shoulder"), _joint("right_shoulder")]
 # Of all that is measured: the length, and the joints whose errors count, with where to split them.
 _LENGTH = np.array(
-    [_NAMES.index(name) for name in (*(b for b, _, _ in _BONES), "shoulder_drop", "shoulder_front")]
+    [
+        BONE_NAMES.index(name)
+        for name in (*(b for b, _, _ in _BONES), "shoulder_drop", "shoulder_front")
+    ]
 )
 _ENDS = np.concatenate([_FIRST, _SECOND, np.repeat([_NECK, *_SHOULDERS], 2)])
 _WHOSE = 2 * len(_BONES) + np.array([0, 2, 4])
@@ -93,9 +100,14 @@ _WHOSE = 2 * len(_BONES) + np.array([0, 2, 4])
 class BoneLengths:
     """Running estimate of one person's bones."""
 
-    def __init__(self) -> None:
-        self._weight = np.zeros(len(_NAMES))
-        self._weighted_m = np.zeros(len(_NAMES))
+    def __init__(self, known: Mapping[str, KnownBone] | None = None) -> None:
+        """
+        Args:
+            known: of this person beforehand, by `BONE_NAMES`; None or empty if nothing is.
+        """
+        self._known = tuple(known[name] for name in BONE_NAMES) if known else None
+        self._weight = np.zeros(len(BONE_NAMES))
+        self._weighted_m = np.zeros(len(BONE_NAMES))
 
     def update(self, proposals: JointProposals, mode: int, stature_m: float) -> None:
         """Learn from one mode of the first person's proposals."""
@@ -110,15 +122,38 @@ class BoneLengths:
         np.add.at(self._weighted_m, length, weight * measured_m)
 
     def lengths_m(self, stature_m: float) -> Array:
-        """[11] in the order of `PROPOSED_LENGTHS`, metres."""
-        prior = 1.0 / (PRIOR_SIGMA * stature_m) ** 2
-        prior_m = _SHARES * stature_m
+        """[11] in the order of `BONE_NAMES`, metres."""
+        prior_m, prior = self._prior(stature_m)
         return (prior * prior_m + self._weighted_m) / (prior + self._weight)
+
+    def known(self, stature_m: float) -> dict[str, KnownBone]:
+        """What has been learnt, for another recording, by `BONE_NAMES`; empty where joints have
+        been proposed as nobody has them."""
+        _, prior = self._prior(stature_m)
+        sigmas_m = 1.0 / np.sqrt(prior + self._weight)
+        lengths_m = dict(zip(BONE_NAMES, self.lengths_m(stature_m).tolist(), strict=True))
+        if not all(is_length(name, length_m) for name, length_m in lengths_m.items()):
+            return {}
+        return {
+            name: KnownBone(length_m, sigma_m)
+            for (name, length_m), sigma_m in zip(lengths_m.items(), sigmas_m.tolist(), strict=True)
+        }
+
+    def _prior(self, stature_m: float) -> tuple[Array, Array]:
+        """[11] lengths before any frame, metres, and [11] one over their variances."""
+        if self._known is None:
+            weight = 1.0 / (PRIOR_SIGMA * stature_m) ** 2
+            return _SHARES * stature_m, np.full(len(BONE_NAMES), weight)
+        lengths_m = np.array([bone.length_m for bone in self._known])
+        sigmas_m = np.array([max(bone.sigma_m, LEAST_SIGMA_M) for bone in self._known])
+        return lengths_m, sigmas_m**-2
 
     def model(self, stature_m: float) -> BodyModel:
         """The body of these bones; what they do not say, such as the radii, is that of the
         stature."""
-        return model_of_bones(dict(zip(_NAMES, self.lengths_m(stature_m), strict=True)), stature_m)
+        return model_of_bones(
+            dict(zip(BONE_NAMES, self.lengths_m(stature_m), strict=True)), stature_m
+        )
 
 
 def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from topview.body.known_body import bodies_as_json, check_stature
 from topview.detect.detectors import DETECTORS, DetectorName
 from topview.detect.joints.proposers import (
     NETWORK,
@@ -15,7 +16,7 @@ from topview.detect.joints.proposers import (
 )
 from topview.people.areas import Areas
 from topview.people.settings import PeopleSettings
-from topview.records import InputError, check_range, shown, whole_number
+from topview.records import InputError, check_range, real_number, shown, whole_number
 from topview.track.body_tracker import Needs
 from topview.track.methods import DEFAULT, method_by_name, method_name
 
@@ -56,11 +57,15 @@ class TrackerSettings:
         smoothing_s: memory of the mean that each body is smoothed by, seconds: the longest delay of
             what moves slowly; what moves faster lags less, below 5 cm and 9 degrees. 0 leaves
             bodies as they are.
+        stature: of everybody, metres, 0.5 to 2.5; not given, it is measured of whoever stands
+            upright.
+        body: file of the bodies that `--save-body` learnt, or that you wrote: who they are of is
+            told by stature, else by the order in which they come.
 
     Raises:
         InputError: a method, detector or proposals that do not exist, weights that nothing would
             read, a seed or number of threads or people that is no whole number, a number out of
-            range, an area that is none.
+            range, an area that is none, a stature beside a file of bodies.
     """
 
     method: str = DEFAULT
@@ -75,6 +80,8 @@ class TrackerSettings:
     ignore: str = ""
     moving_camera: bool = False
     smoothing_s: float = 0.0
+    stature: float | None = None
+    body: Path | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "method", method_name(self.method))
@@ -93,6 +100,16 @@ class TrackerSettings:
                 raise InputError(f"people is {shown(self.people)}; it must be 1 or more")
         Areas.told(self.region, self.ignore)
         check_range(self, 0.0, MOST_SMOOTHING_S, "smoothing_s")
+        if self.stature is not None:
+            object.__setattr__(self, "stature", real_number(self.stature, "stature"))
+            check_stature(self.stature, "stature")
+        if self.body is not None:
+            object.__setattr__(self, "body", Path(self.body))
+            if self.stature is not None:
+                raise InputError(
+                    f"stature is {shown(self.stature)} beside body {shown(str(self.body))}; "
+                    "give one of them: the file tells statures, too"
+                )
         if self.weights is not None:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
@@ -107,13 +124,13 @@ class TrackerSettings:
 
     def as_json(self, needs: Needs | None = None) -> dict[str, Any]:
         """Plain JSON types, for the outputs: all that they depend on, so not the threads, and of
-        the weights their name and digest.
+        the weights and the bodies their file's name and digest.
 
         Args:
             needs: of the method; None for those of the one that `method` names.
 
         Raises:
-            InputError: the weights cannot be read.
+            InputError: the weights, or the bodies, cannot be read.
         """
         named: dict[str, Any] = {
             "method": self.method, "detector": self.detector, "seed": self.seed,
@@ -129,4 +146,8 @@ class TrackerSettings:
             named |= proposals_as_json(self.proposals, self.weights)
         if self.smoothing_s > 0.0:
             named["smoothing_s"] = self.smoothing_s
+        if self.stature is not None:
+            named["stature"] = self.stature
+        if self.body is not None:
+            named["bodies"] = bodies_as_json(self.body)
         return named

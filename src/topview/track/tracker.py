@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from math import inf
 from typing import Any, Final
@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.known_body import KnownBody, read_bodies
 from topview.camera.pyramid import Pyramid
 from topview.detect.color_view import Light
 from topview.detect.joints.proposals import JointProposals, JointProposer
@@ -29,6 +30,7 @@ from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Needs, Subject
 from topview.track.joint_errors import JointSigns
+from topview.track.known_people import KnownPeople, LearntBodies
 from topview.track.methods import method_by_name
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
@@ -72,7 +74,8 @@ class Tracker:
             proposer: proposes joints, for methods that need them.
 
         Raises:
-            InputError: weights that cannot be used, or that the method has no use for.
+            InputError: weights that cannot be used, or that the method has no use for; a file of
+                bodies that cannot be read.
         """
         self.settings = settings or TrackerSettings()
         self.body = body or method_by_name(self.settings.method)
@@ -83,6 +86,9 @@ class Tracker:
         self._given = {part: type(own).__name__ for part, own in given.items() if own is not None}
         self.lights: Counter[Light] = Counter()
         self._areas = UserAreas()
+        known = () if self.settings.body is None else read_bodies(self.settings.body)
+        self._known = KnownPeople(self.settings.stature, known)
+        self._learnt = LearntBodies()
         self._tracks: dict[int, PersonTrack] = {}
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
@@ -111,12 +117,14 @@ class Tracker:
         image = Pyramid(frame)
         with self.clock.stage("people"):
             told = Told.of(self._people, self._proposed, self._proposer is not None)
-            users = by_depth(self.finder.update(image, told))
+            users = self._known.told(by_depth(self.finder.update(image, told)))
             labels = label_image(users, image.frame.depth_m.shape)
             self._check_still(image, labels)
         self._count_light()
         scene = self._scene(image, labels, users, hands)
-        self._tracks = {user.id: self._track_of(user, threads) for user in users}
+        tracks = {user.id: self._track_of(user, threads) for user in users}
+        self._learn(self._tracks.keys() - tracks.keys())
+        self._tracks = tracks
         for user in users:
             scene = scene.with_body(self._tracks[user.id].fit(scene, user))
         before = {person.id for person in self._people}
@@ -133,6 +141,13 @@ class Tracker:
         """Of those who are there, by id: what the last frame told of how far joints may be off."""
         tracks = self._tracks.items()
         return {person: track.signs for person, track in tracks if track.signs is not None}
+
+    def bodies(self) -> list[KnownBody]:
+        """What has been learnt of everybody's body so far, in the order of the ids: to be written
+        by `topview.write_bodies`, and given to another recording's tracker. Nothing is told of
+        whoever was followed for less than 1 s."""
+        self._learn(self._tracks.keys())
+        return self._learnt.bodies()
 
     def settings_as_json(self) -> dict[str, Any]:
         """What the output depends on, in JSON types: settings, the body method's included, and the
@@ -240,12 +255,18 @@ class Tracker:
             and ToldHead.of(own).is_near(user.head_camera)
         }
 
+    def _learn(self, ids: Iterable[int]) -> None:
+        """Keep what is known of the bodies of those who are there."""
+        for person in ids:
+            self._learnt.add(person, self._tracks[person].learnt())
+
     def _track_of(self, user: User, threads: int) -> PersonTrack:
         """The track of a user, made where there is none yet."""
         track = self._tracks.get(user.id)
         if track is not None:
             return track
-        subject = Subject(user.id, self.settings.seed, threads, self.clock)
+        known = self._known.body_of(user.id)
+        subject = Subject(user.id, self.settings.seed, threads, self.clock, known)
         return PersonTrack(subject, self.body)
 
 

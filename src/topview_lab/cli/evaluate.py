@@ -30,6 +30,7 @@ from topview_lab.datasets import (
     find_msr_action3d,
     find_utd_mhad,
     make_simulated,
+    make_starts,
 )
 from topview_lab.evaluate.people import (
     ALL_KINDS,
@@ -42,6 +43,14 @@ from topview_lab.evaluate.people import (
 from topview_lab.evaluate.predictions import Predictions, predicted_jobs
 from topview_lab.evaluate.report import print_report, write_json
 from topview_lab.evaluate.run import run_all, run_evaluation, run_jobs
+from topview_lab.evaluate.starts import (
+    ALL_STARTS,
+    StartJob,
+    each_start_table,
+    starts_as_json,
+    starts_by_pose,
+    starts_table,
+)
 from topview_lab.metrics import Offsets
 
 DEFAULTS = TrackerSettings()
@@ -220,6 +229,42 @@ def folder(
         "error against the recordings' own ground truth",
         options,
     )
+
+
+@evaluate.command
+def starts(
+    *poses: str,
+    seeds: str = "1",
+    size: Size = "320x240",
+    options: TrackedOptions = TRACKED_OPTIONS,
+) -> int:
+    """Measure how soon somebody is tracked who is in some pose from the first frame on.
+
+    Over the frames from 0.5 s on: the share of visible joints within 15 cm, and of frames whose
+    trunk is turned by less than 45 degrees. A start holds where both are 90 % or more.
+
+    Args:
+        poses: all 20 of them if none is named; sequences are named like squatting_left_1.
+        seeds: of bodies, rooms and noise, separated by commas.
+        size: of the images, in pixels; both show the same.
+    """
+    made = make_starts(poses, _numbers("--seeds", seeds), CAMERAS[size], options.sequences)
+    _check_output(options)
+    _check_tracker(options)
+    run = run_all([StartJob(start, options.settings) for start in made], options.workers)
+    done = [outcome for outcome in run.results if outcome is not None]
+    warn(*(problem for outcome in done for problem in outcome.problems), *run.problems)
+    rows = starts_by_pose(done)
+    measured = rows[ALL_STARTS][ALL_STARTS].count if rows else 0
+    if measured:
+        console = plain_console()
+        console.print(starts_table(rows))
+        if options.per_sequence:
+            console.print(each_start_table(done))
+        if options.json is not None:
+            report = {"settings": options.settings.as_json(), "starts": starts_as_json(rows)}
+            write_atomically(options.json, msgspec.json.format(msgspec.json.encode(report)))
+    return _status(measured, len(made), run.interrupted)
 
 
 @evaluate.command

@@ -15,6 +15,7 @@ from topview_lab.datasets.groundtruth import read_groundtruth, reference_from
 from topview_lab.datasets.itop import ItopSequence, find_itop
 from topview_lab.datasets.msr_action3d import MsrAction3dSequence, find_msr_action3d
 from topview_lab.datasets.simulated import SimulatedScene, make_simulated
+from topview_lab.datasets.starts import SimulatedStart, make_starts
 from topview_lab.datasets.utd_mhad import UtdMhadRecording, find_utd_mhad
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "KnowsReference",
     "MsrAction3dSequence",
     "SimulatedScene",
+    "SimulatedStart",
     "UtdMhadRecording",
     "check_same_frames",
     "find_berkeley_mhad",
@@ -33,6 +35,7 @@ __all__ = [
     "find_msr_action3d",
     "find_utd_mhad",
     "make_simulated",
+    "make_starts",
     "read_groundtruth",
     "reference_from",
     "select_by_name",

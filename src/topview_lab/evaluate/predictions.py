@@ -149,7 +149,7 @@ def _predictions(
 
     return SkeletonSequence(
         frame_index=reference.frame_index.copy(),
-        timestamps_s=np.zeros(len(rows)),
+        timestamps_s=_times_s(arrays, frames, reference.frame_index),
         joint_names=names,
         joints_camera=placed(joints, np.nan),
         joint_state=placed(_states(arrays, columns, state.astype(np.uint8)), JointState.ABSENT),
@@ -256,6 +256,21 @@ def _frame_index(arrays: Arrays, F: int, reference: ReferenceSequence) -> NDArra
         raise InputError("frame_index names a frame twice; it must name each once")
     check_same_recording(frames, reference.frame_index)
     return frames.astype(np.int64)
+
+
+def _times_s(
+    arrays: Arrays, frames: NDArray[np.int64], wanted: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """[F] of the wanted frames; between those of the file in proportion to their numbers, and all 0
+    where it tells none."""
+    times_s = _numbers(arrays, "timestamps_s", frames.shape, 0.0)
+    order = np.argsort(frames)
+    times_s = times_s[order]
+    if not np.isfinite(times_s).all() or (np.diff(times_s) < 0.0).any():
+        raise InputError("timestamps_s must be seconds that rise with the frames")
+    if not len(frames):
+        return np.zeros(len(wanted))
+    return np.interp(wanted, frames[order], times_s)
 
 
 def _numbers(

@@ -141,6 +141,12 @@ def _detail_tables(summary: Summary) -> Iterator[Table]:
     if len(found) > 1:
         yield tables.found_table(found)
     yield tables.calibration_table(summary.calibration)
+    over_time = {
+        "facing within 45°, after the first second": summary.facing,
+        "joints that come back from behind another within 10 cm": summary.reacquired,
+    }
+    if over_time := {name: held for name, held in over_time.items() if held.count}:
+        yield tables.over_time_table(over_time)
     yield tables.reliability_table(summary.calibration)
     if summary.calibration.told_states:
         yield tables.state_table(summary.calibration)

@@ -14,6 +14,7 @@ from topview_lab.metrics import (
     ALL,
     Calibration,
     Comparison,
+    Held,
     Reliability,
     SequenceSummary,
     SplitRecall,
@@ -89,6 +90,16 @@ def found_table(rows: Mapping[str, SplitRecall]) -> Table:
     table.add_column("people, summed\nover frames", justify="right")
     for name, found in rows.items():
         table.add_row(name, percent(found.recall), str(found.count))
+    return table
+
+
+def over_time_table(rows: Mapping[str, Held]) -> Table:
+    """What is only seen over time, and how often it held."""
+    table = empty_table("over time", "what")
+    table.add_column("holds", justify="right")
+    table.add_column("count", justify="right")
+    for name, held in rows.items():
+        table.add_row(name, percent(held.share), str(held.count))
     return table
 
 

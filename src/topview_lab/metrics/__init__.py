@@ -29,6 +29,7 @@ from topview_lab.metrics.depth_benchmarks import (
     benchmark,
 )
 from topview_lab.metrics.errors import Errors, Offsets, Pool, end_errors, pool, position_errors
+from topview_lab.metrics.facing import Held, facing, turns_deg
 from topview_lab.metrics.losses import LEAST_SEEN, LOST_AFTER_S, times_lost
 from topview_lab.metrics.matching import (
     PERSON_GATE_M,
@@ -38,6 +39,7 @@ from topview_lab.metrics.matching import (
     people_distances,
 )
 from topview_lab.metrics.measure import evaluate_sequence, measure_sequence
+from topview_lab.metrics.reacquired import comebacks, reacquired
 from topview_lab.metrics.reference import ReferenceSequence
 from topview_lab.metrics.samples import (
     CAUSES,
@@ -69,6 +71,7 @@ __all__ = [
     "Comparison",
     "Errors",
     "Evaluation",
+    "Held",
     "Offsets",
     "PeopleCounts",
     "Pool",
@@ -88,10 +91,12 @@ __all__ = [
     "axis_errors",
     "benchmark",
     "calibrate",
+    "comebacks",
     "count_people",
     "direction_errors",
     "end_errors",
     "evaluate_sequence",
+    "facing",
     "hidden_split",
     "match_people",
     "measure_sequence",
@@ -99,6 +104,7 @@ __all__ = [
     "people_distances",
     "pool",
     "position_errors",
+    "reacquired",
     "relative_angle_errors",
     "score_tracking",
     "statistic",
@@ -106,4 +112,5 @@ __all__ = [
     "tables",
     "times_lost",
     "true_states",
+    "turns_deg",
 ]

@@ -84,6 +84,7 @@ def measure_sequence(
     samples = Samples(
         person=r,
         frame=reference.frame_index[of_reference[f]],
+        time_s=predicted.timestamps_s[of_predicted[f]],
         found=found,
         stature_m=_statures(
             reference, r, _found_heights(predicted, people_matched(matches, who)[f, r])

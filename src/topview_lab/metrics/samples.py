@@ -33,6 +33,7 @@ class Samples:
     Attributes:
         person: [N] int64, which reference person of the recording (column).
         frame: [N] int64, number of the recording's frame.
+        time_s: [N] of that frame; all 0 where the system tells no times.
         found: [N] bool.
         stature_m: [N] the scale of the constant offsets: the reference's, else the predicted one.
         reference_camera: [N, J, 3] metres.
@@ -51,6 +52,7 @@ class Samples:
 
     person: NDArray[np.int64]
     frame: NDArray[np.int64]
+    time_s: NDArray[np.float64]
     found: NDArray[np.bool_]
     stature_m: NDArray[np.float64]
     reference_camera: NDArray[np.float64]

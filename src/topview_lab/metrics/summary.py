@@ -21,7 +21,9 @@ from topview_lab.metrics.angles import (
 from topview_lab.metrics.calibration import Calibration, calibrate
 from topview_lab.metrics.depth_benchmarks import WithinLimit, benchmark
 from topview_lab.metrics.errors import Errors, Offsets, Pool, end_errors, pool, position_errors
+from topview_lab.metrics.facing import Held, facing
 from topview_lab.metrics.matching import PeopleCounts
+from topview_lab.metrics.reacquired import reacquired
 from topview_lab.metrics.samples import Evaluation
 from topview_lab.metrics.splits import ALL, label_splits, occlusion_splits, splits
 from topview_lab.metrics.statistics import Comparison, share
@@ -75,6 +77,10 @@ class Summary:
         precision: see `PeopleCounts`.
         found: recall by split, by what is hidden of the whole person.
         tracking: HOTA and CLEAR MOT.
+        facing: how many person-frames after the first second, and how often the trunk faces right
+            (`topview_lab.metrics.facing`).
+        reacquired: how many joints came back into view from behind another person, and how often
+            they were found again soon (`topview_lab.metrics.reacquired`).
         calibration: of the joints' confidences.
         tracked_frames: how many.
         seconds: spent in the tracker, all processes together.
@@ -96,6 +102,8 @@ class Summary:
     precision: float
     found: dict[str, SplitRecall]
     tracking: TrackingScores
+    facing: Held
+    reacquired: Held
     calibration: Calibration
     tracked_frames: int
     seconds: float
@@ -136,6 +144,8 @@ def summarise(evaluation: Evaluation, offsets: Offsets = "set") -> Summary:
         precision=people.precision,
         found=_found(pooled),
         tracking=score_tracking(people, tracking),
+        facing=facing(pooled),
+        reacquired=reacquired(pooled),
         calibration=calibrate(pooled),
         tracked_frames=tracked_frames,
         seconds=seconds,

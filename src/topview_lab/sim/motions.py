@@ -142,7 +142,7 @@ class Performance:
             for side in SIDES:
                 if side in act.hands:
                     hand = act.hands[side]
-                    pose = _with_hand(body, pose, walked.position_room, side, hand, weight)
+                    pose = with_hand(body, pose, walked.position_room, side, hand, weight)
         return pose
 
 
@@ -150,7 +150,7 @@ def _within_limits(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.clip(angles, SEGMENT_LIMITS_RAD[..., 0], SEGMENT_LIMITS_RAD[..., 1])
 
 
-def _with_hand(
+def with_hand(
     body: Body,
     pose: Pose,
     position_room: NDArray[np.float64],
@@ -204,15 +204,7 @@ SOLE_BLEND_M: Final = 0.008
 
 def _lowest_sole(body: Body, Ts_room_segment: NDArray[np.float64]) -> float:
     """Height of the soles' lowest points, a soft minimum over heels and toes of both feet."""
-    flesh = body.flesh(Ts_room_segment)
     feet = np.isin(body.start_segments, [SEGMENT_INDEX["foot_l"], SEGMENT_INDEX["foot_r"]])
-    down = flesh.axes[feet, 2, :] * flesh.scales[feet]
-    drop = np.linalg.norm(down, axis=-1)
-    lows = np.concatenate(
-        [
-            flesh.starts[feet, 2] - flesh.start_radii[feet] * drop,
-            flesh.ends[feet, 2] - flesh.end_radii[feet] * drop,
-        ]
-    )
+    lows = body.flesh(Ts_room_segment).lowest()[:, feet].ravel()
     weights = np.exp((lows.min() - lows) / SOLE_BLEND_M)
     return float((weights * lows).sum() / weights.sum())

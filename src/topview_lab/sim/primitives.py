@@ -24,7 +24,7 @@ Window = tuple[slice, slice]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoundCones:
-    """N round cones in the camera frame, metres.
+    """N round cones in one frame, the camera's where they are drawn; metres.
 
     Attributes:
         starts, ends: [N, 3] centres of the two balls.
@@ -46,6 +46,16 @@ class RoundCones:
     def local_maps(self) -> NDArray[np.float64]:
         """[N, 3, 3] linear maps into the frames in which the cross-sections are round."""
         return np.swapaxes(self.axes, -1, -2) / self.scales[..., None]
+
+    def lowest(self) -> NDArray[np.float64]:
+        """[2, N] z of the lowest places of the first and the second balls; z points up."""
+        drop = np.linalg.norm(self.axes[:, 2, :] * self.scales, axis=-1)
+        return np.stack(
+            [
+                self.starts[:, 2] - self.start_radii * drop,
+                self.ends[:, 2] - self.end_radii * drop,
+            ]
+        )
 
 
 class _Quadrics(NamedTuple):

@@ -66,7 +66,9 @@ def _spoiled(
 # what no such option takes.
 _EVALUATED: Final = ("evaluate", "folder", "recording", "--predictions", "predictions.npz")
 _OPTIONS: Final[dict[tuple[str, ...], tuple[str, ...]]] = {
-    ("track", "recording", "--out", "OUT"): ("method", "detector", "seed", "threads", "out"),
+    ("track", "recording", "--out", "OUT"): (
+        "method", "detector", "seed", "threads", "stature", "body", "out",
+    ),
     _EVALUATED: (
         "sequences", "method", "detector", "seed", "json", "workers", "offsets", "predictions",
         "map",

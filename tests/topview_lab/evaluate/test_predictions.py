@@ -508,3 +508,37 @@ class TestValuesThatCannotBe:
         read = read_predictions(tmp_path / "a.npz", reference_of(joints)).joint_confidence
         assert read[0, 0, 0] == 1.0
         assert np.isnan(read[0, 0, 1])
+
+
+class TestTimes:
+    """Of the frames, where a file tells them."""
+
+    REFERENCE = reference_of(people_standing(5, 0.0))
+
+    def read(self, tmp_path: Path, frames: list[int], **times: Any) -> NDArray[np.float64]:
+        arrays = {
+            "joint_names": np.array(JOINT_NAMES),
+            "joints_camera": people_standing(len(frames), 0.0),
+            "frame_index": np.array(frames),
+        }
+        np.savez(tmp_path / "told.npz", **arrays, **times)
+        return read_predictions(tmp_path / "told.npz", self.REFERENCE).timestamps_s
+
+    def test_they_are_those_of_the_file(self, tmp_path: Path) -> None:
+        times_s = np.array([0.0, 0.1, 0.15, 0.3, 0.4])
+        told = self.read(tmp_path, [0, 1, 2, 3, 4], timestamps_s=times_s)
+        assert told.tolist() == times_s.tolist()
+
+    def test_missing_frames_lie_between(self, tmp_path: Path) -> None:
+        told = self.read(tmp_path, [4, 0, 1], timestamps_s=np.array([0.4, 0.0, 0.1]))
+        assert told == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+
+    def test_they_may_be_missing(self, tmp_path: Path) -> None:
+        assert self.read(tmp_path, [0, 1, 2, 3, 4]).tolist() == [0.0] * 5
+
+    @pytest.mark.parametrize(
+        "times_s", [[0.0, 0.2, 0.1], [0.0, np.nan, 0.2], [0.0, 0.1], ["a", "b", "c"]]
+    )
+    def test_wrong_ones_are_one_line(self, tmp_path: Path, times_s: list[Any]) -> None:
+        with pytest.raises(InputError, match=r"told\.npz: timestamps_s "):
+            self.read(tmp_path, [0, 1, 2], timestamps_s=np.array(times_s))

@@ -11,7 +11,6 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
@@ -22,7 +21,7 @@ from scipy.special import expit, softmax
 
 from topview.detect.joints.proposals import OTHER_SIDES, PROPOSED_JOINTS, JointProposals
 from topview.detect.joints.windows import WINDOW_PIXELS, Windows
-from topview.files import naming, read_bytes
+from topview.files import file_as_json, naming, read_bytes
 from topview.kernels.threads import over_threads
 from topview.records import InputError, shown
 
@@ -45,7 +44,6 @@ MOST_WEIGHTS_BYTES: Final = 2**27
 MOST_LOG_SCALE: Final = 20.0  # scales are held to e^-20 to e^20 boxes
 NEAREST_JOINT_M: Final = 0.1  # a proposed joint is no nearer to the camera
 COUNTED_SHARE: Final = 0.5  # of all scales, in the modes' weights: joints err together
-DIGEST_LETTERS: Final = 16  # of the SHA-256 that tells weights apart
 ONLY_FATAL: Final = 4  # what onnxruntime logs; errors are raised as well
 
 WEIGHTS_RIGHT: Final = (
@@ -128,8 +126,7 @@ def weights_as_json(weights: Path | None) -> dict[str, str]:
     """
     path = weights or WEIGHTS
     with naming(path, right=WEIGHTS_RIGHT):
-        digest = sha256(_weights(path)).hexdigest()
-    return {"name": path.name, "sha256": digest[:DIGEST_LETTERS]}
+        return file_as_json(path, _weights(path))
 
 
 def _weights(path: Path) -> bytes:

@@ -15,7 +15,6 @@ import numpy as np
 from topview.detect.joints import JointProposals
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
-from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.joint_fit import JointFitSettings, fit_joints
 from topview.track.pose import Pose
@@ -48,9 +47,9 @@ class JointsTracker:
     def __init__(self, subject: Subject, settings: JointsSettings) -> None:
         self.subject = subject
         self.settings = settings
-        self._bones = BoneLengths()
+        self.bones = subject.bones
         self._last: Pose | None = None
-        self.model = self._bones.model(PRIOR_HEIGHT_M)
+        self.model = self.bones.model(PRIOR_HEIGHT_M)
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame: that of the likeliest mode. With nothing proposed, the last
@@ -59,12 +58,12 @@ class JointsTracker:
         proposals = evidence.proposals
         with self.subject.clock.stage("fit"):
             if proposals is None or not proposals.weights[0].any():
-                self.model = self._bones.model(stature_m)
+                self.model = self.bones.model(stature_m)
                 self._last = self._unseen(evidence)
             else:
                 mode = int(np.argmax(proposals.weights[0]))
-                self._bones.update(proposals, mode, stature_m)
-                self.model = self._bones.model(stature_m)
+                self.bones.update(proposals, mode, stature_m)
+                self.model = self.bones.model(stature_m)
                 self._last = self._fitted(proposals, mode)
         return self._last
 

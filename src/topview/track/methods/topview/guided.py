@@ -95,9 +95,9 @@ class ProposedBody:
 class Guide:
     """What one person's proposals tell over time."""
 
-    def __init__(self, settings: GuideSettings) -> None:
+    def __init__(self, settings: GuideSettings, bones: BoneLengths | None = None) -> None:
         self.settings = settings
-        self._bones = BoneLengths()
+        self.bones = bones or BoneLengths()
         self._joints = JointFilter(settings.filter)
         self._belief: NDArray[np.float64] | None = None
 
@@ -125,8 +125,8 @@ class Guide:
     ) -> BodyModel:
         """The body whose bones are those of the proposals so far; learns from the likeliest
         mode."""
-        self._bones.update(proposals, int(np.argmax(belief)), stature_m)
-        return self._bones.model(stature_m)
+        self.bones.update(proposals, int(np.argmax(belief)), stature_m)
+        return self.bones.model(stature_m)
 
     def bodies(
         self, proposals: JointProposals, belief: NDArray[np.float64], model: BodyModel

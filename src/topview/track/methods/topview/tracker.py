@@ -18,6 +18,7 @@ from topview.geometry.rotations import rotations_from_vectors, vectors_from_rota
 from topview.records import InputError
 from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
+from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.joint_fit import JointTargets
 from topview.track.methods.topview.facing import Facing, FacingSettings
@@ -139,8 +140,13 @@ class TopviewTracker:
         self._kept: Kept = {}
         self._hidden_share = 0.0
         self._in_sight_s = 0.0
-        self._guide = Guide(settings.guide)
+        self._guide = Guide(settings.guide, subject.bones)
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
+
+    @property
+    def bones(self) -> BoneLengths:
+        """As far as they are known."""
+        return self._guide.bones
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
