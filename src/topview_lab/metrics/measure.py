@@ -101,6 +101,8 @@ def measure_sequence(
             reference.joints_camera[of_reference[f], r], 1
         ),
         predicted_ends_camera=of_found(predicted.joints_camera, ends, np.nan),
+        end_state=of_found(predicted.joint_state, ends, 0).astype(np.uint8),
+        end_confidence=of_found(confidence, ends, np.nan),
         hidden_ends=_hidden(reference, of_reference[f], r, END_NAMES),
         action=_labels(reference.actions, (of_reference[f], r)),
         body=_labels(None if reference.bodies is None else np.array(reference.bodies), (r,)),

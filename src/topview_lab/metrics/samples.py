@@ -45,6 +45,7 @@ class Samples:
         joint_covariance_m2: [N, J, 3, 3] of the predicted joints' errors, camera frame.
         hidden: [N, J, 4] share 0..1 of the joint that each of `CAUSES` hides.
         reference_ends_camera, predicted_ends_camera: [N, 4, 3] metres.
+        end_state, end_confidence: [N, 4] as `joint_state` and `joint_confidence`.
         hidden_ends: [N, 4, 4] as `hidden`.
         action: [N] str, "" where unknown.
         body: [N] str, "" where unknown.
@@ -65,6 +66,8 @@ class Samples:
     hidden: NDArray[np.float64]
     reference_ends_camera: NDArray[np.float64]
     predicted_ends_camera: NDArray[np.float64]
+    end_state: NDArray[np.uint8]
+    end_confidence: NDArray[np.float64]
     hidden_ends: NDArray[np.float64]
     action: NDArray[np.str_]
     body: NDArray[np.str_]

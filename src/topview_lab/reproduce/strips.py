@@ -69,14 +69,15 @@ def people_of(samples: Samples, frame: int) -> tuple[Person, ...]:
 def _person(samples: Samples, row: int) -> Person:
     stature_m = float(samples.stature_m[row])
     joints_camera, Rs = samples.predicted_camera[row], samples.Rs_camera_part[row]
+    confidence = np.append(samples.joint_confidence[row], samples.end_confidence[row])
     joints_part = BodyModel.of(stature_m, THESIS).joints_part[_JOINT_OF_PART]
     origins = joints_camera[_JOINT_OF_PART] - np.einsum("pab,pb->pa", Rs, joints_part)
     return Person(
         id=int(samples.person[row]) + 1,
         height_m=stature_m,
-        joints_camera=joints_camera,
-        joint_state=samples.joint_state[row],
-        joint_confidence=samples.joint_confidence[row].astype(np.float32),
+        joints_camera=np.concatenate([joints_camera, samples.predicted_ends_camera[row]]),
+        joint_state=np.append(samples.joint_state[row], samples.end_state[row]),
+        joint_confidence=confidence.astype(np.float32),
         Ts_camera_part=transform(Rs, origins),
     )
 

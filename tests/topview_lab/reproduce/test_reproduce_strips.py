@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from skeleton_sequences import STATURE_M, predicted_of, reference_of
-from topview.body.kinematics import joints_from_parts
+from topview.body import OUTPUT_JOINT_NAMES
+from topview.body.ends import output_joints
 from topview.body.model import BodyModel
 from topview.body.proportions import THESIS
 from topview.people.floor import CAMERA_UP
@@ -43,16 +44,28 @@ class Recorded:
 @pytest.fixture(scope="module")
 def errors() -> SequenceErrors:
     """Two people, tracked without an error; the second is not there at first."""
-    joints = np.stack([joints_from_parts(MODEL, pose.transforms(MODEL)) for pose in POSES])
+    joints = np.stack([output_joints(MODEL, pose.transforms(MODEL)) for pose in POSES])
     joints = np.tile(joints, (FRAMES, 1, 1, 1))
     joints[:10, 1] = np.nan
     Rs = np.tile([pose.Rs for pose in POSES], (FRAMES, 1, 1, 1, 1))
-    return measure_sequence(predicted_of(joints, Rs), reference_of(joints), "recorded")
+    names = OUTPUT_JOINT_NAMES
+    states = np.ones(joints.shape[:3], np.uint8)
+    predicted = predicted_of(
+        joints,
+        Rs,
+        joint_names=names,
+        joint_state=states,
+        joint_confidence=states.astype(np.float32),
+    )
+    return measure_sequence(predicted, reference_of(joints, joint_names=names), "recorded")
 
 
 def test_bodies_are_drawn_where_they_were_tracked(errors):
     for person, pose in zip(people_of(errors.samples, 20), POSES, strict=True):
-        np.testing.assert_allclose(person.Ts_camera_part, pose.transforms(MODEL), atol=1e-9)
+        Ts = pose.transforms(MODEL)
+        np.testing.assert_allclose(person.Ts_camera_part, Ts, atol=1e-9)
+        np.testing.assert_allclose(person.joints_camera, output_joints(MODEL, Ts), atol=1e-9)
+        assert (person.joint_state == 1).all()
     assert [person.id for person in people_of(errors.samples, 5)] == [1]
 
 

@@ -89,7 +89,7 @@ def test_the_most_trusted_candidate_of_a_joint_comes_first(seen: SimulatedFrame)
 
 
 def track(threads: int) -> np.ndarray:
-    """[F, 16, 3] of who is tracked."""
+    """[F, 20, 3] of who is tracked."""
     tracker = Tracker(TrackerSettings(method="forest", threads=threads))
     recording = SimulatedRecording(SCENE)
     people = [tracker.update(frame) for frame in list(recording)[:6]]
@@ -98,7 +98,7 @@ def track(threads: int) -> np.ndarray:
 
 def test_the_tracker_follows_the_forest_and_threads_do_not_matter() -> None:
     alone, together = track(1), track(2)
-    assert alone.shape == (6, 16, 3)
+    assert alone.shape == (6, 20, 3)
     assert np.array_equal(alone, together)
     truth = SimulatedRecording(SCENE).simulate(5).truth.joints[0]
     for ours, theirs in (("head", "head"), ("left_knee", "knee_l"), ("right_elbow", "elbow_r")):
