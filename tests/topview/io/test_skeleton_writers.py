@@ -176,6 +176,19 @@ def test_files_with_a_column_for_each_person_are_read(sequence, tmp_path, versio
             assert np.isnan([*read.floor_camera, *read.gravity_camera]).all()
 
 
+def test_files_without_covariances_are_read(sequence, tmp_path):
+    """As version 3 was written at first."""
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    with np.load(path) as data:
+        arrays = {key: data[key] for key in data.files if key != "joint_covariance_m2"}
+    np.savez(path, **arrays)
+    for read in (read_skeletons_npz(path), *SkeletonFile(path).blocks()):
+        assert read.joint_covariance_m2.shape == (3, 2, len(JOINT_NAMES), 3, 3)
+        assert np.isnan(read.joint_covariance_m2).all()
+        np.testing.assert_array_equal(read.joints_camera, sequence.joints_camera)
+
+
 def test_columns_of_the_same_person_are_refused(sequence, tmp_path):
     path = tmp_path / "skeletons.npz"
     write_skeletons_npz(sequence, path)
