@@ -64,12 +64,14 @@ def look_both_ways(stored: StoredFrames) -> StoredFrames:
         InputError: they cannot be written.
     """
     path = stored.path.with_name(SMOOTHED_NAME)
-    path.unlink(missing_ok=True)  # of a run that was killed
+    with naming(path, "removed", "it is of a run that was killed"):
+        path.unlink(missing_ok=True)
     try:
         with FramesFile(path, stored.about) as file:
             for frame in looked_at_both_ways(stored.frames(), stored.about.settings):
                 file.append(frame)
-        path.replace(stored.path)
+        with naming(stored.path, "replaced", "it must be a place with leave to write"):
+            path.replace(stored.path)
     finally:
         path.unlink(missing_ok=True)
     return StoredFrames(stored.path)

@@ -42,9 +42,9 @@ LAG_S: Final = 5.0  # ours; how far it looks ahead and back, beside what it work
 CHUNK_S: Final = 20.0  # ours; what it works on at a time
 AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
 DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
-# Fitted on rendered people (seeds 20 to 23, as tracked): what large errors of proposed joints are,
+# Fitted on rendered people (seeds 20 to 24, as tracked): what large errors of proposed joints are,
 # they are for long, so a variance above the square of this counts as that much more.
-LASTING_M: Final = 0.02
+LASTING_M: Final = 0.015
 FADING_HZ: Final = 2.0  # of velocities; fitted on the same people, as the next three
 PLACE_UNREST_M2_S3: Final = 0.5  # how fast the variance of the neck's velocity grows
 TURN_UNREST_RAD2_S3: Final = 40.0  # of the trunk's turning

@@ -48,11 +48,13 @@ class ErrorRows:
         errors_camera: [N, 3] metres, the constant offsets out.
         terms: [K, N, 3, 3] of `TERMS`.
         is_behind: [N] `JointSigns.is_behind`.
+        recording: [N] number of the recording.
     """
 
     errors_camera: Array
     terms: Array
     is_behind: NDArray[np.bool_]
+    recording: NDArray[np.int64]
 
     @classmethod
     def of(cls, recordings: Sequence[TermErrors]) -> ErrorRows:
@@ -66,15 +68,21 @@ class ErrorRows:
         terms = np.stack([each.samples.joint_covariance_m2 for each in pools])
         is_known = np.isfinite(errors).all(-1) & np.isfinite(terms).all((0, -2, -1))
         is_behind = kinds.samples.joint_covariance_m2[..., 0, 0] > 0.5
-        return cls(errors[is_known], terms[:, is_known], is_behind[is_known])
+        recording = np.broadcast_to(pools[0].sequence[:, None], is_known.shape)
+        return cls(errors[is_known], terms[:, is_known], is_behind[is_known], recording[is_known])
 
     @classmethod
     def joined(cls, parts: Sequence[ErrorRows]) -> ErrorRows:
-        """One after the other."""
+        """One after the other, each of other recordings."""
+        counts = [int(part.recording.max(initial=-1)) + 1 for part in parts]
+        before = np.cumsum([0, *counts[:-1]])
         return cls(
             np.concatenate([part.errors_camera for part in parts]),
             np.concatenate([part.terms for part in parts], axis=1),
             np.concatenate([part.is_behind for part in parts]),
+            np.concatenate(
+                [part.recording + start for part, start in zip(parts, before, strict=True)]
+            ),
         )
 
 
@@ -137,7 +145,8 @@ def with_covariance(person: Person, matrices: Array) -> Person:
 
 
 def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
-    """The likeliest weights of the terms and tails, each kind of joint counting the same.
+    """The likeliest weights of the terms and tails. Joints behind others count as much as all
+    others, and of either kind each recording the same: errors within one are much alike.
 
     Raises:
         InputError: too few joints of a kind.
@@ -157,7 +166,7 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
         rows.terms[:, chosen],
         rows.is_behind[chosen],
     )
-    shares = np.where(is_behind, 0.5 / is_behind.sum(), 0.5 / (~is_behind).sum())
+    shares = _shares(is_behind, rows.recording[chosen])
 
     def loss(place: Array) -> float:
         matrices = np.einsum("k,knab->nab", np.exp(place[:-2]), terms)
@@ -183,6 +192,15 @@ def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> Array:
         - half_log_volume
         - 0.5 * (tails + 3.0) * np.log1p(squared / tails)
     )
+
+
+def _shares(is_behind: NDArray[np.bool_], recording: NDArray[np.int64]) -> Array:
+    """[N] how much each joint counts; 1 together."""
+    _, group, counts = np.unique(2 * recording + is_behind, return_inverse=True, return_counts=True)
+    shares = 1.0 / counts[group]
+    for is_kind in (is_behind, ~is_behind):
+        shares[is_kind] *= 0.5 / shares[is_kind].sum()
+    return shares
 
 
 def _some(where: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -191,6 +191,7 @@ def with_16_joints(sequence: SkeletonSequence) -> SkeletonSequence:
         joints_camera=sequence.joints_camera[:, :, :16].copy(),
         joint_state=sequence.joint_state[:, :, :16].copy(),
         joint_confidence=sequence.joint_confidence[:, :, :16].copy(),
+        joint_covariance_m2=sequence.joint_covariance_m2[:, :, :16].copy(),
     )
 
 
@@ -235,6 +236,19 @@ def test_lengths_of_bones_are_those_of_each_person(tmp_path):
     assert whole.shape == (2, len(JOINT_NAMES))
     np.testing.assert_allclose(whole[0] / 1.8, whole[1] / 1.6, atol=1e-12)
     assert (np.delete(whole, JOINT_NAMES.index("pelvis"), 1) > 0.0).all()
+
+
+def test_files_without_covariances_are_read(sequence, tmp_path):
+    """As version 3 was written at first."""
+    path = tmp_path / "skeletons.npz"
+    write_skeletons_npz(sequence, path)
+    with np.load(path) as data:
+        arrays = {key: data[key] for key in data.files if key != "joint_covariance_m2"}
+    np.savez(path, **arrays)
+    for read in (read_skeletons_npz(path), *SkeletonFile(path).blocks()):
+        assert read.joint_covariance_m2.shape == (3, 2, len(JOINT_NAMES), 3, 3)
+        assert np.isnan(read.joint_covariance_m2).all()
+        np.testing.assert_array_equal(read.joints_camera, sequence.joints_camera)
 
 
 def test_columns_of_the_same_person_are_refused(sequence, tmp_path):

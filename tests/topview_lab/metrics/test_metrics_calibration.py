@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import chi2
 
 from skeleton_sequences import B, J, people_standing, predicted_of, reference_of
 from topview.records import JointState
 from topview_lab.metrics import (
+    ALL,
     CAUSES,
+    UNHIDDEN,
     Calibration,
     calibrate,
     evaluate_sequence,
     pool,
     true_states,
 )
+from topview_lab.metrics.calibration import CALIBRATED_SPLITS
 
 NO_ORIENTATION = np.full((1, 1, B, 3, 3), np.nan)  # and so no offset: distances as they are
 
@@ -75,6 +79,38 @@ class TestLaws:
         assert sum(result.true_states.values()) == 5 * J
         for told in result.told_states.values():
             assert sum(told.values()) == pytest.approx(1.0)
+
+
+class TestEllipsoids:
+    @settings(max_examples=10)
+    @given(st.integers(0, 2**32 - 1), st.floats(0.3, 3.0))
+    def test_ellipsoids_hold_what_a_gaussian_s_hold(self, seed: int, stated: float) -> None:
+        """Errors of one covariance, and another one stated: that many times as wide."""
+        rng = np.random.default_rng(seed)
+        root = rng.normal(size=(3, 3)) * 0.05
+        F = 600
+        truth = people_standing(F, 0.0)
+        errors = rng.normal(size=(F, 1, J, 3)) @ root.T
+        covariance = np.broadcast_to(stated**2 * root @ root.T, (F, 1, J, 3, 3))
+        predicted = predicted_of(
+            truth + errors, NO_ORIENTATION, joint_covariance_m2=covariance.astype(np.float32)
+        )
+        splits = calibrate(pool(evaluate_sequence(predicted, reference_of(truth)))).splits
+        expected = chi2.cdf(chi2.ppf(0.9, 3) * stated**2, 3)
+        assert splits[ALL].inside_90 == pytest.approx(expected, abs=0.03)
+        assert splits[ALL].stated.count == F * J
+        assert splits[UNHIDDEN].stated.count == 0  # nobody knows what is hidden
+
+    def test_hidden_joints_are_told_apart(self) -> None:
+        hidden = np.zeros((1, 1, J))
+        hidden[..., :4] = 0.4
+        holds = np.arange(J)[None] >= 2
+        result = calibration(holds, np.full((1, J), 0.75), occluded_by_person=hidden)
+        of_hidden, of_others = result.splits[CALIBRATED_SPLITS[2]], result.splits[UNHIDDEN]
+        assert (of_hidden.stated.count, of_hidden.stated.holds) == (4, 0.5)
+        assert of_hidden.expected_error == pytest.approx(0.25)
+        assert (of_others.stated.count, of_others.stated.holds) == (J - 4, 1.0)
+        assert np.isnan(of_hidden.inside_90)  # no covariances
 
 
 class TestExamples:

@@ -45,7 +45,7 @@ def made_up(count: int, seed: int = 0) -> ErrorRows:
     tails = np.where(is_behind, TRUE.tails_behind, TRUE.tails)
     errors = sigma[:, None] * rng.normal(size=(count, 3))
     errors /= np.sqrt(rng.chisquare(tails) / tails)[:, None]
-    return ErrorRows(errors, terms, is_behind)
+    return ErrorRows(errors, terms, is_behind, rng.integers(0, 3, count))
 
 
 def test_the_law_that_made_the_errors_is_found() -> None:
@@ -63,6 +63,26 @@ def test_a_likelihood_sums_to_one() -> None:
     matrices = np.broadcast_to(matrix, (len(grid), 3, 3))
     densities = np.exp(log_likelihoods(grid, matrices, np.full(len(grid), 8.0)))
     assert densities.sum() * (side_m[1] - side_m[0]) ** 3 == pytest.approx(1.0, abs=0.01)
+
+
+def test_each_recording_counts_the_same_however_long() -> None:
+    """A recording given twice as often as part of itself changes nothing."""
+    rows = made_up(3000)
+    longer = np.concatenate([np.arange(3000), np.flatnonzero(rows.recording == 1)])
+    repeated = ErrorRows(
+        rows.errors_camera[longer],
+        rows.terms[:, longer],
+        rows.is_behind[longer],
+        rows.recording[longer],
+    )
+    first, second = (fit_joint_errors(own, "") for own in (rows, repeated))
+    assert second.weights == pytest.approx(first.weights, rel=0.02)
+
+
+def test_joined_rows_are_of_recordings_of_their_own() -> None:
+    rows = ErrorRows.joined([made_up(200), made_up(100)])
+    assert len(np.unique(rows.recording)) == 6
+    assert len(np.unique(rows.recording[:200])) == 3
 
 
 class MadeUpJob:
