@@ -77,7 +77,7 @@ def train_confidence(
 
 
 def _table(errors: JointErrors, count: int) -> Table:
-    table = empty_table(f"how far joints are off, of {count}", "term")
+    table = empty_table(f"how far {count} joints are off", "term")
     table.add_column("weight", justify="right")
     for name, value in msgspec.structs.asdict(errors).items():
         if name != "source":
