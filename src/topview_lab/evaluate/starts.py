@@ -83,7 +83,7 @@ def starts_table(rows: Mapping[str, Mapping[str, StartsSummary]]) -> Table:
     """A row for each pose; in each direction the share of visible joints that are near, and of
     frames that face right; of all directions the share of frames in which somebody is found, and of
     starts that hold."""
-    table = empty_table("starts: joints that are near, frames that face right; %", "pose")
+    table = empty_table("starts: joints near/frames that face right, %", "pose")
     names = list(rows[ALL_STARTS])
     for name in names:
         table.add_column(name, justify="right")
@@ -100,8 +100,8 @@ def starts_table(rows: Mapping[str, Mapping[str, StartsSummary]]) -> Table:
 
 def each_start_table(outcomes: Sequence[StartOutcome]) -> Table:
     """A row for each start, the worst first."""
-    table = empty_table("per sequence, worst first; %", "start")
-    table.add_column("joints, facing", justify="right")
+    table = empty_table("per sequence, worst first, %", "start")
+    table.add_column("joints/facing", justify="right")
     table.add_column("found", justify="right")
     scored = [(outcome.start.name, outcome.score) for outcome in outcomes if outcome.score]
     for name, score in sorted(scored, key=lambda row: (row[1].facing, row[1].joints)):
@@ -118,4 +118,4 @@ def starts_as_json(rows: Rows) -> dict[str, Any]:
 
 
 def _cell(score: StartsSummary | StartScore) -> str:
-    return ", ".join(number(100.0 * one, digits=0) for one in (score.joints, score.facing))
+    return "/".join(number(100.0 * one, digits=0) for one in (score.joints, score.facing))

@@ -75,7 +75,7 @@ def test_tables_fit_a_terminal_and_tell_the_worst_first() -> None:
     console.print(starts_table(starts_by_pose(outcomes())))
     console.print(each_start_table(outcomes()))
     text = console.export_text()
-    assert "50, 0" in text
+    assert "50/0" in text
     assert "100    75" in text
     assert text.index("bent_back_1") < text.index("bent_front_1")
     assert "lunge_left_1" not in text
