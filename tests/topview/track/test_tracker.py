@@ -152,8 +152,7 @@ def test_a_person_who_vanishes_and_comes_back(wave_folder):
     ]
     back = [replace(f, index=12 + k, timestamp_s=(12 + k) / 30) for k, f in enumerate(frames)]
     tracker = Tracker()
-    for frame in frames[:6]:
-        (seen,) = tracker.update(frame)
+    (seen,) = [tracker.update(frame) for frame in frames[:6]][-1]
     surest = seen.joint_confidence
     for frame in nothing:
         for person in tracker.update(frame):  # who may be kept for a while
@@ -167,8 +166,7 @@ def test_a_person_who_vanishes_and_comes_back(wave_folder):
 def test_somebody_hidden_by_a_wall_that_comes_close(wave_folder):
     frames = first_frames(wave_folder, 6)
     tracker = Tracker()
-    for frame in frames[:4]:
-        (seen,) = tracker.update(frame)
+    (seen,) = [tracker.update(frame) for frame in frames[:4]][-1]
     surest = seen.joint_confidence
     wall = np.full_like(frames[0].depth_m, 0.8)
     for k in (4, 5):
