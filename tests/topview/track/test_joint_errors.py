@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rendered_bodies import joints_of, standing_pose
-from topview.body import JOINT_NAMES
+from rendered_bodies import MODEL, standing_pose
+from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
+from topview.body.ends import output_joints
 from topview.detect.joints import JointProposals
 from topview.records import JointState
 from topview.track.joint_errors import (
@@ -27,7 +28,7 @@ from topview.track.visibility import Visibility
 
 J = len(JOINT_NAMES)
 HAND, KNEE, NECK = (JOINT_NAMES.index(name) for name in ("left_hand", "left_knee", "neck"))
-JOINTS = joints_of(standing_pose())
+JOINTS = output_joints(MODEL, standing_pose().transforms(MODEL))
 ERRORS = shipped_joint_errors()
 
 

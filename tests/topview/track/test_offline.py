@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from moving_bodies import pose
-from topview.body import JOINT_NAMES, PART_NAMES
+from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
+from topview.body import PART_NAMES
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
 from topview.records import Camera, Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
@@ -23,6 +24,11 @@ ABOUT = About(JOINT_NAMES, PART_NAMES)
 FRAME_S = 1.0 / 30.0
 HAND = JOINT_NAMES.index("left_hand")
 ELBOW = JOINT_NAMES.index("left_elbow")
+LEGS = [
+    index
+    for index, name in enumerate(JOINT_NAMES)
+    if name.rpartition("_")[2] in ("hip", "knee", "ankle", "foot")
+]
 KNOWN_M2, HIDDEN_M2 = 1e-4, 0.04
 
 
@@ -138,7 +144,7 @@ def test_parts_that_are_not_tracked_stay_absent():
     frames = []
     for frame in swinging(10):
         Ts, joints = frame.people["Ts_camera_part"][0], frame.people["joints_camera"][0]
-        joints[JOINT_NAMES.index("left_hip") :] = np.nan
+        joints[LEGS] = np.nan
         Ts[LEFT_UPPER_LEG:] = np.nan
         frames.append(frame)
     for before, after in zip(frames, both_ways(frames), strict=True):
