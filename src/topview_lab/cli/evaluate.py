@@ -329,7 +329,7 @@ def _evaluate(
     if options.predictions is None:
         _check_tracker(options)
         track = track_offline if options.offline else track_recording
-        run = run_evaluation(recordings, options.settings, options.workers, track)
+        run = run_evaluation(recordings, options.settings, options.workers, track=track)
     elif options.offline:
         raise InputError(
             "--predictions are skeletons that are there already, and --offline is how to track; "

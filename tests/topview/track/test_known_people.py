@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import topview
-from topview.body import JOINT_NAMES
+from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
 from topview.body.known_body import BONE_NAMES, KnownBody, KnownBone, read_bodies
 from topview.people.users import User
 from topview.records import InputError, Person

@@ -45,6 +45,9 @@ def predicted(ends: np.ndarray) -> SkeletonSequence:
         joint_confidence=np.concatenate(
             [body.joint_confidence, np.full(shape, 0.1, np.float32)], axis=2
         ),
+        joint_covariance_m2=np.concatenate(
+            [body.joint_covariance_m2, np.full((*shape, 3, 3), np.nan, np.float32)], axis=2
+        ),
     )
 
 
@@ -75,6 +78,7 @@ def test_they_have_rows_of_their_own_and_change_no_other():
         joints_camera=sequence.joints_camera[:, :, :16].copy(),
         joint_state=sequence.joint_state[:, :, :16].copy(),
         joint_confidence=sequence.joint_confidence[:, :, :16].copy(),
+        joint_covariance_m2=sequence.joint_covariance_m2[:, :, :16].copy(),
     )
     alone = measured(body, reference(with_ends=False))
     assert alone.ends_cm == {}
