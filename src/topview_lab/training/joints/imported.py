@@ -38,9 +38,9 @@ def imported(path: Path, images: Tensor) -> JointNet:
     """
     try:
         model = onnx.load(path)
-        weights = _weights(model)
-        net = JointNet(_settings(weights, _convolutions(model)))
-        _fill(net, weights, _convolutions(model))
+        weights, convolutions = _weights(model), _convolutions(model)
+        net = JointNet(_settings(weights, convolutions))
+        _fill(net, weights, convolutions)
     except (OSError, ValueError, KeyError, IndexError, RuntimeError, AssertionError) as error:
         raise InputError(f"{path}: no weights of `topview train-joints` ({error})") from None
     except Exception as error:  # of protobuf, which has errors of its own
