@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -77,15 +77,19 @@ def cached(folder: Path, cache: Path) -> LabelledRecording:
     with naming(folder / "groundtruth.npz"):
         written_ns = (folder / "groundtruth.npz").stat().st_mtime_ns
     key = hashlib.sha256(f"{_LAYOUT} {folder.resolve()} {written_ns}".encode()).hexdigest()[:8]
-    place = cache / f"{folder.name}_{key}"
+    return kept(cache / f"{folder.name}_{key}", lambda: read_labelled(folder))
+
+
+def kept(place: Path, make: Callable[[], LabelledRecording]) -> LabelledRecording:
+    """The recording that is kept at a place; it is made where there is none."""
     if not (place / "complete.json").exists():
-        _store(read_labelled(folder), place)
+        _store(make(), place)
     described = json.loads((place / "complete.json").read_text())
     arrays: dict[str, Any] = {
         name: np.load(place / f"{name}.npy", mmap_mode="r") for name in _ARRAYS
     }
     fx, fy, cx, cy = described["intrinsics"]
-    return LabelledRecording(folder.name, **arrays, intrinsics=(fx, fy, cx, cy))
+    return LabelledRecording(described["name"], **arrays, intrinsics=(fx, fy, cx, cy))
 
 
 def _store(recording: LabelledRecording, place: Path) -> None:
@@ -151,7 +155,7 @@ def _our_joints(
     truth: dict[str, NDArray[Any]], folder: Path
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[F, P, 21, 3] places and [F, P, 21] hidden shares, NaN for what the truth does not name."""
-    names = [_our_name(str(name)) for name in truth["names"]]
+    names = [our_joint_name(str(name)) for name in truth["names"]]
     unknown = [name for name in names if name not in PROPOSED_JOINTS]
     if unknown:
         raise InputError(
@@ -179,7 +183,7 @@ def _our_joints(
     return joints, hidden
 
 
-def _our_name(name: str) -> str:
+def our_joint_name(name: str) -> str:
     side = _SIDES.get(name[-2:], "")
     return side + name[:-2] if side else name
 

@@ -1,0 +1,196 @@
+"""Scenes to learn from: somebody who is in another posture in every frame, as no capture shows.
+
+Who lies, sits on the floor, kneels, squats, bends or goes on all fours; arms and legs anywhere that
+the posture leaves free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import atan2, pi
+from typing import Final
+
+import numpy as np
+
+from topview.records import Camera
+from topview_lab.sim.actions import Angles, Style
+from topview_lab.sim.appearance import random_appearance
+from topview_lab.sim.bodies import Body, build_body
+from topview_lab.sim.furniture import furnished
+from topview_lab.sim.held import HeldPose, Holding
+from topview_lab.sim.light import STEADY
+from topview_lab.sim.motions import Performance
+from topview_lab.sim.paths import Path
+from topview_lab.sim.scene import Actor, Mount, Scene
+from topview_lab.sim.scenes.stage import varied_room
+from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, Pose
+
+POSTURES_A_BODY: Final = 40
+"""Frames of one body in one room (ours)."""
+PLACES_AWAY_M: Final = (1.8, 4.2)
+"""How far away the hips are (ours)."""
+ASIDE: Final = 0.35
+"""How far aside the hips are at most, as a share of how far away (ours)."""
+MOUNT_HEIGHTS_M: Final = (0.6, 2.6)
+MOUNT_AIMS_M: Final = (0.4, 1.0)
+"""Of the camera, and of what it looks at in the middle of the places (ours)."""
+DRAWS: Final = 6
+"""Of somebody who lies the flattest of so many is taken, as arms seldom prop up the body (ours)."""
+
+Range = tuple[float, float]
+Ranges = Mapping[str, tuple[Range, Range, Range]]
+"""Least and greatest flexion, abduction and twist by segment or pair of segments, degrees. Those of
+a pair are drawn for each side; what is not named is 0. Limits of joints hold besides."""
+
+_FREE_ARMS: Final[Ranges] = {
+    "upper_arm": ((-40, 170), (0, 110), (-60, 60)), "forearm": ((0, 145), (0, 0), (-80, 80)),
+    "hand": ((-30, 30), (-30, 30), (0, 0)),
+}  # fmt: skip
+_TRUNK: Final[Ranges] = {
+    "abdomen": ((-5, 20), (-12, 12), (-12, 12)), "chest": ((-5, 15), (-12, 12), (-15, 15)),
+    "neck": ((-20, 20), (-15, 15), (-30, 30)), "head": ((-15, 20), (-10, 10), (-30, 30)),
+}  # fmt: skip
+_ON_FLOOR: Final[Ranges] = {
+    "upper_arm": ((0, 170), (0, 90), (-40, 40)),
+    "forearm": ((0, 140), (0, 0), (-80, 80)),
+}
+
+POSTURES: Final[Mapping[str, Ranges]] = {
+    "on back": _TRUNK | _ON_FLOOR | {
+        "pelvis": ((-105, -75), (-15, 15), (0, 0)), "thigh": ((0, 100), (-5, 40), (-20, 20)),
+        "calf": ((0, 130), (0, 0), (0, 0)), "foot": ((-45, 10), (0, 0), (0, 0)),
+    },
+    "on left side": _TRUNK | _ON_FLOOR | {
+        "pelvis": ((-20, 20), (70, 110), (0, 0)), "thigh": ((0, 110), (-5, 20), (0, 0)),
+        "calf": ((0, 130), (0, 0), (0, 0)), "foot": ((-40, 10), (0, 0), (0, 0)),
+    },
+    "on right side": _TRUNK | _ON_FLOOR | {
+        "pelvis": ((-20, 20), (-110, -70), (0, 0)), "thigh": ((0, 110), (-5, 20), (0, 0)),
+        "calf": ((0, 130), (0, 0), (0, 0)), "foot": ((-40, 10), (0, 0), (0, 0)),
+    },
+    "on front": _TRUNK | _ON_FLOOR | {
+        "pelvis": ((75, 105), (-15, 15), (0, 0)), "thigh": ((-15, 20), (0, 40), (-20, 20)),
+        "calf": ((0, 100), (0, 0), (0, 0)), "foot": ((-50, -20), (0, 0), (0, 0)),
+    },
+    "on all fours": _TRUNK | {
+        "pelvis": ((50, 95), (-10, 10), (-10, 10)), "thigh": ((45, 110), (-5, 20), (0, 0)),
+        "calf": ((50, 110), (0, 0), (0, 0)), "foot": ((-50, -10), (0, 0), (0, 0)),
+        "upper_arm": ((50, 115), (-5, 20), (-20, 20)), "forearm": ((0, 40), (0, 0), (-60, 60)),
+        "neck": ((-30, 20), (-10, 10), (-25, 25)), "hand": ((-35, 0), (0, 0), (0, 0)),
+    },
+    "on knees": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((-10, 40), (-10, 10), (-10, 10)), "thigh": ((-5, 95), (-5, 30), (-15, 15)),
+        "calf": ((80, 148), (0, 0), (0, 0)), "foot": ((-50, -20), (0, 0), (0, 0)),
+    },
+    "on the floor": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((-35, 25), (-8, 8), (-8, 8)), "thigh": ((65, 120), (-5, 50), (-45, 20)),
+        "calf": ((0, 145), (0, 0), (0, 0)), "foot": ((-40, 10), (0, 0), (0, 0)),
+    },
+    "squatting": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((0, 45), (-8, 8), (-8, 8)), "thigh": ((80, 125), (0, 30), (-20, 20)),
+        "calf": ((85, 145), (0, 0), (0, 0)), "foot": ((0, 35), (0, 0), (0, 0)),
+    },
+    "bent": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((25, 95), (-12, 12), (-10, 10)), "abdomen": ((0, 40), (-12, 12), (-15, 15)),
+        "chest": ((0, 30), (-10, 10), (-15, 15)), "thigh": ((25, 100), (-5, 25), (-10, 10)),
+        "calf": ((0, 60), (0, 0), (0, 0)), "foot": ((0, 30), (0, 0), (0, 0)),
+    },
+    "sitting": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((-20, 45), (-10, 10), (-10, 10)), "thigh": ((65, 120), (-5, 35), (-20, 20)),
+        "calf": ((40, 120), (0, 0), (0, 0)), "foot": ((-30, 15), (0, 0), (0, 0)),
+    },
+    "standing": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((-10, 20), (-8, 8), (-10, 10)), "thigh": ((-20, 95), (-5, 35), (-20, 20)),
+        "calf": ((0, 110), (0, 0), (0, 0)), "foot": ((-20, 20), (0, 0), (0, 0)),
+    },
+}  # fmt: skip
+"""By name. The pelvis's angles are its turn in the room, as in `topview_lab.sim.held.HeldPose`."""
+
+
+LYING: Final = ("on back", "on left side", "on right side", "on front")
+
+
+def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
+    """One of `POSTURES`, its angles drawn evenly between their ends."""
+    angles: Angles = {}
+    for stem, ranges in POSTURES[name].items():
+        for segment in (stem,) if stem in SEGMENT_INDEX else (f"{stem}_l", f"{stem}_r"):
+            limits = np.degrees(SEGMENT_LIMITS_RAD[SEGMENT_INDEX[segment]])
+            drawn = [rng.uniform(*between) for between in ranges]
+            if segment != "pelvis":
+                drawn = np.clip(drawn, limits[:, 0], limits[:, 1]).tolist()
+            angles[segment] = (drawn[0], drawn[1], drawn[2])
+    return HeldPose(name, angles)
+
+
+def _resting(
+    name: str,
+    place: tuple[float, float],
+    heading_rad: float,
+    body: Body,
+    style: Style,
+    rng: np.random.Generator,
+) -> Holding:
+    """Somebody at a place in one of `POSTURES`; of those who lie, who lies flat."""
+    draws = DRAWS if name in LYING else 1
+    drawn = [Holding.at(drawn_posture(name, rng), place, heading_rad, style) for _ in range(draws)]
+    return min(drawn, key=lambda held: float(held.pose(body, 0.0).root_room[2]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posing(Performance):
+    """One person who is in another posture, at another place, in every frame.
+
+    Attributes:
+        holdings: a posture for each frame.
+        fps: frames a second.
+    """
+
+    holdings: tuple[Holding, ...]
+    fps: float
+
+    def _now(self, time_s: float) -> Holding:
+        return self.holdings[min(round(time_s * self.fps), len(self.holdings) - 1)]
+
+    def action_at(self, time_s: float) -> str:
+        """The name of the posture."""
+        return self._now(time_s).action_at(time_s)
+
+    def pose(self, body: Body, time_s: float) -> Pose:
+        """The pose of the frame at a time."""
+        return self._now(time_s).pose(body, time_s)
+
+
+def posture_scene(seed: int, camera: Camera) -> Scene:
+    """One body in `POSTURES_A_BODY` postures, a frame each, in a room with furniture.
+
+    Args:
+        seed: of the body, the postures, the room and the noise.
+        camera: intrinsics.
+    """
+    rng = np.random.default_rng((seed, *b"postures"))
+    body, style = build_body(random_appearance(rng)), Style.sample(rng)
+    room, _ = varied_room(rng)
+    height_m = rng.uniform(*MOUNT_HEIGHTS_M)
+    mount = Mount(height_m, atan2(height_m - rng.uniform(*MOUNT_AIMS_M), sum(PLACES_AWAY_M) / 2))
+    fps = 30.0
+    holdings = []
+    for _ in range(POSTURES_A_BODY):
+        away_m = float(rng.uniform(*PLACES_AWAY_M))
+        place = (float(rng.uniform(-ASIDE, ASIDE)) * away_m, away_m)
+        name = str(rng.choice(list(POSTURES)))
+        holdings.append(_resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng))
+    at_first = Path((holdings[0].path.state_at(0.0).position_room,), 0.0, 0.0)
+    return Scene(
+        name=f"postures_{seed}",
+        seed=seed,
+        frames=POSTURES_A_BODY,
+        camera=camera,
+        mount=mount,
+        room=room,
+        furniture=furnished(rng, room),
+        actors=(Actor(body, Posing(at_first, (), style, tuple(holdings), fps)),),
+        fps=fps,
+        light=STEADY,
+    )

@@ -1,0 +1,71 @@
+"""Somebody who is in another posture in every frame."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from topview_lab.sim.actions.act import SIDES
+from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.scenes.postures import LYING, POSTURES, drawn_posture, posture_scene
+from topview_lab.sim.skeleton import (
+    SEGMENT_INDEX,
+    SEGMENT_LIMITS_RAD,
+    angles_array,
+    segment_poses,
+)
+
+SCENE = posture_scene(0, KINECT_V1_HALF)
+BODY, PERFORMANCE = SCENE.actors[0].body, SCENE.actors[0].performance
+
+
+def joints_at(frame: int) -> NDArray[np.float64]:
+    """[J, 3] in the room."""
+    return BODY.joints(segment_poses(BODY.offsets_m, PERFORMANCE.pose(BODY, SCENE.time_s(frame))))
+
+
+@pytest.mark.parametrize("name", POSTURES)
+def test_joints_keep_to_their_limits(name: str) -> None:
+    """But for the pelvis, whose turn is that of the whole body."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        angles = angles_array(drawn_posture(name, rng).angles)
+        least, greatest = SEGMENT_LIMITS_RAD[..., 0], SEGMENT_LIMITS_RAD[..., 1]
+        beyond_rad = np.maximum(least - angles, angles - greatest).max(-1)
+        assert np.delete(beyond_rad, SEGMENT_INDEX["pelvis"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", POSTURES)
+def test_sides_are_drawn_apart(name: str) -> None:
+    angles = drawn_posture(name, np.random.default_rng(0)).angles
+    left, right = (angles[f"upper_arm_{side}"] for side in SIDES)
+    assert left != right
+
+
+def test_every_frame_shows_another_posture_on_the_floor() -> None:
+    places = np.array([joints_at(frame) for frame in range(SCENE.frames)])
+    moved_m = np.linalg.norm(np.diff(places, axis=0), axis=-1).max(-1)
+    assert moved_m.min() > 0.1
+    lowest_m = places[..., 2].min(-1)
+    assert (lowest_m > 0.0).all()
+    assert (lowest_m < 0.18).all()  # hips of who sits: half the trunk is below them
+    assert {PERFORMANCE.action_at(SCENE.time_s(f)) for f in range(SCENE.frames)} == set(POSTURES)
+
+
+def test_who_lies_lies_low() -> None:
+    """Hips are nearer to the floor than those of anybody who stands."""
+    heights_m: dict[str, list[float]] = {name: [] for name in POSTURES}
+    for frame in range(SCENE.frames):
+        pose = PERFORMANCE.pose(BODY, SCENE.time_s(frame))
+        heights_m[PERFORMANCE.action_at(SCENE.time_s(frame))].append(float(pose.root_room[2]))
+    lying_m = np.concatenate([heights_m[name] for name in LYING])
+    assert np.median(lying_m) < 0.35
+    assert lying_m.max() < min(heights_m["standing"])
+
+
+def test_the_seed_tells_all() -> None:
+    again, other = posture_scene(0, KINECT_V1_HALF), posture_scene(1, KINECT_V1_HALF)
+    same = again.actors[0].performance.pose(again.actors[0].body, 0.5)
+    np.testing.assert_array_equal(same.angles_rad, PERFORMANCE.pose(BODY, 0.5).angles_rad)
+    assert other.mount != SCENE.mount
