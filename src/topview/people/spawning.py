@@ -45,7 +45,7 @@ def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: To
         return TOO_NEAR
     if any(track.confidence < SURE_HEAD and reaches(scene, track, head) for track in tracks):
         return OWN_HEAD  # it may be the track's own (`rejoined`)
-    if told.claims(head.center_camera, tracks):
+    if told.claims(head.center_camera, tracks) or told.is_on_body(head.center_camera):
         return OWN_HEAD
     return None
 

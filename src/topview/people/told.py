@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.parts import JOINTS
 from topview.detect.joints.proposals import JointProposals
 from topview.people.track import Track
 from topview.records import Person
@@ -21,6 +22,16 @@ TOLD_JOINT: Final = "head"
 SURE, SURE_M = 0.5, 0.12
 # A head that it sees so far from the track's is another's, as is one so near to another track's.
 ELSEWHERE_M, ANOTHERS_M = 0.4, 0.25
+# Trunk and legs: no head of another is so near to a bone whose ends are in their places, within
+# 10 cm, with this probability.
+BODY_BONES: Final = np.array(
+    [
+        (index, joint.bone_to)
+        for index, joint in enumerate(JOINTS)
+        if joint.name.endswith(("torso", "pelvis", "hip", "knee", "ankle"))
+    ]
+)
+ON_BONE_M, IN_PLACE = 0.1, 0.8
 # The log-odds of a person where the head that the network sees is another's.
 ELSEWHERE: Final = -4.0
 
@@ -107,6 +118,16 @@ class Told:
             for head in told
         )
 
+    def is_on_body(self, head_camera: Vector) -> bool:
+        """Whether a head at [3] is where the trunk or a leg of one of the people was."""
+        for person in self.people:
+            first, last = person.joints_camera[BODY_BONES].transpose(1, 0, 2)
+            is_in_place = (person.joint_confidence[BODY_BONES] > IN_PLACE).all(axis=1)
+            away_m = _to_segments_m(head_camera, first[is_in_place], last[is_in_place])
+            if (away_m < ON_BONE_M).any():
+                return True
+        return False
+
     def log_odds_of(self, track: Track, tracks: Sequence[Track]) -> float | None:
         """That a track is a person; None where nothing is told."""
         head = self.heads.get(track.told_as)
@@ -124,6 +145,14 @@ def _is_anothers(head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
         for other in tracks
         if other.key != track.key and other.id and other.is_seen
     )
+
+
+def _to_segments_m(point: Vector, first: Vector, last: Vector) -> Vector:
+    """[N] from a [3] point to the segments from [N, 3] to [N, 3]."""
+    along = last - first
+    length2 = np.maximum((along**2).sum(axis=1), 1e-9)
+    share = np.clip(((point - first) * along).sum(axis=1) / length2, 0.0, 1.0)
+    return np.linalg.norm(first + share[:, None] * along - point, axis=1)
 
 
 NOTHING_TOLD: Final = Told()

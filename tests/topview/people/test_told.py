@@ -10,10 +10,19 @@ from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
 from numpy.typing import NDArray
 from people_scenes import head_of, render
 
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES, PARTS
 from topview.detect.joints.proposals import JointProposals
-from topview.people.told import ELSEWHERE, ELSEWHERE_M, SURE_M, TOLD_JOINT, Told, ToldHead
+from topview.people.told import (
+    ELSEWHERE,
+    ELSEWHERE_M,
+    IN_PLACE,
+    SURE_M,
+    TOLD_JOINT,
+    Told,
+    ToldHead,
+)
 from topview.people.track import Track
+from topview.records import Person
 
 SCENE = scene_of(render([], ROOM), None, 0)
 RIGHT = np.array([1.0, 0.0, 0.0])
@@ -105,3 +114,33 @@ def test_a_head_that_was_seen_goes_on_with_its_track() -> None:
     np.testing.assert_allclose(head, PLACE + 0.1 * RIGHT)
     assert told_of(1, PLACE, 0.2).head_of(moving, BOTH, 0.1) is None
     assert Told().head_of(ONE, BOTH, 0.0) is None
+
+
+def test_no_head_is_where_the_trunk_or_a_leg_of_somebody_is() -> None:
+    """But where an arm is, or a joint that is not sure, a head may be."""
+    joints = np.full((len(OUTPUT_JOINT_NAMES), 3), np.nan)
+    for name, right_m, down_m in (
+        ("neck", 0.0, 0.25), ("torso", 0.0, 0.5), ("left_elbow", 0.3, 0.5), ("left_hand", 0.3, 0.8),
+    ):  # fmt: skip
+        joints[OUTPUT_JOINT_NAMES.index(name)] = PLACE + np.array([right_m, down_m, 0.0])
+    on_trunk, beside, on_arm = PLACE + np.array(
+        [[0.02, 0.4, -0.07], [0.02, 0.4, -0.12], [0.3, 0.65, 0.0]]
+    )
+    sure = Told([person_with(joints, IN_PLACE + 0.1)])
+    assert sure.is_on_body(on_trunk)
+    assert not sure.is_on_body(beside)
+    assert not sure.is_on_body(on_arm)
+    assert not Told([person_with(joints, IN_PLACE - 0.1)]).is_on_body(on_trunk)
+    assert not Told().is_on_body(on_trunk)
+
+
+def person_with(joints_camera: NDArray[np.float64], confidence: float) -> Person:
+    count = len(joints_camera)
+    return Person(
+        id=1,
+        height_m=1.7,
+        joints_camera=joints_camera,
+        joint_state=np.zeros(count, np.uint8),
+        joint_confidence=np.full(count, confidence, np.float32),
+        Ts_camera_part=np.tile(np.eye(4), (len(PARTS), 1, 1)),
+    )
