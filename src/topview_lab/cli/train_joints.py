@@ -24,13 +24,12 @@ from topview_lab.sim.scenes.postures import posture_scene
 from topview_lab.training.joints.measuring import INTERVALS, JointScores, Network, measure
 from topview_lab.training.joints.pictures import AXES, draw_losses, draw_reliability
 from topview_lab.training.joints.recordings import Samples, cached, folders_in, gathered, kept
-from topview_lab.training.joints.simulated import simulated_recording
+from topview_lab.training.joints.simulated import check_postures, simulated_recording
 
 if TYPE_CHECKING:
     from topview_lab.training.joints.learning import LearningSettings, Step
 
 MOST_WINDOWS = 100_000_000
-MOST_SIMULATED = 10_000
 MEASURED_WINDOWS = 1000
 START_WINDOWS = 256  # that tell a network to go on from what it sees
 STARTED_RATE = 0.5  # of the rate of a network that starts from chance
@@ -44,7 +43,7 @@ def train_joints(
     out: Path,
     measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
     start_from: Path | None = None,
-    simulated: int = 0,
+    postures: int = 0,
     windows: int = 600_000,
     seed: int = 0,
     threads: int = 0,
@@ -62,7 +61,7 @@ def train_joints(
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
         start_from: weights to go on from, such as those that ship; at half the rate.
-        simulated: so many of our simulator's people to learn from besides, each in 40 postures that
+        postures: so many of our simulator's people to learn from besides, each in 40 postures that
             no capture shows: lying, sitting on the floor, kneeling, bent, on all fours.
         windows: to learn from, each varied anew.
         seed: of the network, the order and the variations.
@@ -71,15 +70,14 @@ def train_joints(
     """
     if not 1 <= windows <= MOST_WINDOWS:
         raise InputError(f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}")
-    if not 0 <= simulated <= MOST_SIMULATED:
-        raise InputError(f"--simulated is {simulated}; it must be 0 to {MOST_SIMULATED}")
+    check_postures(postures)
     if threads < 0:
         raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
     if not 0 <= seed < 2**31:
         raise InputError(f"--seed is {seed}; it must be 0 to 2^31 - 1")
     _require_torch()
     prepare_output_file("--out", out, force)
-    samples = _read(folders, out, "learn from", simulated)
+    samples = _read(folders, out, "learn from", postures)
     measured = _read(measure_on, out, "measure on") if measure_on else None
     from topview_lab.training.joints.learning import LearningSettings
 
@@ -109,16 +107,16 @@ def _beside(out: Path, ending: str) -> Path:
     return out.with_name(f"{out.name}.{ending}")
 
 
-def _read(sources: Sequence[Path], out: Path, what_for: str, simulated: int = 0) -> Samples:
+def _read(sources: Sequence[Path], out: Path, what_for: str, postures: int = 0) -> Samples:
     """All samples of these recordings, and of so many simulated people, through the cache."""
     found = list(folders_in(sources))
     recordings, cache = [], _beside(out, "cache")
     with progress_bar() as progress:
-        bar = progress.add_task(f"reading what to {what_for}", total=len(found) + simulated)
+        bar = progress.add_task(f"reading what to {what_for}", total=len(found) + postures)
         for folder in found:
             recordings.append(cached(folder, cache))
             progress.advance(bar)
-        for number in range(simulated):
+        for number in range(postures):
             scene = posture_scene(number, KINECT_V1_HALF)
             place = cache / f"simulated_{scene.name}"
             recordings.append(kept(place, partial(simulated_recording, scene)))

@@ -27,6 +27,7 @@ from topview_lab.datasets import find_folder_recordings, make_simulated
 from topview_lab.evaluate.tables import empty_table, number, percent
 from topview_lab.metrics.statistics import share
 from topview_lab.seeds import PEOPLE_LEARNT_SEEDS
+from topview_lab.training.joints.simulated import check_postures
 from topview_lab.training.people import Collected, CollectJob, KnownPeople, TrackRows
 from topview_lab.training.people_fit import (
     WRITTEN_DIGITS,
@@ -50,6 +51,7 @@ def train_people(
     joints_out: Path | None = None,
     every: int = 1,
     simulated: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    postures: int = 0,
     measure_on: Annotated[
         list[Path] | None, Parameter("--measure", consume_multiple=True, negative="")
     ] = None,
@@ -70,6 +72,8 @@ def train_people(
             cuts; then the rest is learnt with it.
         every: take only one of so many recordings of the folders.
         simulated: scenes of the simulator to learn from, too; "all" for all of them.
+        postures: so many of our simulator's people to learn the network's layer from, each in 40
+            postures: lying, sitting on the floor, kneeling, bent, on all fours.
         measure_on: recordings of other people, to measure on; without them one of four of those to
             learn from is held back.
         workers: processes, 0 for one per core.
@@ -77,6 +81,9 @@ def train_people(
     """
     if not 1 <= every <= MOST_RECORDINGS:
         raise InputError(f"--every is {every}; it must be 1 to {MOST_RECORDINGS}")
+    check_postures(postures)
+    if postures and joints_out is None:
+        raise InputError(f"--postures is {postures}; only --joints-out learns from them")
     if not folders and not simulated:
         raise InputError("there is nothing to learn from; give recordings, or --simulated")
     if out is not None:
@@ -91,7 +98,7 @@ def train_people(
             f"--measure names {min(both)}, which is to be learnt from; it must name others"
         )
     if joints_out is not None:
-        table = learn_layer(given, others, workers, joints_out)
+        table = learn_layer(given, others, postures, workers, joints_out)
         if table is None:
             return INTERRUPTED
         plain_console().print(table)
@@ -110,6 +117,7 @@ def train_people(
     likelihood = shipped_likelihood()
     if out is not None:
         source = f"{described(own.names)}; {_command(folders, simulated, every, measure_on)}"
+        source += f" --postures {postures}" if postures else ""
         source += f" --joints-out {joints_out.name}" if joints_out else ""
         likelihood = fit_likelihood(own.rows, source)
         write_atomically(out, msgspec.json.format(msgspec.json.encode(likelihood), indent=2))

@@ -16,7 +16,12 @@ from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import empty_table, percent
 from topview_lab.training.people import KnownPeople
 from topview_lab.training.people_fit import fit_person_layer, windows_called_right
-from topview_lab.training.people_windows import CollectedWindows, WindowRows, WindowsJob
+from topview_lab.training.people_windows import (
+    CollectedWindows,
+    PosturesJob,
+    WindowRows,
+    WindowsJob,
+)
 from topview_lab.training.person_layer import Vector, layer_in, with_layer
 
 # Ours: of so many recordings one is held back.
@@ -49,16 +54,21 @@ def split(results: Sequence[Row]) -> tuple[Sequence[Row], Sequence[Row]]:
 
 
 def learn_layer(
-    given: Sequence[KnownPeople], others: Sequence[KnownPeople], workers: int, out: Path
+    given: Sequence[KnownPeople],
+    others: Sequence[KnownPeople],
+    postures: int,
+    workers: int,
+    out: Path,
 ) -> Table | None:
-    """Fit the layer on what was given, write the network, and measure it on the others, or on what
-    is held back if there are none; None if Ctrl-C ended it early."""
-    jobs = [WindowsJob(each, getattr(each, "path", None), WEIGHTS) for each in (*given, *others)]
-    results = collected(jobs, workers, "collecting windows")
+    """Fit the layer on what was given, and on so many people in postures; write the network, and
+    measure it on the others, or on what is held back if there are none; None if Ctrl-C ended it
+    early."""
+    own_jobs = [*map(_job, given), *(PosturesJob(number, WEIGHTS) for number in range(postures))]
+    results = collected([*own_jobs, *map(_job, others)], workers, "collecting windows")
     if results is None:
         return None
     warn(*(each.problem for each in results if each is not None and each.problem))
-    learnt, measured = results[: len(given)], results[len(given) :]
+    learnt, measured = results[: len(own_jobs)], results[len(own_jobs) :]
     if not others:
         learnt, measured = split(learnt)
     own, other = _joined(learnt), _joined(measured)
@@ -68,6 +78,10 @@ def learn_layer(
     layers = {"before": layer_in(weights), "now": fit_person_layer(own)}
     write_atomically(out, with_layer(weights, *layers["now"]))
     return _windows_table({"fitted": own, "others" if others else "held back": other}, layers)
+
+
+def _job(recording: KnownPeople) -> WindowsJob:
+    return WindowsJob(recording, getattr(recording, "path", None), WEIGHTS)
 
 
 def _joined(results: Sequence[CollectedWindows | None]) -> WindowRows | None:

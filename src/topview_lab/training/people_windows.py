@@ -16,7 +16,10 @@ from topview.detect.joints.network import JointNetwork
 from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
-from topview_lab.training.joints.recordings import gathered, read_labelled
+from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.scenes.postures import posture_scene
+from topview_lab.training.joints.recordings import LabelledRecording, gathered, read_labelled
+from topview_lab.training.joints.simulated import simulated_recording
 from topview_lab.training.joints.windows import Variation, labelled_window
 from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
 from topview_lab.training.person_layer import means_under
@@ -81,16 +84,31 @@ class WindowsJob:
         name = self.recording.name
         try:
             asked = _asked_windows(self.recording, self.weights)
-            varied = [] if self.folder is None else _varied_windows(self.folder)
+            varied = [] if self.folder is None else _varied_windows(read_labelled(self.folder))
         except InputError as error:
             return CollectedWindows(name, None, f"{name}: {error}")
         windows = [*asked, *varied]
         if not windows:
             return CollectedWindows(name, None, f"{name}: nothing was followed")
-        images, is_person = zip(*windows, strict=True)
-        means = means_under(self.weights.read_bytes())(np.array(images))
-        is_varied = np.arange(len(windows)) >= len(asked)
-        return CollectedWindows(name, WindowRows(means, np.array(is_person), is_varied))
+        return CollectedWindows(name, _rows_of(windows, len(varied), self.weights))
+
+
+@dataclass(frozen=True, slots=True)
+class PosturesJob:
+    """Varied windows of somebody simulated who lies, kneels, bends, in any process.
+
+    Attributes:
+        number: of the person, the seed.
+        weights: of the network whose layer is to be learnt.
+    """
+
+    number: int
+    weights: Path
+
+    def __call__(self) -> CollectedWindows:
+        scene = posture_scene(self.number, KINECT_V1_HALF)
+        windows = _varied_windows(simulated_recording(scene))
+        return CollectedWindows(scene.name, _rows_of(windows, len(windows), self.weights))
 
 
 class _WatchedNetwork:
@@ -131,11 +149,19 @@ def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool
     return seen
 
 
-def _varied_windows(folder: Path) -> list[tuple[Floats, bool]]:
-    samples = gathered([read_labelled(folder)])
+def _rows_of(windows: Sequence[tuple[Floats, bool]], varied: int, weights: Path) -> WindowRows:
+    """What the layer sees of windows, of which so many, the last ones, are varied."""
+    images, is_person = zip(*windows, strict=True)
+    means = means_under(weights.read_bytes())(np.array(images))
+    is_varied = np.arange(len(windows)) >= len(windows) - varied
+    return WindowRows(means, np.array(is_person), is_varied)
+
+
+def _varied_windows(recording: LabelledRecording) -> list[tuple[Floats, bool]]:
+    samples = gathered([recording])
     if not len(samples):
         return []
-    rng = np.random.default_rng(crc32(folder.name.encode()))
+    rng = np.random.default_rng(crc32(recording.name.encode()))
     numbers = rng.integers(0, len(samples), VARIED_WINDOWS)
     windows = [labelled_window(samples, int(number), rng, VARIED) for number in numbers]
     return [(window.image, window.is_person) for window in windows]

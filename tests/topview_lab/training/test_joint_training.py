@@ -132,7 +132,7 @@ def test_the_command_learns_measures_and_writes(
 ) -> None:
     folder = write_recording(tmp_path / "a", discs(2, 1))
     out = tmp_path / "weights" / "joints.onnx"
-    options = ["--out", str(out), "--windows", "64", "--simulated", "1", "--measure", str(folder)]
+    options = ["--out", str(out), "--windows", "64", "--postures", "1", "--measure", str(folder)]
     with pytest.raises(SystemExit) as end:
         main(["train-joints", str(folder), *options])
     assert end.value.code == 0
@@ -175,8 +175,8 @@ def test_bad_numbers_and_missing_torch_are_one_line(
     out = tmp_path / "a.onnx"
     with pytest.raises(InputError, match="--windows is 0"):
         command.train_joints([tmp_path], out=out, windows=0)
-    with pytest.raises(InputError, match="--simulated is -1"):
-        command.train_joints([tmp_path], out=out, simulated=-1)
+    with pytest.raises(InputError, match="--postures is -1"):
+        command.train_joints([tmp_path], out=out, postures=-1)
     with pytest.raises(InputError, match="--threads is -1"):
         command.train_joints([tmp_path], out=out, threads=-1)
     with pytest.raises(InputError, match="--seed is -1"):

@@ -27,6 +27,7 @@ from topview_lab.training.people_fit import (
 )
 from topview_lab.training.people_windows import (
     CollectedWindows,
+    PosturesJob,
     WindowRows,
     WindowsJob,
 )
@@ -102,6 +103,22 @@ def test_what_the_tracker_asks_of_a_simulated_person() -> None:
     assert collected.rows.is_person.any()
     assert not collected.rows.is_varied.any()
     assert collected.rows.means.shape[1] == len(layer_in(SHIPPED)[1])
+
+
+def test_somebody_in_postures_teaches_varied_windows_alone() -> None:
+    collected = PosturesJob(0, WEIGHTS)()
+    assert collected.rows is not None
+    assert collected.rows.is_varied.all()
+    assert 0.5 < collected.rows.is_person.mean() < 1.0
+
+
+def test_postures_teach_the_layer_alone(tmp_path, topview) -> None:
+    for words, complaint in (
+        (("--postures", "-1"), "--postures is -1; it must be 0 to 10000"),
+        (("--postures", "3"), "--postures is 3; only --joints-out learns from them"),
+    ):
+        refused = topview("train-people", tmp_path, *words)
+        assert (refused.status, refused.complaints) == (2, [f"topview: {complaint}"])
 
 
 class MadeUpWindows:

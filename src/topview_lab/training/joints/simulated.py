@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.joints import PROPOSED_JOINTS
+from topview.records import InputError
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Scene
@@ -16,6 +17,7 @@ from topview_lab.training.joints.recordings import LabelledRecording, our_joint_
 
 Array = NDArray[np.float64]
 
+MOST_POSTURES: Final = 10_000
 CENTRE_PARTS: Final = {
     "head_top": "head", "head": "head", "neck": "upper_torso", "shoulder": "upper_torso",
     "torso": "lower_torso", "pelvis": "lower_torso", "hip": "lower_torso",
@@ -35,6 +37,12 @@ JOINT_CENTRES: Final[dict[str, tuple[float, float, float]]] = {
 """Where the rig of the rendered people has its joints, seen from the simulator's: along x (to the
 person's right; of left joints to the left), y and z of their parts, in shares of the stature.
 `scripts/fit_joint_centres.py` printed it, with the network that had seen rendered people only."""
+
+
+def check_postures(count: int) -> None:
+    """Raises InputError if so many people in postures cannot be simulated."""
+    if not 0 <= count <= MOST_POSTURES:
+        raise InputError(f"--postures is {count}; it must be 0 to {MOST_POSTURES}")
 
 
 def simulated_recording(scene: Scene) -> LabelledRecording:
