@@ -157,8 +157,8 @@ OTHER_DATA: Final = (
     "Skin histograms: renders with scene seeds drawn from the keys 0 (learnt) and 1 (held out).",
     "Forest: renders with people drawn from the keys 2000 (grown), 2500 (calibrated) and 2900 "
     "(held out).",
-    "Joint network: 100 people in postures, seeds 0 to 99, and 500 to 509 to measure it on; its joint "
-    "centres, all_actions 3000 to 3007 and turning 3010 to 3013.",
+    "Joint network: 100 people in postures, seeds 0 to 99, and 500 to 509 to measure it on; its "
+    "joint centres, all_actions 3000 to 3007 and turning 3010 to 3013.",
     "Weights of front against back: a logistic regression on simulated people and on UTD-MHAD. The "
     "history tells neither the seeds nor the sequences, so UTD-MHAD is no unseen data.",
     "Heads of people who bend: 65 of 97 simulated bends were used while this was built; their "
