@@ -202,7 +202,8 @@ class UtvrTracker:
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
         its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
-        self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
+        told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames)
+        self._torso.yaw.fuse(told)
         R = self._torso.update(self.model, evidence, frames).R_camera_torso
         turn_rad = float(_turns_rad(self._particles[UPPER_TORSO].Rs[0], R[None])[0])
         if cos(turn_rad) < 0.0:
