@@ -53,6 +53,7 @@ WIDEST: Final = 2.0  # up to this, which is also how wide a person's first frame
 # Of the radii of placed parts, when collisions are counted: skin that touches does not collide.
 # Adjoining parts share a joint and are left out.
 COLLISION_SHARE: Final = 0.8
+START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
 LEAST_TURN_RAD: Final = 0.01
 KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
 
@@ -214,12 +215,14 @@ class UtvrTracker:
         self._torso = TorsoFilter(TorsoSettings(is_coarse=settings.coarse_first), subject.threads)
         self._yaw_cues = YawCues()
         self._pace = Pace()
+        self._first_s = 0.0
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         if evidence.stature_m is not None:
             self.model = BodyModel.of(evidence.stature_m, THESIS)
         if not self._particles:
+            self._first_s = evidence.timestamp_s
             self._particles = self._roughly_standing(evidence)
         frames = self._pace.frames(evidence.timestamp_s)
         if self.settings.torso_turn_rad is not None and len(evidence.all_points_camera):
@@ -273,6 +276,8 @@ class UtvrTracker:
         width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
+            if self._starts(part, evidence):
+                Rs = np.concatenate([Rs, body.anywhere(part, s.hypotheses, rng)])
             known, scores = Rs[:0], np.empty(0)
             if s.coarse_first and halvings < s.rounds - 1:
                 known, scores = self._evaluated(part, Rs, cloud.coarse(evidence), body)
@@ -285,6 +290,11 @@ class UtvrTracker:
             best = n_best(scores, most)
             particles = _Particles(known[best], scores[best], 1.0)
         return particles
+
+    def _starts(self, part: int, evidence: Evidence) -> bool:
+        """Whether a part is a limb's whose first place may be anywhere: standing is only the
+        likeliest one."""
+        return part not in _HEAD_AND_TORSO and evidence.timestamp_s - self._first_s < START_S
 
     def _sampled(
         self, part: int, kept: _Particles, spread: float, body: _Body, rng: np.random.Generator
@@ -378,6 +388,18 @@ class _Body:
         if PARTS[part].is_hinge:
             upper = PARTS[part].parent
             self.Rs[[upper, part]] = self._bent(part, R[None])[0]
+
+    def anywhere(self, part: int, count: int, rng: np.random.Generator) -> Array:
+        """[M, 3, 3] hypotheses of a limb's part from all over the limits of Table 3.2, `count` at
+        the most."""
+        low, high = LIMITS_RAD[part].T
+        Rs = self.Rs[PARTS[part].parent]
+        if PARTS[part].is_hinge:  # whichever way the part above it is turned about its own axis
+            turns_rad = np.zeros((count, 3))
+            turns_rad[:, 1] = rng.uniform(*LIMITS_RAD[PARTS[part].parent, 1], count)
+            Rs = Rs @ rotations_from_angles(turns_rad)
+        Rs = Rs @ rotations_from_angles(rng.uniform(low, high, (count, 3)))
+        return Rs[self.excess_rad(part, Rs) <= 0.0]
 
     def excess_rad(self, part: int, Rs: Array) -> Array:
         """[M] by how much hypotheses [M, 3, 3] leave the limits of Table 3.2."""
