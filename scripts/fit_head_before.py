@@ -57,7 +57,10 @@ class StandingSettings:
     seen: list[tuple[Evidence, float]]
 
     needs: ClassVar[Needs] = Needs()
-    name: ClassVar[str] = "utvr"  # the people finder does as for that method
+
+    @property
+    def name(self) -> str:
+        return "utvr"
 
     def tracker(self, subject: Subject) -> Standing:
         return Standing(self.seen)
@@ -79,15 +82,16 @@ def measured(folder: Path, every: int) -> list[tuple[float, float]]:
     recording = FolderRecording(folder)
     truth = recording.reference()
     order = [truth.joint_names.index(name) for name in JOINT_NAMES]
-    tracker = Tracker(TrackerSettings(method="utvr"), body=StandingSettings([]))
+    seen: list[tuple[Evidence, float]] = []
+    tracker = Tracker(TrackerSettings(method="utvr"), body=StandingSettings(seen))
     told: list[tuple[float, float]] = []
     for number, frame in enumerate(map(undistorted, recording.open())):
-        tracker.body.seen.clear()  # pyright: ignore
+        seen.clear()
         tracker.update(frame)
         if number % every:
             continue
         people = truth.joints_camera[number][:, order]
-        for evidence, stature_m in tracker.body.seen:  # pyright: ignore
+        for evidence, stature_m in seen:
             before = head_before(evidence, stature_m)
             away_m = np.linalg.norm(people[:, 0] - evidence.head_camera, axis=1)
             if before is None or not away_m.min() < NEAR_M:

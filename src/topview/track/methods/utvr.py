@@ -396,7 +396,8 @@ class _Body:
         Rs = self.Rs[PARTS[part].parent]
         if PARTS[part].is_hinge:  # whichever way the part above it is turned about its own axis
             turns_rad = np.zeros((count, 3))
-            turns_rad[:, 1] = rng.uniform(*LIMITS_RAD[PARTS[part].parent, 1], count)
+            least_rad, most_rad = LIMITS_RAD[PARTS[part].parent, 1]
+            turns_rad[:, 1] = rng.uniform(least_rad, most_rad, count)
             Rs = Rs @ rotations_from_angles(turns_rad)
         Rs = Rs @ rotations_from_angles(rng.uniform(low, high, (count, 3)))
         return Rs[self.excess_rad(part, Rs) <= 0.0]

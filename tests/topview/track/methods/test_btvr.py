@@ -128,7 +128,7 @@ def test_the_belief_finds_a_turn_and_keeps_it_unseen(turn):
 
 @pytest.mark.parametrize("rate_rad", [-0.1, 0.1])
 def test_who_turns_round_is_followed_all_the_way_and_turns_on_unseen(rate_rad):
-    yaw_filter, rng = YawFilter(), np.random.default_rng(1)
+    yaw_filter, rng, found = YawFilter(), np.random.default_rng(1), 0.0
     behind_m = 0.045 * MODEL.stature_m
     for turn in rate_rad * np.arange(64):
         points = torso_shell(rng, turn, behind_m)
