@@ -37,7 +37,7 @@ WALK_WINDOW_S: Final = 14 / 30
 # How far a head is before the trunk (`head_before`), in shares of the stature: of who faces the
 # camera `TOWARDS_CAMERA` less, of who turns the back to it so much more: the near side is what is
 # seen. `scripts/fit_head_before.py` on 27 recordings of rendered people, one, sit and turn of even
-# seeds 0 to 16, found 0.029, 0.022 and a deviation of 0.035, more among people than among frames.
+# seeds 0 to 16, found 0.031, 0.023 and a deviation of 0.035, more among people than among frames.
 HEAD_BEFORE: Final = 0.03
 TOWARDS_CAMERA: Final = 0.02
 HEAD_SIGMA: Final = 0.045
