@@ -32,7 +32,7 @@ EVIDENCE_SHARE: Final = 0.2  # of the log likelihood in `FRAME_S`: frames in a r
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
-MOST_SECTION_POINTS: Final = 100  # more did not make it better
+MOST_SECTION_POINTS: Final = 100  # of more, a share: neighbours tell the same
 FREE_CENTRE_SIGMA_M: Final = 1.0  # of the centre of an ellipse that goes wherever it fits
 
 
