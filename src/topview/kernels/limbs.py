@@ -17,9 +17,9 @@ from topview.kernels.body import (
     LARGEST_TURN_RAD,
     NEAREST_M,
     STRAIGHT,
-    beyond_limits,
     solve_lower,
 )
+from topview.kernels.limits import excess
 from topview.kernels.threads import over_threads
 
 
@@ -185,30 +185,6 @@ def refine_limbs(
                     axes[m, k, i] /= np.sqrt(norm)
 
 
-@njit(error_model="numpy")
-def _excess(P, R, limits):
-    """By how many radians R leaves the limits in the frame of its parent P, the more favourable
-    of its two decompositions into turns about x, z and y (`topview.body.limits`)."""
-    sine = -(P[0, 0] * R[0, 1] + P[1, 0] * R[1, 1] + P[2, 0] * R[2, 1])
-    r11 = P[0, 1] * R[0, 1] + P[1, 1] * R[1, 1] + P[2, 1] * R[2, 1]
-    r21 = P[0, 2] * R[0, 1] + P[1, 2] * R[1, 1] + P[2, 2] * R[2, 1]
-    r00 = P[0, 0] * R[0, 0] + P[1, 0] * R[1, 0] + P[2, 0] * R[2, 0]
-    r02 = P[0, 0] * R[0, 2] + P[1, 0] * R[1, 2] + P[2, 0] * R[2, 2]
-    x, y = np.arctan2(r21, r11), np.arctan2(r02, r00)
-    z = np.arcsin(min(max(sine, -1.0), 1.0))
-    first = max(
-        abs(beyond_limits(limits[0, 0], limits[0, 1], x)),
-        abs(beyond_limits(limits[1, 0], limits[1, 1], y)),
-        abs(beyond_limits(limits[2, 0], limits[2, 1], z)),
-    )
-    second = max(
-        abs(beyond_limits(limits[0, 0], limits[0, 1], x + np.pi if x < 0 else x - np.pi)),
-        abs(beyond_limits(limits[1, 0], limits[1, 1], y + np.pi if y < 0 else y - np.pi)),
-        abs(beyond_limits(limits[2, 0], limits[2, 1], np.pi - z if z > 0 else -np.pi - z)),
-    )
-    return min(first, second)
-
-
 @over_threads("axes")
 @njit(cache=True, error_model="numpy", nogil=True)
 def judge_limbs(
@@ -272,8 +248,8 @@ def judge_limbs(
             ) ** 2 <= limit_lower
             n += np.int64(near)
         verdicts[m, 0] = n
-        verdicts[m, 3] = _excess(R_parent, Rs[m, 0], limits[0]) + _excess(
-            Rs[m, 0], Rs[m, 1], limits[1]
+        verdicts[m, 3] = excess(R_parent, Rs[m, 0], limits[0], True) + excess(
+            Rs[m, 0], Rs[m, 1], limits[1], True
         )
         height = floor[3]
         for i in range(3):

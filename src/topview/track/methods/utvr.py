@@ -22,13 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import place_part
-from topview.body.limits import direction_excess_rad, excess_rad
+from topview.body.limits import LIMITS_RAD
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
+from topview.camera.pyramid import DepthView
 from topview.filter.over_time import Pace
 from topview.filter.particles import importance_weights, n_best, systematic_resample
 from topview.geometry.rotations import rotations_from_angles, unit
+from topview.kernels.limits import hinge_excess, part_excess
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError, check_range, shown
 from topview.score.utvr import FACTORS, MIN_POINTS_INSIDE, Factor, placed_parts, score_hypotheses
@@ -36,7 +38,7 @@ from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
 from topview.track.methods.btvr.torso import NO_PARTS, TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.yaw_cues import YawCues
-from topview.track.pose import HALF_ROUND, OTHER_SIDE, FittedBody, Pose
+from topview.track.pose import HALF_ROUND, HINGE_BENDS, OTHER_SIDE, FittedBody, Pose
 from topview.track.stances import STANDING, stand
 
 Array = NDArray[np.float64]
@@ -51,6 +53,7 @@ WIDEST: Final = 2.0  # up to this, which is also how wide a person's first frame
 # Of the radii of placed parts, when collisions are counted: skin that touches does not collide.
 # Adjoining parts share a joint and are left out.
 COLLISION_SHARE: Final = 0.8
+START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
 LEAST_TURN_RAD: Final = 0.01
 KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
 
@@ -83,6 +86,8 @@ class UtvrSettings:
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
             those of Sec. 6.1.3, which `topview.body.parts` holds.
+        coarse_first: whether all rounds but the last, and the torso of Sec. 5.1, look at half the
+            resolution, which is faster.
 
     Raises:
         InputError: a value out of range, or no factors.
@@ -98,6 +103,7 @@ class UtvrSettings:
     torso_turn_rad: float | None = 0.3
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
+    coarse_first: bool = True
 
     needs: ClassVar[Needs] = Needs()
 
@@ -141,6 +147,7 @@ AS_PRINTED: Final = UtvrSettings(
     torso_ahead=0.0,
     neck=None,
     torso_turn_rad=None,
+    coarse_first=False,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
 
@@ -169,6 +176,34 @@ class _Particles:
         return replace(self, Rs=Rs, scores=scores)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cloud:
+    """The points that no part has taken yet, and the scene at their resolution.
+
+    Attributes:
+        points_camera: [N, 3] metres.
+        is_coarse: [N] which of them half the resolution shows, too.
+        view: the scene's depth.
+    """
+
+    points_camera: Array
+    is_coarse: NDArray[np.bool_]
+    view: DepthView
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> _Cloud:
+        return cls(evidence.all_points_camera, evidence.is_coarse, evidence.view)
+
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> _Cloud:
+        return replace(
+            self, points_camera=self.points_camera[chosen], is_coarse=self.is_coarse[chosen]
+        )
+
+    def coarse(self, evidence: Evidence) -> _Cloud:
+        """At half the resolution."""
+        return replace(self[self.is_coarse], view=evidence.coarse_view)
+
+
 class UtvrTracker:
     """One person's pose over time, by the algorithm of Sec. 5.3.2."""
 
@@ -177,32 +212,35 @@ class UtvrTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
         self._particles: list[_Particles] = []
-        self._torso = TorsoFilter(TorsoSettings(), subject.threads)
+        self._torso = TorsoFilter(TorsoSettings(is_coarse=settings.coarse_first), subject.threads)
         self._yaw_cues = YawCues()
         self._pace = Pace()
+        self._first_s = 0.0
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         if evidence.stature_m is not None:
             self.model = BodyModel.of(evidence.stature_m, THESIS)
         if not self._particles:
+            self._first_s = evidence.timestamp_s
             self._particles = self._roughly_standing(evidence)
         frames = self._pace.frames(evidence.timestamp_s)
         if self.settings.torso_turn_rad is not None and len(evidence.all_points_camera):
             self._propose_torso(evidence, frames)
         body = _Body(self.model, evidence, self.settings)
-        cloud = evidence.all_points_camera
+        cloud = _Cloud.of(evidence)
         with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
                 self._particles[part] = self._filtered(part, body, cloud, evidence, frames)
                 body.place(part, self._particles[part].Rs[0])
-                cloud = cloud[~body.has_inside(part, cloud)]
+                cloud = cloud[~body.has_inside(part, cloud.points_camera)]
         return Pose(body.origins[UPPER_TORSO], body.Rs)
 
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
         its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
-        self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
+        told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames)
+        self._torso.yaw.fuse(told)
         R = self._torso.update(self.model, evidence, frames).R_camera_torso
         turn_rad = float(_turns_rad(self._particles[UPPER_TORSO].Rs[0], R[None])[0])
         if cos(turn_rad) < 0.0:
@@ -223,11 +261,12 @@ class UtvrTracker:
         return [_Particles(R[None], np.ones(1), WIDEST) for R in pose.Rs]
 
     def _filtered(
-        self, part: int, body: _Body, cloud: Array, evidence: Evidence, frames: float
+        self, part: int, body: _Body, cloud: _Cloud, evidence: Evidence, frames: float
     ) -> _Particles:
         """One part's filter: sample, evaluate, keep the N best. Without evidence, keep those of the
         last frame that the part above allows, and search wider in the next frame. `frames` of
-        `FRAME_S` have gone by: a part turns like a random walk."""
+        `FRAME_S` have gone by: a part turns like a random walk. All rounds but the last look at
+        half the resolution, unless that shows too little of the part."""
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
@@ -237,7 +276,13 @@ class UtvrTracker:
         width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
-            known, scores = self._evaluated(part, Rs, cloud, body, evidence)
+            if self._starts(part, evidence):
+                Rs = np.concatenate([Rs, body.anywhere(part, s.hypotheses, rng)])
+            known, scores = Rs[:0], np.empty(0)
+            if s.coarse_first and halvings < s.rounds - 1:
+                known, scores = self._evaluated(part, Rs, cloud.coarse(evidence), body)
+            if not len(known):
+                known, scores = self._evaluated(part, Rs, cloud, body)
             if not len(known):
                 allowed = Rs[: min(len(before.Rs), most)]
                 spread = min(SPREADING**frames * before.spread, WIDEST)
@@ -245,6 +290,11 @@ class UtvrTracker:
             best = n_best(scores, most)
             particles = _Particles(known[best], scores[best], 1.0)
         return particles
+
+    def _starts(self, part: int, evidence: Evidence) -> bool:
+        """Whether a part is a limb's whose first place may be anywhere: standing is only the
+        likeliest one."""
+        return part not in _HEAD_AND_TORSO and evidence.timestamp_s - self._first_s < START_S
 
     def _sampled(
         self, part: int, kept: _Particles, spread: float, body: _Body, rng: np.random.Generator
@@ -264,20 +314,19 @@ class UtvrTracker:
         excess_rad = body.excess_rad(part, Rs)
         return Rs[excess_rad <= excess_rad.min()][:hypotheses]
 
-    def _evaluated(
-        self, part: int, Rs: Array, cloud: Array, body: _Body, evidence: Evidence
-    ) -> tuple[Array, Array]:
+    def _evaluated(self, part: int, Rs: Array, cloud: _Cloud, body: _Body) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
         origins = body.cylinders_of(part, Rs, body.joints_of(part, Rs))
-        near = cloud[self._is_near(part, origins, cloud)]
+        points = cloud.points_camera
+        near = points[self._is_near(part, origins, points)]
         terms = score_hypotheses(
             Rs,
             origins,
             self.model.lengths_m[part],
             self.model.radii_m[part] + s.clothing_m,
             columns(near),
-            evidence.view,
+            cloud.view,
             body.obstacles(part),
             s.tolerance_m,
             self.subject.threads,
@@ -340,21 +389,34 @@ class _Body:
             upper = PARTS[part].parent
             self.Rs[[upper, part]] = self._bent(part, R[None])[0]
 
+    def anywhere(self, part: int, count: int, rng: np.random.Generator) -> Array:
+        """[M, 3, 3] hypotheses of a limb's part from all over the limits of Table 3.2, `count` at
+        the most."""
+        low, high = LIMITS_RAD[part].T
+        Rs = self.Rs[PARTS[part].parent]
+        if PARTS[part].is_hinge:  # whichever way the part above it is turned about its own axis
+            turns_rad = np.zeros((count, 3))
+            least_rad, most_rad = LIMITS_RAD[PARTS[part].parent, 1]
+            turns_rad[:, 1] = rng.uniform(least_rad, most_rad, count)
+            Rs = Rs @ rotations_from_angles(turns_rad)
+        Rs = Rs @ rotations_from_angles(rng.uniform(low, high, (count, 3)))
+        return Rs[self.excess_rad(part, Rs) <= 0.0]
+
     def excess_rad(self, part: int, Rs: Array) -> Array:
         """[M] by how much hypotheses [M, 3, 3] leave the limits of Table 3.2."""
         if part == HEAD or (part == UPPER_TORSO and self._settings.neck is not None):
             return np.zeros(len(Rs))
         parent = PARTS[part].parent
+        beyond_rad = np.empty(len(Rs))
         if PARTS[part].is_hinge:
-            pairs = self._bent(part, Rs)
-            R_camera_torso = self.Rs[PARTS[parent].parent]
-            flexion = np.arccos(np.clip((pairs[:, 0, :, 1] * Rs[:, :, 1]).sum(1), -1.0, 1.0))
-            beyond = flexion - np.abs(PARTS[part].limits_rad[0]).max()
-            return excess_rad(parent, R_camera_torso.T @ pairs[:, 0]) + np.maximum(beyond, 0.0)
-        Rs_parent_part = self.Rs[parent].T @ Rs
-        if part in _UPPER_LIMBS:  # its turn about its own axis is not searched
-            return direction_excess_rad(part, Rs_parent_part)
-        return excess_rad(part, Rs_parent_part)
+            hinge_excess(
+                Rs, self.Rs[parent], self.Rs[PARTS[parent].parent], LIMITS_RAD[parent],
+                float(np.abs(LIMITS_RAD[part, 0]).max()), HINGE_BENDS[parent], KNOWN_BEND,
+                beyond_rad,
+            )  # fmt: skip
+        else:  # an upper limb's turn about its own axis is not searched
+            part_excess(Rs, self.Rs[parent], LIMITS_RAD[part], part not in _UPPER_LIMBS, beyond_rad)
+        return beyond_rad
 
     def _bent(self, lower: int, Rs: Array) -> Array:
         """[M, 2, 3, 3] rotations of an upper limb and the part below it, for each hypothesis of
@@ -362,8 +424,8 @@ class _Body:
         R_upper = self.Rs[PARTS[lower].parent]
         ys_lower = Rs[:, :, 1]
         ys_upper = np.broadcast_to(R_upper[:, 1], ys_lower.shape)
-        bend = np.sign(sum(PARTS[lower].limits_rad[0]))
-        hinges = bend * np.cross(ys_upper, ys_lower) + KNOWN_BEND * R_upper[:, 0]
+        hinges = HINGE_BENDS[PARTS[lower].parent] * np.cross(ys_upper, ys_lower)
+        hinges += KNOWN_BEND * R_upper[:, 0]
         xs_upper = _across(hinges, ys_upper)
         return np.stack(
             [_frames(xs_upper, ys_upper), _frames(_across(xs_upper, ys_lower), ys_lower)], axis=1

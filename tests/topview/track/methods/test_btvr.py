@@ -39,7 +39,8 @@ from topview.track.methods.btvr.yaw import (
     YAWS_RAD,
     YawFilter,
 )
-from topview.track.methods.btvr.yaw_cues import YawCues
+from topview.track.methods.btvr.yaw_cues import HEAD_BEFORE, TOWARDS_CAMERA, YawCues
+from topview.track.stances import facing
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 LEGS = [j for j, joint in enumerate(JOINTS) if joint.part >= LEFT_UPPER_LEG]
@@ -125,12 +126,31 @@ def test_the_belief_finds_a_turn_and_keeps_it_unseen(turn):
     assert kept == pytest.approx(found, abs=0.1)
 
 
-def test_the_head_tells_the_front_from_the_back():
+@pytest.mark.parametrize("rate_rad", [-0.1, 0.1])
+def test_who_turns_round_is_followed_all_the_way_and_turns_on_unseen(rate_rad):
+    yaw_filter, rng, found = YawFilter(), np.random.default_rng(1), 0.0
     behind_m = 0.045 * MODEL.stature_m
-    away = YawFilter()
-    points = torso_shell(np.random.default_rng(1), np.pi, behind_m)
-    found = [away.update(points, MODEL.stature_m, 0.045) for _ in range(60)][-1]
-    assert abs(found) == pytest.approx(np.pi, abs=0.1)
+    for turn in rate_rad * np.arange(64):
+        points = torso_shell(rng, turn, behind_m)
+        found = yaw_filter.update(points, MODEL.stature_m, 0.045)
+        assert abs((found - turn + np.pi) % (2 * np.pi) - np.pi) < 0.4
+    nothing = np.empty((0, 3))
+    later = [yaw_filter.update(nothing, MODEL.stature_m, 0.045) for _ in range(5)][-1]
+    assert (later - found) * np.sign(rate_rad) > 0.2
+
+
+@pytest.mark.parametrize("turn", [-2.5, -1.2, 0.0, 0.4, 1.8, np.pi])
+def test_the_head_tells_the_front_from_the_back(turn):
+    """Its measured centre and the trunk lie towards the camera by different amounts."""
+    seen, up = evidence_of(standing_pose()), np.array([0.0, -1.0, 0.0])
+    R_upright = facing(0.0, up)
+    before = HEAD_BEFORE - TOWARDS_CAMERA * np.cos(turn)
+    shell = torso_shell(np.random.default_rng(1), turn, before * MODEL.stature_m)
+    shell[:, 1] += 0.09 * MODEL.stature_m
+    points = seen.head_camera + shell @ R_upright.T
+    told = YawCues().log_likelihood(replace(seen, all_points_camera=points), MODEL.stature_m)
+    true, opposite = (np.cos(YAWS_RAD - turn - half).argmax() for half in (0.0, np.pi))
+    assert told[true] > told[opposite] + 0.05
 
 
 def test_other_evidence_turns_somebody_round():
@@ -140,11 +160,16 @@ def test_other_evidence_turns_somebody_round():
     assert abs(yaw_filter.yaw_rad) == pytest.approx(np.pi, abs=0.1)
 
 
+def head_alone() -> Evidence:
+    """Somebody of whom nothing but the head is seen."""
+    return replace(evidence_of(standing_pose()), all_points_camera=np.empty((0, 3)))
+
+
 def test_a_face_tells_the_front():
-    seen = evidence_of(standing_pose())
-    assert not YawCues().log_likelihood(seen).any()
-    towards = YawCues().log_likelihood(replace(seen, face_share=1.0))
-    away = YawCues().log_likelihood(replace(seen, face_share=0.0))
+    seen = head_alone()
+    assert not YawCues().log_likelihood(seen, MODEL.stature_m).any()
+    towards = YawCues().log_likelihood(replace(seen, face_share=1.0), MODEL.stature_m)
+    away = YawCues().log_likelihood(replace(seen, face_share=0.0), MODEL.stature_m)
     np.testing.assert_allclose(towards, -away)
     assert abs(YAWS_RAD[np.argmax(towards)]) < 0.3
 
@@ -153,9 +178,11 @@ def test_a_face_tells_the_front():
     ("speed_m", "turn"), [((0.05, 0.0, 0.0), -np.pi / 2), ((0, 0, 0.05), np.pi)]
 )
 def test_people_walk_to_their_front(speed_m, turn):
-    walking, seen = YawCues(), evidence_of(standing_pose())
+    walking, seen = YawCues(), head_alone()
     told = [
-        walking.log_likelihood(replace(seen, head_camera=seen.head_camera + k * np.array(speed_m)))
+        walking.log_likelihood(
+            replace(seen, head_camera=seen.head_camera + k * np.array(speed_m)), MODEL.stature_m
+        )
         for k in range(15)
     ]
     assert not told[0].any()
@@ -164,10 +191,11 @@ def test_people_walk_to_their_front(speed_m, turn):
 
 @given(directions, directions)
 def test_a_leaning_head_is_no_walk(start, end):
-    nodding, seen = YawCues(), evidence_of(standing_pose())
+    nodding, seen = YawCues(), head_alone()
     for place in (start, end):
         moved = seen.head_camera + 0.15 * unit(np.array(place))
-        assert not nodding.log_likelihood(replace(seen, head_camera=moved)).any()
+        told = nodding.log_likelihood(replace(seen, head_camera=moved), MODEL.stature_m)
+        assert not told.any()
 
 
 def test_hands_that_are_the_other_ones_count_less():

@@ -53,6 +53,7 @@ class TorsoSettings:
             hidden pixels and by how upright they are, and smoothed over time.
         ellipse_alone: whether the yaw is that of the best ellipse in this frame, as printed; else a
             belief over all yaws tells it.
+        is_coarse: whether views are scored at half the resolution.
 
     Raises:
         InputError: a value out of range.
@@ -64,6 +65,7 @@ class TorsoSettings:
     shape: TorsoShape = NARROW
     best_view: bool = False
     ellipse_alone: bool = False
+    is_coarse: bool = False
 
     def __post_init__(self) -> None:
         check_range(self, 1, 10_000, "views")
@@ -147,12 +149,15 @@ class TorsoFilter:
     def _scores(self, axes: Array, R_yaw: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M] as `view_scores`, of cylinders along the axes."""
         Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
+        points, view = evidence.all_points_camera, evidence.view
+        if self.settings.is_coarse:
+            points, view = points[evidence.is_coarse], evidence.coarse_view
         return view_scores(
             Rs,
             self._necks(Rs, stature_m, evidence),
             stature_m,
-            columns(evidence.all_points_camera),
-            evidence.view,
+            columns(points),
+            view,
             evidence.hidden_share,
             self.settings,
             self.threads,

@@ -99,7 +99,8 @@ class BtvrTracker:
             self.model = BodyModel.of(evidence.stature_m, PROPORTIONS)
         with self.subject.clock.stage("torso"):
             frames = self._pace.frames(evidence.timestamp_s)
-            self._torso.yaw.fuse(self._yaw_cues.log_likelihood(evidence, frames))
+            told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames)
+            self._torso.yaw.fuse(told)
             last = self._torso.torso
             torso = self._torso.update(self.model, evidence, frames)
         if last is not None and _is_reversed(torso, last):

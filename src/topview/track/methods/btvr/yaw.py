@@ -1,8 +1,9 @@
 """The torso's yaw: a belief over all yaws, from the ellipses that its points fit (Sec. 5.1.4).
 
-An elliptic torso looks alike from front and back, but for the head, which is before its middle;
-and seen from the side, little tells its yaw. So the filter keeps a probability of every yaw (ours),
-and carries it from frame to frame.
+An elliptic torso looks alike from front and back, and seen from the side, little tells its yaw. So
+the filter keeps a probability of every yaw, and of how fast it changes (ours), and carries both
+from frame to frame: whoever turns round goes on turning. What tells front from back is in
+`topview.track.methods.btvr.yaw_cues`.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ YAWS_RAD: Array = np.linspace(-np.pi, np.pi, N_YAWS, endpoint=False, dtype=np.fl
 
 # All ours.
 FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
-STEP_RAD: Final = 0.06  # standard deviation of how far somebody turns within `FRAME_S`
+RATES_RAD: Array = np.linspace(-0.135, 0.135, 7)  # by which somebody may turn within `FRAME_S`
+CHANGE_SHARE: Final = 0.1  # of how often, within `FRAME_S`, the next faster or slower one follows
+STEP_RAD: Final = 0.03  # standard deviation of how far somebody turns besides, within `FRAME_S`
+FORGOTTEN_SHARE: Final = 1e-3  # of the belief within `FRAME_S`: it may be wrong altogether
 EVIDENCE_SHARE: Final = 0.2  # of the log likelihood in `FRAME_S`: frames in a row err alike
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
-# By how much a yaw may be likelier than its opposite in one frame, in a logarithm: only where the
-# head is tells them apart.
-FRONT_LIMIT: Final = 0.1
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
-MOST_SECTION_POINTS: Final = 200  # more did not make it better
+MOST_SECTION_POINTS: Final = 100  # of more, a share: neighbours tell the same
 FREE_CENTRE_SIGMA_M: Final = 1.0  # of the centre of an ellipse that goes wherever it fits
 
 
@@ -59,15 +60,17 @@ class YawFilter:
     """One person's yaw over time, 0 for facing the camera."""
 
     def __init__(self) -> None:
-        self._belief = _normalised(np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2))
+        yaws = np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2)
+        self._belief = _normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))  # [rates, yaws]
 
     @property
     def yaw_rad(self) -> float:
         """The mean of the yaws around the likeliest one."""
-        near = np.convolve(np.tile(self._belief, 3), np.ones(5), "same")[N_YAWS : 2 * N_YAWS]
+        belief = self._belief.sum(0)
+        near = np.convolve(np.tile(belief, 3), np.ones(5), "same")[N_YAWS : 2 * N_YAWS]
         middle = YAWS_RAD[int(np.argmax(near))]
         off = _wrapped(YAWS_RAD - middle)
-        weights = np.where(np.abs(off) < MEAN_WITHIN_RAD, self._belief, 0.0)
+        weights = np.where(np.abs(off) < MEAN_WITHIN_RAD, belief, 0.0)
         return float(_wrapped(middle + (weights @ off) / weights.sum()))
 
     def update(self, points: Array, stature_m: float, behind: float, frames: float = 1.0) -> float:
@@ -77,16 +80,16 @@ class YawFilter:
             points: [N, 3] metres in the frame of a torso of yaw 0, with its origin below the head,
                 at the height of the neck joint.
             stature_m: of the person.
-            behind: share of it by which the torso's axis is behind the head, which tells front and
-                back apart.
+            behind: share of it by which the torso's axis is behind the head.
             frames: of `FRAME_S` that have gone by.
         """
         self._belief = self._predicted(frames)
         costs = np.zeros(N_YAWS)
         for section in (SHOULDER_SECTION, TRUNK_SECTION):
             costs += _costs(points, stature_m, behind, section)
-        log_likelihood = _limited(-0.5 * min(EVIDENCE_SHARE * frames, 1.0) * (costs - costs.min()))
-        self._belief = _normalised(self._belief * (np.exp(log_likelihood) + OUTLIER_LIKELIHOOD))
+        log_likelihood = -0.5 * min(EVIDENCE_SHARE * frames, 1.0) * (costs - costs.min())
+        alike = np.maximum(log_likelihood, np.roll(log_likelihood, N_YAWS // 2))
+        self._belief = _normalised(self._belief * (np.exp(alike) + OUTLIER_LIKELIHOOD))
         return self.yaw_rad
 
     def fuse(self, log_likelihood: Array) -> None:
@@ -94,12 +97,16 @@ class YawFilter:
         self._belief = _normalised(self._belief * np.exp(log_likelihood))
 
     def _predicted(self, frames: float) -> Array:
-        """The belief before the frame is seen: everybody turns like a random walk."""
-        off = _wrapped(YAWS_RAD - YAWS_RAD[0])
+        """The belief before the frame is seen: everybody turns on, like a random walk besides, and
+        may turn faster or slower."""
+        off = YAWS_RAD - YAWS_RAD[0] - frames * RATES_RAD[:, None]
         sigma_rad = STEP_RAD * np.sqrt(max(frames, 0.1))
-        kernel = np.exp(-0.5 * (off / sigma_rad) ** 2)
-        moved = np.fft.ifft(np.fft.fft(self._belief) * np.fft.fft(kernel / kernel.sum()))
-        return _normalised(np.maximum(np.real(moved), 1e-9))
+        kernels = np.exp(-0.5 * (_wrapped(off) / sigma_rad) ** 2)
+        kernels /= kernels.sum(1, keepdims=True)
+        moved = np.fft.ifft(np.fft.fft(self._belief) * np.fft.fft(kernels))
+        changed = _rate_changes(frames) @ np.maximum(np.real(moved), 0.0)
+        forgotten = min(FORGOTTEN_SHARE * frames, 1.0)
+        return (1.0 - forgotten) * changed + forgotten / changed.size
 
 
 class EllipseYaw:
@@ -136,23 +143,31 @@ def _costs(
 ) -> Array:
     """[N_YAWS] squared deviations of a section's points, in standard deviations; zeros where there
     are too few."""
-    x, y, z = points.T / stature_m
-    inside = (y > section.top) & (y < section.bottom) & (np.hypot(x, z) < section.reach)
-    chosen = points[inside][:, [0, 2]]
+    chosen = points_of(points, stature_m, section)
     if len(chosen) < LEAST_SECTION_POINTS:
         return np.zeros(N_YAWS)
     semi_axes_m = stature_m * np.array(section.semi_axes)
     centres = -behind * stature_m * np.stack([np.sin(YAWS_RAD), np.cos(YAWS_RAD)], axis=1)
-    step = max(1, len(chosen) // MOST_SECTION_POINTS)
-    return fit_ellipses(
-        chosen[::step], semi_axes_m, YAWS_RAD, centres, centre_sigma_m=centre_sigma_m
-    )[0]
+    return fit_ellipses(chosen, semi_axes_m, YAWS_RAD, centres, centre_sigma_m=centre_sigma_m)[0]
 
 
-def _limited(log_likelihood: Array) -> Array:
-    """[N_YAWS] the same, with opposite yaws no more than `FRONT_LIMIT` apart."""
-    opposite = np.roll(log_likelihood, N_YAWS // 2)
-    return np.maximum(log_likelihood, opposite - FRONT_LIMIT)
+def points_of(points: Array, stature_m: float, section: Section) -> Array:
+    """[M, 2] across and from back to front, of the points [N, 3] of a section; a share of them if
+    there are many."""
+    x, y, z = points.T / stature_m
+    inside = (y > section.top) & (y < section.bottom) & (np.hypot(x, z) < section.reach)
+    chosen = points[inside][:, [0, 2]]
+    return chosen[:: max(1, len(chosen) // MOST_SECTION_POINTS)]
+
+
+def _rate_changes(frames: float) -> Array:
+    """[rates, rates] how likely each rate follows each other one, column by column, `frames` of
+    `FRAME_S` later: one of its neighbours follows it, or itself, at the ends as well."""
+    R = len(RATES_RAD)
+    share = min(CHANGE_SHARE * frames, 0.5)
+    neighbours = np.eye(R, k=1) + np.eye(R, k=-1)
+    neighbours[[0, -1], [0, -1]] = 1.0
+    return (1.0 - share) * np.eye(R) + 0.5 * share * neighbours
 
 
 def _normalised(belief: Array) -> Array:
