@@ -24,7 +24,7 @@ def own_points(
     """The points of those of somebody's pixels that are in the thinned image.
 
     Args:
-        pixels: [N] flat indices, ascending, into the full image.
+        pixels: [N] flat indices into the full image.
         labels: [H, W] id of the person that each full pixel belongs to.
         person: id; the others' pixels do not count.
         depth_m: [h, w] metres, every `stride`-th pixel of every `stride`-th row; those without a
@@ -32,7 +32,7 @@ def own_points(
         stride: see above.
         intrinsics: fx, fy, cx and cy of the thinned image.
         out_is_own: [h, w] all False, set at the pixels that count.
-        out_points_camera: [N, 3] metres, row by row; the first A are filled.
+        out_points_camera: [N, 3] metres, in the order of the pixels; the first A are filled.
         out_is_coarse: [N] whether row and column are even.
 
     Returns:
@@ -51,14 +51,14 @@ def own_points(
             continue
         row, column = full_row // stride, full_column // stride
         z = np.float64(depth_m[row, column])
-        if not z > 0.0:
+        if not z > 0.0 or out_is_own[row, column]:
             continue
         out_is_own[row, column] = True
         out_points_camera[count, 0] = (column - cx) * z / fx
         out_points_camera[count, 1] = (row - cy) * z / fy
         out_points_camera[count, 2] = depths_m[count] = z
         out_is_coarse[count] = row % 2 == 0 and column % 2 == 0
-        top, bottom = min(top, row), row + 1
+        top, bottom = min(top, row), max(bottom, row + 1)
         left, right = min(left, column), max(right, column + 1)
         count += 1
     median_m = median(depths_m[:count]) if count > 0 else 1.0

@@ -192,7 +192,7 @@ def gather(
     user_mask = np.zeros(view.depth_m.shape, np.bool_)
     points = np.empty((len(user.pixels), 3))
     is_coarse = np.empty(len(user.pixels), np.bool_)
-    count, distance_m, *box = own_points(
+    count, distance_m, top, bottom, left, right = own_points(
         user.pixels, labels, user.id, view.depth_m, stride, (view.fx, view.fy, view.cx, view.cy),
         user_mask, points, is_coarse,
     )  # fmt: skip
@@ -204,7 +204,7 @@ def gather(
         stride=stride,
         view=view,
         user_mask=user_mask,
-        nearest=NearestPixels.of(user_mask, *box, margin),
+        nearest=NearestPixels.of(user_mask, top, bottom, left, right, margin),
         coarse_view=image.view(2 * stride),
         all_points_camera=points,
         is_coarse=is_coarse,

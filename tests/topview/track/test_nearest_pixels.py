@@ -34,7 +34,8 @@ def nearest_of_all(mask: np.ndarray) -> np.ndarray:
     )
     pixels = np.flatnonzero(mask)
     index_of = np.zeros(len(pixels) + 1, np.int32)
-    index_of[np.asarray(labels).ravel()[pixels]] = pixels
+    labels = np.asarray(labels, np.int32)
+    index_of[labels.ravel()[pixels]] = pixels
     return index_of[labels]
 
 
