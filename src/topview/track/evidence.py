@@ -23,7 +23,7 @@ NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
 MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
-NEAREST_MARGIN_M: Final = 0.15  # round the user; parts farther off are drawn no harder
+NEAREST_MARGIN_M: Final = 0.3  # round the user; parts farther off need not know exactly where to go
 
 Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 
