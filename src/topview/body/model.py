@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,45 +48,52 @@ class BodyModel:
     @classmethod
     def of(cls, stature_m: float, proportions: Proportions) -> BodyModel:
         """The body of a person of this stature."""
-        p = proportions
-        arm, leg = (p.upper_arm_radius,) * 2, (p.upper_leg_radius,) * 2
-        forearm, lower_leg = (p.forearm_radius,) * 2, (p.lower_leg_radius,) * 2
-        limb_lengths = [p.upper_arm, p.forearm] * 2 + [p.upper_leg, p.lower_leg] * 2
-        lengths = np.array([p.head, p.waist, p.torso - p.waist, *limb_lengths])
-        radii = np.array(
-            [p.head_radii, p.upper_torso_radii, p.lower_torso_radii]
-            + [arm, forearm] * 2
-            + [leg, lower_leg] * 2
-        )
-        joints_parent = np.zeros((len(PARTS), 3))
-        for index, part in enumerate(PARTS):
-            if part.parent >= 0:
-                joints_parent[index, 1] = lengths[part.parent]
-        for index, side in ((LEFT_UPPER_ARM, -1.0), (RIGHT_UPPER_ARM, 1.0)):
-            joints_parent[index, :2] = side * p.shoulder_half_breadth, p.shoulder_drop
-        for index, side in ((LEFT_UPPER_LEG, -1.0), (RIGHT_UPPER_LEG, 1.0)):
-            joints_parent[index, 0] = side * p.hip_half_breadth
-
-        joints_part = np.zeros((len(JOINTS), 3))
-        along = {
-            "head": HEAD_CENTRE * p.head,
-            "torso": p.torso - p.waist - MID_SPINE_OVER_HIPS,
-            "pelvis": p.torso - p.waist,
-            "elbow": p.upper_arm,
-            "hand": p.forearm,
-            "knee": p.upper_leg,
-            "ankle": p.lower_leg - p.ankle_height,
-        }
-        for index, joint in enumerate(JOINTS):
-            joints_part[index, 1] = along.get(joint.name.split("_")[-1], 0.0)
+        one = _of_one_metre(proportions)
         return cls(
             stature_m,
-            read_only(lengths * stature_m),
-            read_only(radii * stature_m),
-            read_only(straight(radii) * stature_m),
-            read_only(joints_parent * stature_m),
-            read_only(joints_part * stature_m),
+            read_only(one.lengths_m * stature_m),
+            read_only(one.radii_m * stature_m),
+            read_only(one.shapes_m * stature_m),
+            read_only(one.joints_parent * stature_m),
+            read_only(one.joints_part * stature_m),
         )
+
+
+@cache
+def _of_one_metre(proportions: Proportions) -> BodyModel:
+    """Each frame makes bodies of other statures, and all alike."""
+    p = proportions
+    arm, leg = (p.upper_arm_radius,) * 2, (p.upper_leg_radius,) * 2
+    forearm, lower_leg = (p.forearm_radius,) * 2, (p.lower_leg_radius,) * 2
+    limb_lengths = [p.upper_arm, p.forearm] * 2 + [p.upper_leg, p.lower_leg] * 2
+    lengths = np.array([p.head, p.waist, p.torso - p.waist, *limb_lengths])
+    radii = np.array(
+        [p.head_radii, p.upper_torso_radii, p.lower_torso_radii]
+        + [arm, forearm] * 2
+        + [leg, lower_leg] * 2
+    )
+    joints_parent = np.zeros((len(PARTS), 3))
+    for index, part in enumerate(PARTS):
+        if part.parent >= 0:
+            joints_parent[index, 1] = lengths[part.parent]
+    for index, side in ((LEFT_UPPER_ARM, -1.0), (RIGHT_UPPER_ARM, 1.0)):
+        joints_parent[index, :2] = side * p.shoulder_half_breadth, p.shoulder_drop
+    for index, side in ((LEFT_UPPER_LEG, -1.0), (RIGHT_UPPER_LEG, 1.0)):
+        joints_parent[index, 0] = side * p.hip_half_breadth
+
+    joints_part = np.zeros((len(JOINTS), 3))
+    along = {
+        "head": HEAD_CENTRE * p.head,
+        "torso": p.torso - p.waist - MID_SPINE_OVER_HIPS,
+        "pelvis": p.torso - p.waist,
+        "elbow": p.upper_arm,
+        "hand": p.forearm,
+        "knee": p.upper_leg,
+        "ankle": p.lower_leg - p.ankle_height,
+    }
+    for index, joint in enumerate(JOINTS):
+        joints_part[index, 1] = along.get(joint.name.split("_")[-1], 0.0)
+    return BodyModel(1.0, lengths, radii, straight(radii), joints_parent, joints_part)
 
 
 def straight(radii: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,12 +24,16 @@ DRESSED: Final[dict[str, tuple[float, ...]]] = {
 }
 
 
-def dressed_shapes(stature_m: float) -> NDArray[np.float64]:
-    """[11, 6] `BodyModel.shapes_m` in metres."""
-    sides = [1.0, 1.0, 1.0, 1.0, -1.0, 1.0]
-    shapes = [
+_SIDES: Final = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])
+_SHARES: Final = np.array(
+    [
         np.array(DRESSED[name.removeprefix("left_").removeprefix("right_")])
-        * (sides if name.startswith("right_") else 1.0)
+        * (_SIDES if name.startswith("right_") else 1.0)
         for name in PART_NAMES
     ]
-    return np.array(shapes) * stature_m
+)
+
+
+def dressed_shapes(stature_m: float) -> NDArray[np.float64]:
+    """[11, 6] `BodyModel.shapes_m` in metres."""
+    return _SHARES * stature_m

@@ -80,6 +80,17 @@ class Cloud:
         row, column, is_inside = self.pixel_of(points_camera)
         return self.depth_m[row, column], is_inside
 
+    def pixel_at(self, point_camera: NDArray[np.floating]) -> tuple[int, int, bool]:
+        """As `pixel_of`, of a single [3] point, which is asked of many a head in a frame."""
+        x, y, z = point_camera.tolist()
+        camera = self.camera
+        z = max(z, 1e-3)
+        last_row, last_column = camera.height - 1, camera.width - 1
+        u = x / z * camera.fx + camera.cx
+        v = y / z * camera.fy + camera.cy
+        is_inside = -0.5 < u < last_column + 0.5 and -0.5 < v < last_row + 0.5
+        return round(min(max(0.0, v), last_row)), round(min(max(0.0, u), last_column)), is_inside
+
     def pixel_of(
         self, points_camera: NDArray[np.floating]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:

@@ -78,8 +78,8 @@ class HeadColors:
         """Whether a head at [3] has this one's colours (1) or the body's (0); None without any."""
         if cloud.frame.color is None:
             return None
-        row, column, _ = cloud.pixel_of(head_camera)
-        return float(self.share_about(cloud, int(row), int(column), float(head_camera[2]), 0)[0, 0])
+        row, column, _ = cloud.pixel_at(head_camera)
+        return float(self.share_about(cloud, row, column, float(head_camera[2]), 0)[0, 0])
 
     def share_about(
         self, cloud: Cloud, row: int, column: int, depth_m: float, radius_px: int

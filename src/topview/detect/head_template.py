@@ -89,8 +89,8 @@ def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:
 
 
 def _nearest_pixel(cloud: Cloud, center_camera: Vector) -> tuple[int, int]:
-    row, column, _ = cloud.pixel_of(center_camera)
-    return int(row), int(column)
+    row, column, _ = cloud.pixel_at(center_camera)
+    return row, column
 
 
 def track_head(

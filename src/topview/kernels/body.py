@@ -68,6 +68,20 @@ def surface_distance(x, y, z, length, shapes, k):
 
 
 @njit(error_model="numpy")
+def nearest_own(nearest, corner, row, column):
+    """Flat index into the image of the user's pixel nearest to one of its pixels, -1 for none.
+
+    Args:
+        nearest: [h, w] int32, the indices, in a window of the image; outside of it is taken for
+            where it is nearest to.
+        corner: row and column of the window's first pixel.
+        row, column: of the image.
+    """
+    h, w = nearest.shape
+    return nearest[min(max(row - corner[0], 0), h - 1), min(max(column - corner[1], 0), w - 1)]
+
+
+@njit(error_model="numpy")
 def reach_across(shapes, k):
     """How far a part's surface may lie from its axis."""
     widest = max(max(shapes[k, 0], shapes[k, 1]), max(shapes[k, 2], shapes[k, 3]))
@@ -92,16 +106,20 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
 
 
 @njit(cache=True, error_model="numpy")
-def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances):
+def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances, normals):
     """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
 
     Args:
         points: [N, 3] metres, camera frame.
         Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
         reach: metres.
-        labels, distances: [N] int32 and float64 metres, filled.
+        labels, distances, normals: [N] int32, [N] metres and [N, 3] of that surface, camera frame,
+            filled; the normal of no surface is left as it is.
     """
     B = Rs.shape[0]
+    across = np.empty(B)
+    for k in range(B):
+        across[k] = reach_across(shapes, k)
     for i in range(points.shape[0]):
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         limit = BACK_FACING * np.sqrt(px * px + py * py + pz * pz)
@@ -115,22 +133,21 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
                 continue
             x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
             z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-            widest = reach_across(shapes, k) + best
+            widest = across[k] + best
             if x * x + z * z > widest * widest:
                 continue
             d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
             if abs(d) >= best:
                 continue
-            facing = (
-                (Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz) * px
-                + (Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz) * py
-                + (Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz) * pz
-            )
-            if facing > limit:
+            cx = Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz
+            cy = Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz
+            cz = Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz
+            if cx * px + cy * py + cz * pz > limit:
                 continue
             best = abs(d)
             label = k
             signed = d
+            normals[i, 0], normals[i, 1], normals[i, 2] = cx, cy, cz
         labels[i] = label
         distances[i] = signed
 
@@ -387,7 +404,7 @@ def refine_bodies(
     first_row, row_step,
     necks, Rs_all, necks_prior, Rs_prior, lengths, shapes, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
-    points, depth, mine, nearest, fx, fy, cx, cy, head, head_weight, floor,
+    points, depth, mine, nearest, corner, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
     iterations, places, scales, joint_part, joints_part, joint_weight, costs,
 ):  # fmt: skip
@@ -407,7 +424,7 @@ def refine_bodies(
         prior_weights: [D].
         points: [N, 3] the user's points, metres, camera frame.
         depth: [H, W] float32 metres, 0 without a reading; mine: [H, W] bool, the user's pixels;
-            nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel.
+            nearest, corner: as in `nearest_own`.
         head, head_weight: [3] measured centre of the head, and its weight, 0 for none.
         floor: [4] upward normal and height of the camera, zeros for none: h = n . p + d >= 0.
         reach, scale: metres; points farther off do not pull, and the width of the robust weight.
@@ -447,6 +464,7 @@ def refine_bodies(
         J = np.empty(D)
         labels = np.empty(N, np.int32)
         distances = np.empty(N)
+        normals = np.empty((N, 3))
         unexplained = 0.0
         free = 0.0
         departure = 0.0
@@ -457,7 +475,7 @@ def refine_bodies(
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
-            assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances)
+            assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances, normals)
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
@@ -469,22 +487,13 @@ def refine_bodies(
                 if k < 0:
                     unexplained += 1.0
                     continue
-                dx = points[i, 0] - origins[k, 0]
-                dy = points[i, 1] - origins[k, 1]
-                dz = points[i, 2] - origins[k, 2]
-                x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
-                y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
-                z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-                d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
+                d = distances[i]
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
                 pull(
                     A, g, J, k, chain, n_chain, axes, centers,
                     points[i, 0], points[i, 1], points[i, 2],
-                    Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz,
-                    Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz,
-                    Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz,
-                    d, w * w * point_weight,
+                    normals[i, 0], normals[i, 1], normals[i, 2], d, w * w * point_weight,
                 )  # fmt: skip
 
             energy += point_weight * scale * scale * unexplained
@@ -518,7 +527,7 @@ def refine_bodies(
                             ly = q[0, 1] * dx + q[1, 1] * dy + q[2, 1] * dz
                             if ly < 0.0 or ly > lengths[torso]:
                                 continue
-                            d, nx, ny, nz = surface_distance(
+                            d, nx, _, nz = surface_distance(
                                 q[0, 0] * dx + q[1, 0] * dy + q[2, 0] * dz,
                                 ly,
                                 q[0, 2] * dx + q[1, 2] * dy + q[2, 2] * dz,
@@ -546,7 +555,7 @@ def refine_bodies(
                         if seen > 0.0 and seen < front + margin:
                             hidden += 1.0
                             continue
-                        target = nearest[v, u]
+                        target = nearest_own(nearest, corner, v, u)
                         if target < 0:
                             continue
                         du = (target % W - u) * z / fx

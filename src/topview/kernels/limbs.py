@@ -17,10 +17,13 @@ from topview.kernels.body import (
     LARGEST_TURN_RAD,
     NEAREST_M,
     STRAIGHT,
+    nearest_own,
     solve_lower,
 )
 from topview.kernels.limits import excess
 from topview.kernels.threads import over_threads
+
+OUT_OF_REACH = 1.000001  # of a squared distance: more is out of reach whatever is rounded; ours
 
 
 @njit(error_model="numpy")
@@ -64,7 +67,7 @@ def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, ga
 @njit(cache=True, error_model="numpy", nogil=True)
 def refine_limbs(
     first_row, row_step,
-    axes, joint, lengths, radii, points, depth, mine, nearest, fx, fy, cx, cy, floor,
+    axes, joint, lengths, radii, points, depth, mine, nearest, corner, fx, fy, cx, cy, floor,
     reach, scale, margin, free_weight, prior_weight, samples, iterations,
 ):  # fmt: skip
     """Move [M, 2, 3] directions `axes`, in place, onto the points and out of free space.
@@ -73,7 +76,7 @@ def refine_limbs(
         joint: [3] the limb's proximal joint, metres, camera frame.
         lengths, radii: [2] of upper and lower part, metres.
         points: [N, 3] that the limb may explain.
-        depth, mine, nearest, fx, fy, cx, cy, floor, margin, free_weight, iterations: as in
+        depth, mine, nearest, corner, fx, fy, cx, cy, floor, margin, free_weight, iterations: as in
             `body.refine_bodies`.
         reach, scale: metres; farther points do not pull, and the width of the robust weight.
         prior_weight: against leaving the candidate, per square radian.
@@ -113,12 +116,17 @@ def refine_limbs(
                         dy - t * axes[m, k, 1],
                         dz - t * axes[m, k, 2],
                     )
-                    r = max(np.sqrt(ex * ex + ey * ey + ez * ez), 1e-6)
+                    squared = ex * ex + ey * ey + ez * ez
+                    if squared > OUT_OF_REACH * (radii[k] + best) ** 2:
+                        continue
+                    r = max(np.sqrt(squared), 1e-6)
                     d = r - radii[k]
+                    if abs(d) >= best:
+                        continue
                     facing = (ex * px + ey * py + ez * pz) / (
                         r * np.sqrt(px * px + py * py + pz * pz)
                     )
-                    if abs(d) < best and facing <= BACK_FACING:
+                    if facing <= BACK_FACING:
                         best = abs(d)
                         part = k
                         bt, bd, bx, by, bz = t, d, ex / r, ey / r, ez / r
@@ -153,7 +161,7 @@ def refine_limbs(
                     front = z - radii[k]
                     along = t if k == 0 else lengths[0]
                     if not mine[v, u]:
-                        target = nearest[v, u]
+                        target = nearest_own(nearest, corner, v, u)
                         if target < 0 or (seen > 0.0 and seen < front + margin):
                             continue
                         du = (target % W - u) * z / fx
@@ -255,3 +263,75 @@ def judge_limbs(
         for i in range(3):
             height += floor[i] * (joint[i] + lengths[0] * u[i] + lengths[1] * w[i])
         verdicts[m, 4] = max(-height, 0.0)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def share_out_points(
+    points, labels, distances, joint, reach, upper, taken, exclusive, out_open, out_exclusive
+):
+    """Which of somebody's points a limb may explain.
+
+    Args:
+        points, labels, distances: [N, 3], and [N] twice, of `topview.kernels.body.assign_points`.
+        joint, reach: [3] the limb's proximal joint, and how far from it the limb comes, metres.
+        upper: the limb's upper part; the lower one comes next.
+        taken, exclusive: metres; nearer points to another part's surface are that part's, and
+            points that are nearer might be.
+        out_open, out_exclusive: [N, 3], filled from the start with the points that are not taken,
+            and with those that no other part explains.
+
+    Returns:
+        How many are open, how many exclusive, and how many lie on the limb's own surface.
+    """
+    n_open, n_exclusive, n_own = 0, 0, 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
+        if not x * x + y * y + z * z < reach * reach:
+            continue
+        off = abs(distances[i])
+        is_own = labels[i] == upper or labels[i] == upper + 1
+        is_others = not is_own and labels[i] >= 0
+        n_own += is_own and off < taken
+        if not (is_others and off < taken):
+            for k in range(3):
+                out_open[n_open, k] = points[i, k]
+            n_open += 1
+        if not (is_others and off < exclusive):
+            for k in range(3):
+                out_exclusive[n_exclusive, k] = points[i, k]
+            n_exclusive += 1
+    return n_open, n_exclusive, n_own
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def pick_scored(
+    points, is_coarse, labels, distances, joint, reach, upper, taken, out_fine, out_coarse
+):
+    """The points that a limb's hypotheses are scored on: those within reach that no other part has
+    taken.
+
+    Args:
+        points, labels, distances, joint, reach, upper, taken: as in `share_out_points`.
+        is_coarse: [N] which of the points are in the coarse image.
+        out_fine, out_coarse: [3, N] float32, filled from the start: x, y and z of these points, and
+            of those in the coarse image.
+
+    Returns:
+        How many there are, and how many in the coarse image.
+    """
+    n_fine, n_coarse = 0, 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
+        if not x * x + y * y + z * z < reach * reach:
+            continue
+        is_others = labels[i] >= 0 and labels[i] != upper and labels[i] != upper + 1
+        if is_others and abs(distances[i]) < taken:
+            continue
+        for k in range(3):
+            out_fine[k, n_fine] = points[i, k]
+        n_fine += 1
+        if is_coarse[i]:
+            for k in range(3):
+                out_coarse[k, n_coarse] = points[i, k]
+            n_coarse += 1
+    return n_fine, n_coarse

@@ -46,8 +46,8 @@ class Area:
         """Whether a [3] point is inside, or over the box."""
         if self.is_on_floor:
             return bool(self._over_box(scene.overview_of(point_camera)))
-        row, column, is_inside = scene.cloud.pixel_of(point_camera)
-        return bool(is_inside) and bool(self.of_pixels(scene)[row, column])
+        row, column, is_inside = scene.cloud.pixel_at(point_camera)
+        return is_inside and bool(self.of_pixels(scene)[row, column])
 
     def _over_box(self, overview_m: NDArray[np.floating]) -> NDArray[np.bool_]:
         low, high = np.min(self.corners, axis=0), np.max(self.corners, axis=0)

@@ -154,8 +154,8 @@ def _is_anothers(track: Track, others: Sequence[Track], scene: Scene, head: Head
         return True
     if head.confidence >= GOOD_HEAD:
         return False
-    row, column, in_view = scene.cloud.pixel_of(head.center_camera)
-    return bool(in_view) and any(
+    row, column, in_view = scene.cloud.pixel_at(head.center_camera)
+    return in_view and any(
         other.body_m is not None and other.body_m[row, column] < OWN_HEAD_M for other in seen
     )
 

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, head_evidence
-from topview.kernels.bodies import measure_body, share_within
+from topview.kernels.bodies import measure_body, measure_shape, share_within
 from topview.people.legs import stands_on_legs
 from topview.people.scene import Scene
 from topview.people.surfaces import jump_of
@@ -120,11 +119,13 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
 
 def _shape(scene: Scene, own: Distance, top_m: float, head: HeadCandidate) -> tuple[float, float]:
     """How slim and how flat it is."""
-    below_top_m = np.where(own < np.inf, top_m - scene.heights_m, np.float32(-1.0))
-    chest_m, head_m = (_breadth(scene, below_top_m, band) for band in (CHEST_BAND_M, HEAD_BAND_M))
+    camera = scene.cloud.camera
+    chest_m, head_m, seen_m = measure_shape(
+        own, scene.cloud.depth_m, scene.heights_m, camera.fx, top_m, CHEST_BAND_M, HEAD_BAND_M,
+        TORSO_REACH_M, LEAST_PIXELS,
+    )  # fmt: skip
     slim = CHEST_SHARE - chest_m / max(head_m, 1e-3)
-    noise_m = float(scene.cloud.camera.noise.sigma_m(head.center_camera[2]))
-    relief_m = _relief_m(scene, own < TORSO_REACH_M) - NOISE_LEFT * noise_m
+    relief_m = seen_m - NOISE_LEFT * float(camera.noise.sigma_m(head.center_camera[2]))
     return slim / 0.3, 1.0 - relief_m / PERSON_RELIEF_M
 
 
@@ -134,38 +135,3 @@ def _to_border_m(scene: Scene, point_camera: NDArray[np.float64]) -> float:
     camera = scene.cloud.camera
     column = x / z * camera.fx + camera.cx
     return min(column, camera.width - 1.0 - column) * z / camera.fx
-
-
-def _breadth(scene: Scene, below_top_m: NDArray[np.float32], band_m: tuple[float, float]) -> float:
-    """Mean breadth of what is seen in a band of heights; metres."""
-    is_band = (band_m[0] < below_top_m) & (below_top_m < band_m[1])
-    area_m2 = (scene.cloud.depth_m[is_band] / scene.cloud.camera.fx) ** 2
-    return float(area_m2.sum()) / (band_m[1] - band_m[0])
-
-
-def _relief_m(scene: Scene, is_body: NDArray[np.bool_]) -> float:
-    """Standard deviation from the plane that fits best, in the mean of 3 x 3 pixels; metres.
-
-    The depth's inverse is linear over a plane's image. The outline is left out.
-    """
-    rows, columns = (np.flatnonzero(is_body.any(axis)) for axis in (1, 0))
-    if not len(rows):
-        return 0.0
-    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    is_own = cv2.copyMakeBorder(
-        is_body[window].astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0
-    )
-    is_inner = cv2.erode(is_own, np.ones((3, 3), np.uint8))[1:-1, 1:-1] > 0
-    if np.count_nonzero(is_inner) < LEAST_PIXELS:
-        return 0.0
-    depth_m = scene.cloud.depth_m[window]
-    v, u = np.nonzero(is_inner)
-    seen = depth_m[is_inner].astype(np.float64)
-    design = np.stack([u, v, np.ones(len(u))], axis=1)
-    plane, *_ = np.linalg.lstsq(design, 1.0 / seen)
-    off_m = np.zeros(is_inner.shape)
-    off_m[is_inner] = (1.0 / seen - design @ plane) * seen**2
-    around = cv2.blur(off_m, (3, 3)) / np.maximum(
-        cv2.blur(is_inner.astype(np.float64), (3, 3)), 0.1
-    )
-    return float(around[is_inner].std())

@@ -65,8 +65,8 @@ def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
 
 def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
     """Whether a head is on a track's body."""
-    row, column, in_view = scene.cloud.pixel_of(head.center_camera)
-    return bool(in_view) and track.body_m is not None and bool(track.body_m[row, column] < np.inf)
+    row, column, in_view = scene.cloud.pixel_at(head.center_camera)
+    return in_view and track.body_m is not None and bool(track.body_m[row, column] < np.inf)
 
 
 def room_left_of(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView, Pyramid
 from topview.detect.joints.proposals import JointProposals
+from topview.kernels.windows import own_points
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
@@ -22,8 +23,44 @@ NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
 MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
+NEAREST_MARGIN_M: Final = 0.3  # round the user; parts farther off need not know exactly where to go
 
 Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearestPixels:
+    """Which of a user's pixels is nearest, in a window round all of them; a pixel outside of it is
+    taken to be where it is nearest to.
+
+    Attributes:
+        flat: [h, w] int32, index into the image, flat, of the user's pixel nearest to each pixel of
+            the window; -1 for none.
+        corner: row and column of the window's first pixel.
+    """
+
+    flat: NDArray[np.int32]
+    corner: tuple[int, int]
+
+    @classmethod
+    def of(
+        cls, mask: NDArray[np.bool_], top: int, bottom: int, left: int, right: int, margin: int
+    ) -> NearestPixels:
+        """Of [H, W] a mask that is set in some of the rows top to bottom and columns left to right,
+        ends left out, and nowhere else; the window reaches beyond them by a margin."""
+        if bottom <= top:
+            return cls(np.full((1, 1), -1, np.int32), (0, 0))
+        height, width = mask.shape
+        top, left = max(top - margin, 0), max(left - margin, 0)
+        window = mask[top : min(bottom + margin, height), left : min(right + margin, width)]
+        _, labels = cv2.distanceTransformWithLabels(
+            (~window).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        labels = np.asarray(labels, np.int32)
+        rows, columns = np.nonzero(window)
+        index_of = np.zeros(len(rows) + 1, np.int32)
+        index_of[labels[rows, columns]] = (rows + top) * width + columns + left
+        return cls(np.take(index_of, labels, mode="clip"), (top, left))  # clip: this is faster
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +72,7 @@ class Evidence:
         stride: full pixels from one pixel of these images to the next.
         view: the scene's depth.
         user_mask: [H, W] bool, pixels of the user.
-        nearest: [H, W] int32, flat index of the user's pixel nearest to each pixel; -1 for none.
+        nearest: which of the user's pixels is nearest to where.
         coarse_view: the scene's depth at half the resolution.
         all_points_camera: [A, 3] the user's points, metres.
         is_coarse: [A] which of them are in `coarse_view`.
@@ -60,7 +97,7 @@ class Evidence:
     stride: int
     view: DepthView
     user_mask: NDArray[np.bool_]
-    nearest: NDArray[np.int32]
+    nearest: NearestPixels
     coarse_view: DepthView
     all_points_camera: NDArray[np.float64]
     is_coarse: NDArray[np.bool_]
@@ -152,21 +189,25 @@ def gather(
     frame = image.frame
     stride = working_stride(frame.camera, float(user.head_camera[2]))
     view = image.view(stride)
-    thinned_labels = labels[::stride, ::stride]
-    user_mask = (thinned_labels == user.id) & (view.depth_m > 0.0)
-    rows, columns = np.nonzero(user_mask)
-    points = view.points(rows, columns)
-    step = max(1, -(-len(points) // MAX_REFINEMENT_POINTS))
-    distance_m = float(np.median(points[:, 2])) if len(points) else 1.0
+    user_mask = np.zeros(view.depth_m.shape, np.bool_)
+    points = np.empty((len(user.pixels), 3))
+    is_coarse = np.empty(len(user.pixels), np.bool_)
+    count, distance_m, top, bottom, left, right = own_points(
+        user.pixels, labels, user.id, view.depth_m, stride, (view.fx, view.fy, view.cx, view.cy),
+        user_mask, points, is_coarse,
+    )  # fmt: skip
+    points, is_coarse = points[:count], is_coarse[:count]
+    step = max(1, -(-count // MAX_REFINEMENT_POINTS))
+    margin = round(NEAREST_MARGIN_M * min(view.fx, view.fy) / distance_m)
     return Evidence(
         timestamp_s=frame.timestamp_s,
         stride=stride,
         view=view,
         user_mask=user_mask,
-        nearest=nearest_pixels(user_mask),
+        nearest=NearestPixels.of(user_mask, top, bottom, left, right, margin),
         coarse_view=image.view(2 * stride),
         all_points_camera=points,
-        is_coarse=(rows % 2 == 0) & (columns % 2 == 0),
+        is_coarse=is_coarse,
         points_camera=np.ascontiguousarray(points[::step]),
         point_area_m2=step * distance_m**2 / (view.fx * view.fy),
         head_camera=user.head_camera,
@@ -174,26 +215,12 @@ def gather(
         stature_m=user.height_m if user.height_is_measured else None,
         floor=np.zeros(4) if floor is None else np.append(floor.normal_camera, floor.distance_m),
         hidden_share=hidden_share,
-        unowned_mask=thinned_labels == 0 if with_unowned_mask else None,
+        unowned_mask=labels[::stride, ::stride] == 0 if with_unowned_mask else None,
         nearer_bodies=nearer_bodies,
         hands=hands,
         face_share=user.face_share,
         proposals=proposals,
     )
-
-
-def nearest_pixels(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """[H, W] flat index of the set pixel nearest to each pixel, -1 everywhere if none is set."""
-    if not mask.any():
-        return np.full(mask.shape, -1, np.int32)
-    _, labels = cv2.distanceTransformWithLabels(
-        (~mask).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    labels = np.asarray(labels, np.int32)
-    pixels = np.flatnonzero(mask)
-    index_of = np.zeros(labels.max() + 1, np.int32)
-    index_of[labels.ravel()[pixels]] = pixels
-    return np.take(index_of, labels, mode="clip")  # none is out of range; this is faster
 
 
 def columns(points_camera: NDArray[np.float64]) -> Columns:

@@ -108,11 +108,13 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
     points = origins[rng.integers(0, len(PARTS), 600)] + rng.normal(0.0, 0.15, (600, 3))
 
     defined = np.full((len(PARTS), len(points)), np.inf)
+    normals_of = np.empty((len(PARTS), len(points), 3))
     for k in range(len(PARTS)):
         size = MODEL.lengths_m[k], shapes_m[k]
         in_part = (points - origins[k]) @ Rs[k]
         d = defined_distance(in_part, *size)
-        cosine = np.einsum("ni,ni->n", outward_normals(in_part, *size) @ Rs[k].T, points)
+        normals_of[k] = outward_normals(in_part, *size) @ Rs[k].T
+        cosine = np.einsum("ni,ni->n", normals_of[k], points)
         is_facing = cosine <= BACK_FACING * np.linalg.norm(points, axis=1)
         defined[k] = np.where(is_facing & (np.abs(d) < REACH_M), d, np.inf)
     nearest = np.abs(defined).argmin(0)
@@ -120,10 +122,15 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
     expected = np.where(is_reached, nearest, -1)
 
     labels, distances = np.empty(len(points), np.int32), np.empty(len(points))
-    assign_points(points, Rs, origins, MODEL.lengths_m, shapes_m, REACH_M, labels, distances)
+    normals = np.empty((len(points), 3))
+    assign_points(
+        points, Rs, origins, MODEL.lengths_m, shapes_m, REACH_M, labels, distances, normals
+    )
     assert_array_equal(labels, expected)
     chosen = defined[nearest, np.arange(len(points))]
     assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)
+    chosen_normals = normals_of[nearest, np.arange(len(points))]
+    assert_allclose(normals[is_reached], chosen_normals[is_reached], atol=1e-9)
     assert 0.2 < is_reached.mean() < 0.9
 
 

@@ -1,4 +1,4 @@
-"""The judgement of limb poses against NumPy and the body's own limits."""
+"""The judgement of limb poses, and whose points are whose, against NumPy and the body's limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from topview.body.limits import excess_rad
 from topview.body.parts import LEFT_UPPER_ARM, PARTS, RIGHT_UPPER_LEG
 from topview.geometry.rotations import unit
-from topview.kernels.limbs import judge_limbs
+from topview.kernels.limbs import judge_limbs, pick_scored, share_out_points
 from topview.track.pose import HINGE_BENDS
 
 LENGTHS = np.array([0.3, 0.28])
@@ -110,3 +110,43 @@ def test_each_pose_is_judged_on_its_own():
     Rs_alone, verdicts_alone = judged(LEFT_UPPER_ARM, AXES[17:18].copy())
     assert_array_equal(Rs_alone[0], Rs[17])
     assert_array_equal(verdicts_alone[0], verdicts[17])
+
+
+def assigned() -> tuple[np.ndarray, np.ndarray]:
+    """[N] the part that each point is nearest to, -1 for none, and how far off it is."""
+    rng = np.random.default_rng(8)
+    return rng.integers(-1, len(PARTS), len(POINTS), np.int32), rng.normal(0.0, 0.06, len(POINTS))
+
+
+@limbs
+def test_a_limb_may_explain_what_others_do_not(upper):
+    labels, distances = assigned()
+    reach, taken, exclusive = 0.6, 0.04, 0.08
+    out_open, out_exclusive = np.empty_like(POINTS), np.empty_like(POINTS)
+    n_open, n_exclusive, n_own = share_out_points(
+        POINTS, labels, distances, JOINT, reach, upper, taken, exclusive, out_open, out_exclusive
+    )
+    is_near = ((POINTS - JOINT) ** 2).sum(1) < reach**2
+    is_others = ~np.isin(labels, (upper, upper + 1, -1))
+    off = np.abs(distances)
+    assert_array_equal(out_open[:n_open], POINTS[is_near & ~(is_others & (off < taken))])
+    assert_array_equal(
+        out_exclusive[:n_exclusive], POINTS[is_near & ~(is_others & (off < exclusive))]
+    )
+    assert n_own == (is_near & np.isin(labels, (upper, upper + 1)) & (off < taken)).sum()
+
+
+@limbs
+def test_a_limb_is_scored_on_what_others_have_not_taken(upper):
+    labels, distances = assigned()
+    is_coarse = np.arange(len(POINTS)) % 3 == 0
+    reach, taken = 0.6, 0.04
+    fine, coarse = np.empty((2, 3, len(POINTS)), np.float32)
+    n_fine, n_coarse = pick_scored(
+        POINTS, is_coarse, labels, distances, JOINT, reach, upper, taken, fine, coarse
+    )
+    is_near = ((POINTS - JOINT) ** 2).sum(1) < reach**2
+    is_others = ~np.isin(labels, (upper, upper + 1, -1))
+    is_scored = is_near & ~(is_others & (np.abs(distances) < taken))
+    assert_array_equal(fine[:, :n_fine].T, POINTS[is_scored].astype(np.float32))
+    assert_array_equal(coarse[:, :n_coarse].T, POINTS[is_scored & is_coarse].astype(np.float32))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from topview.kernels.bodies import measure_body, share_within
+from topview.kernels.bodies import measure_body, measure_shape, share_within
 from topview.kernels.scene import (
     find_cores,
     learn_background,
@@ -166,3 +166,54 @@ def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
     assert lowest_m == heights[body].min()
     assert roughness == pytest.approx((edge & bust).sum() / np.sqrt(bust.sum()))
     assert radius_m == inset[distance < 0.5].max()
+
+
+def relief_m(depth: NDArray[np.float32], body: NDArray[np.bool_]) -> float:
+    """Standard deviation of means of 3 x 3 pixels from the plane that fits best."""
+    bordered = cv2.copyMakeBorder(body.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    inner = cv2.erode(bordered, np.ones((3, 3), np.uint8))[1:-1, 1:-1] > 0
+    v, u = np.nonzero(inner)
+    seen = depth[inner].astype(np.float64)
+    design = np.stack([u, v, np.ones(len(u))], axis=1)
+    plane, *_ = np.linalg.lstsq(design, 1.0 / seen)
+    off_m = np.zeros(SHAPE)
+    off_m[inner] = (1.0 / seen - design @ plane) * seen**2
+    near = cv2.blur(inner.astype(np.float64), (3, 3))
+    return float((cv2.blur(off_m, (3, 3))[inner] / near[inner]).std())
+
+
+BODIES = {
+    "with a hole": (np.s_[3:17, 4:20], np.s_[8:10, 11:13]),
+    "whose inner pixels are in a row": (np.s_[5:8, 4:20], np.s_[0:0]),
+    "whose inner pixels are in a column": (np.s_[3:17, 6:9], np.s_[0:0]),
+}
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_a_shape_is_measured_as_defined(generator: np.random.Generator, body: str) -> None:
+    depth = generator.uniform(2.0, 2.2, SHAPE).astype(np.float32)
+    heights = generator.uniform(0.0, 2.0, SHAPE).astype(np.float32)
+    distance = np.full(SHAPE, np.inf, np.float32)
+    block, hole = BODIES[body]
+    distance[block] = generator.choice([0.1, 0.4], distance[block].shape)
+    distance[hole] = 0.8
+    chest_m, head_m, seen_m = measure_shape(
+        distance, depth, heights, 20.0, 1.7, (0.25, 0.5), (0.05, 0.2), 0.5, 8
+    )
+    is_body, below_m, pixel_m2 = distance < np.inf, 1.7 - heights, (depth / 20.0) ** 2
+    chest_m2 = pixel_m2[is_body & (below_m > 0.25) & (below_m < 0.5)].sum()
+    assert chest_m == pytest.approx(chest_m2 / 0.25, rel=1e-5)
+    head_m2 = pixel_m2[is_body & (below_m > 0.05) & (below_m < 0.2)].sum()
+    assert head_m == pytest.approx(head_m2 / 0.15, rel=1e-5)
+    assert seen_m == pytest.approx(relief_m(depth, distance < 0.5), rel=1e-6)
+
+
+def test_what_has_few_pixels_or_is_flat_has_no_relief() -> None:
+    distance, depth = np.full(SHAPE, 0.1, np.float32), np.empty(SHAPE, np.float32)
+    depth[:] = 1.0 / (0.4 + 0.001 * np.arange(SHAPE[1]))
+    bands = (0.25, 0.5), (0.05, 0.2)
+    flat_m = measure_shape(distance, depth, np.zeros_like(depth), 20.0, 1.7, *bands, 0.5, 8)[2]
+    assert flat_m == pytest.approx(0.0, abs=1e-6)
+    depth[5, 5] = 2.0
+    few = depth[3:7, 3:7].copy(), distance[3:7, 3:7].copy()
+    assert measure_shape(few[1], few[0], np.zeros_like(few[0]), 20.0, 1.7, *bands, 0.5, 8)[2] == 0.0

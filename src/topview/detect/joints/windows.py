@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
+from topview.kernels.windows import count_own, fill_window
 from topview.records import read_only
 
 Array = NDArray[np.float64]
@@ -109,18 +109,16 @@ class Box:
         return min(max(half_m, LEAST_HALF_BOX_M), HALF_BOX_M)
 
 
-def box_of(view: DepthView, is_own: NDArray[np.bool_]) -> Box | None:
-    """The box round somebody's [H, W] pixels; None where there is too little to look at."""
-    is_read = is_own & (view.depth_m > 0.0)
-    as_bytes = is_read.view(np.uint8)
-    in_columns = np.asarray(cv2.reduce(as_bytes, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[0]
-    in_rows = np.asarray(cv2.reduce(as_bytes, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S))[:, 0]
+def box_of(view: DepthView, labels: NDArray[np.int32], person: int) -> Box | None:
+    """The box round somebody's pixels; None where there is too little to look at. Arguments as in
+    `cut_windows`."""
+    height, width = labels.shape
+    in_columns, in_rows = np.zeros(width, np.int32), np.zeros(height, np.int32)
+    depth_mm = count_own(view.depth_m, labels, person, FARTHEST_MIDDLE_M, in_columns, in_rows)
     if in_columns.sum() < LEAST_WINDOW_PIXELS:
         return None
-    depth_mm = np.rint(np.minimum(view.depth_m[is_read], FARTHEST_MIDDLE_M) * 1000.0)
-    depth_m = median_of_counts(np.bincount(depth_mm.astype(np.int32))) / 1000.0
     column, row = median_of_counts(in_columns), median_of_counts(in_rows)
-    middle = np.array([column, row, max(depth_m, NEAREST_MIDDLE_M)])
+    middle = np.array([column, row, max(depth_mm / 1000.0, NEAREST_MIDDLE_M)])
     across, down = _reach(in_columns, column) / view.fx, _reach(in_rows, row) / view.fy
     return Box(middle, float(max(across, down) * middle[2]))
 
@@ -162,12 +160,14 @@ def cut_windows(
     halves_m = np.full(len(people), HALF_BOX_M)
     is_used = np.zeros(len(people), np.bool_)
     for index, person in enumerate(people):
-        box = box_of(view, labels == person)
+        box = box_of(view, labels, person)
         if box is not None:
             middle, half_m = box.middle, box.half_m()
             rows, columns = window_pixels(view, middle, half_m)
-            seen_m, owners = picked_pixels(view.depth_m, labels, rows, columns)
-            encode(seen_m, owners, person, middle[2], half_m, images[index])
+            fill_window(
+                view.depth_m, labels, rows.ravel(), columns.ravel(), person, middle[2], half_m,
+                NO_READING, images[index],
+            )  # fmt: skip
             middles[index], halves_m[index], is_used[index] = middle, half_m, True
     return Windows(images, middles, halves_m, is_used, view.fx, view.fy, view.cx, view.cy, mirrored)
 
@@ -232,7 +232,7 @@ def encode(
         image: is filled.
     """
     is_read = seen_m > 0.0
-    offset = np.clip((seen_m - middle_m) / half_m, -1.0, 1.0)
+    offset = np.clip((seen_m.astype(np.float64) - middle_m) / half_m, -1.0, 1.0)
     image[DEPTH] = np.where(is_read, offset, NO_READING)
     image[OWN] = is_read & (owners == person)
     image[OTHER] = is_read & (owners != person) & (owners != 0)

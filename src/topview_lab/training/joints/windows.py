@@ -212,7 +212,7 @@ def _cut(
         for outside in (np.s_[:, :first], np.s_[:, last:]):
             depth_m[outside], labels[outside] = 0.0, 0
         view = DepthView(depth_m, *recording.intrinsics)
-    box = box_of(view, labels == own)
+    box = box_of(view, labels, own)
     if box is None:
         raise ValueError(f"sample {number} shows fewer than {LEAST_WINDOW_PIXELS} pixels")
     R_turned_camera = rotations_from_vectors(rng.uniform(-1.0, 1.0, 3) * how.turn_rad)

@@ -135,7 +135,7 @@ def test_a_box_is_as_large_as_somebody_needs(side: int, half_m: float) -> None:
     labels[2 : 2 + side, 3 : 3 + side] = 1
     labels[0, 0] = 1  # one stray pixel
     assert cut_windows(view, labels, [1]).halves_m == pytest.approx([half_m])
-    box = box_of(view, labels == 1)
+    box = box_of(view, labels, 1)
     assert box is not None
     assert LEAST_HALF_BOX_M <= box.half_m(0.5) <= box.half_m() <= box.half_m(2.0) <= HALF_BOX_M
 

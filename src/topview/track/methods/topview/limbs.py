@@ -30,7 +30,7 @@ from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
 from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
-from topview.track.evidence import Columns, Evidence, columns
+from topview.track.evidence import Columns, Evidence
 from topview.track.methods.topview.hands import Hand, hands_of_arms
 from topview.track.methods.topview.refinement import label_points
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
@@ -284,14 +284,17 @@ class LimbSearch:
         lengths, radii = model.lengths_m[parts], model.radii_m[parts, 0]
         (labels, distances), (all_labels, all_distances) = labelling
         thinned, points = evidence.points_camera, evidence.all_points_camera
-        reach = (1.1 * lengths.sum()) ** 2
-        near = ((thinned - joint) ** 2).sum(1) < reach
-        others = ~np.isin(labels, (*parts, -1))
-        is_open = near & ~(others & (np.abs(distances) < s.taken_m))
-        is_exclusive = near & ~(others & (np.abs(distances) < s.exclusive_m))
-        all_others = ~np.isin(all_labels, (*parts, -1))
-        scored = ((points - joint) ** 2).sum(1) < reach
-        scored &= ~(all_others & (np.abs(all_distances) < s.taken_m))
+        reach = 1.1 * float(lengths.sum())
+        open_points, exclusive_points = np.empty_like(thinned), np.empty_like(thinned)
+        n_open, n_exclusive, n_own = limb_kernel.share_out_points(
+            thinned, labels, distances, joint, reach, upper, s.taken_m, s.exclusive_m,
+            open_points, exclusive_points,
+        )  # fmt: skip
+        fine, coarse = np.empty((2, 3, len(points)), np.float32)
+        n_fine, n_coarse = limb_kernel.pick_scored(
+            points, evidence.is_coarse, all_labels, all_distances, joint, reach, upper, s.taken_m,
+            fine, coarse,
+        )  # fmt: skip
         placed = [HEAD, UPPER_TORSO, LOWER_TORSO]
         return _Limb(
             upper,
@@ -300,10 +303,13 @@ class LimbSearch:
             radii,
             pose.Rs[parent],
             predicted.Rs[parts, :, 1],
-            np.ascontiguousarray(thinned[is_open]),
-            np.ascontiguousarray(thinned[is_exclusive]),
-            _Scored(columns(points[scored]), evidence.view),
-            _Scored(columns(points[scored & evidence.is_coarse]), evidence.coarse_view),
+            open_points[:n_open],
+            exclusive_points[:n_exclusive],
+            _Scored((fine[0, :n_fine], fine[1, :n_fine], fine[2, :n_fine]), evidence.view),
+            _Scored(
+                (coarse[0, :n_coarse], coarse[1, :n_coarse], coarse[2, :n_coarse]),
+                evidence.coarse_view,
+            ),
             placed_parts(
                 pose.Rs[placed],
                 origins[placed],
@@ -311,7 +317,7 @@ class LimbSearch:
                 s.collision_share * model.radii_m[placed],
             ),
             hand,
-            int((near & np.isin(labels, parts) & (np.abs(distances) < s.taken_m)).sum()),
+            n_own,
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
         )
 
@@ -335,9 +341,10 @@ class LimbSearch:
         view = evidence.view
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
-            view.depth_m, evidence.user_mask, evidence.nearest, view.fx, view.fy, view.cx, view.cy,
-            evidence.floor, s.reach_m, s.scale_m, s.free_space_margin_m, s.free_space_weight,
-            s.prior_weight, s.samples_per_part, s.refine_iterations,
+            view.depth_m, evidence.user_mask, evidence.nearest.flat, evidence.nearest.corner,
+            view.fx, view.fy, view.cx, view.cy, evidence.floor, s.reach_m, s.scale_m,
+            s.free_space_margin_m, s.free_space_weight, s.prior_weight, s.samples_per_part,
+            s.refine_iterations,
         )  # fmt: skip
         axes = np.concatenate([chosen, refined])
         scores = self._scores(limb, axes, evidence, limb.fine)

@@ -143,7 +143,8 @@ def refine(
         evidence.points_camera,
         view.depth_m,
         evidence.user_mask,
-        evidence.nearest,
+        evidence.nearest.flat,
+        evidence.nearest.corner,
         view.fx,
         view.fy,
         view.cx,
@@ -179,6 +180,7 @@ def label_points(
     labels = np.empty(len(points_camera), np.int32)
     distances = np.empty(len(points_camera))
     kernel.assign_points(
-        points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels, distances
-    )
+        points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels,
+        distances, np.empty_like(points_camera),
+    )  # fmt: skip
     return labels, distances
