@@ -85,7 +85,7 @@ class Step:
             if log_odds is not None:
                 evidence = evidence.with_network(log_odds, self.elapsed_s)
             is_upright = self.told.is_upright(track, self.scene.up_camera)
-            if track.id and is_upright is False:
+            if track.id and is_upright is False and self.told.is_near(track):
                 evidence = replace(evidence, by_body=True)
             elif is_upright and track.confidence >= SURE_HEAD:
                 evidence = replace(evidence, by_body=False)
@@ -117,8 +117,11 @@ class Step:
         told_camera: Vector,
     ) -> tuple[Track, HeadCandidate | None]:
         """A track and its head: the one at [3] that the network tells, if what is in doubt is a
-        person whose head is not what was followed, or if none that is upright has been found."""
-        if not track.id and np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M:
+        person who lies or bends and whose head is elsewhere, or if no upright one has been
+        found."""
+        is_off = np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M
+        is_upright = self.told.is_upright(track, self.scene.up_camera)
+        if not track.id and is_off and is_upright is False:
             others = [other for other in tracks if other.key != track.key]
             if not is_too_near(told_camera, others, self.scene):
                 return track.found_by_body(), self.head_at(told_camera)

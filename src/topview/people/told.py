@@ -113,13 +113,16 @@ class Told:
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
 
+    def is_near(self, track: Track) -> bool:
+        """Whether the head that the network sees in a track's window may be the track's."""
+        head = self.heads.get(track.told_as)
+        return head is not None and head.is_near(track.place_camera)
+
     def is_upright(self, track: Track, up_camera: Vector) -> bool | None:
-        """Whether the network sees an upright trunk below a track's head; None where it does not
+        """Whether the network sees an upright trunk in a track's window; None where it does not
         know."""
         head = self.heads.get(track.told_as)
         if head is None or head.trunk_camera is None or not head.is_sure:
-            return None
-        if not head.is_near(track.place_camera):
             return None
         return float(head.trunk_camera @ up_camera) >= UPRIGHT_SHARE
 

@@ -181,7 +181,8 @@ def test_what_looks_like_a_head_is_not_the_head_if_the_network_sees_it_elsewhere
     """Of who is known a moment must pass before that (`Track.corrected`)."""
     true_camera = head_of(0.2, 3.0, GROUND_Y)
     for track, off_m in ((IN_DOUBT, 0.0), (BOTTOM, 0.6)):
-        step = Step(STANDING, STANDING, told_of(track.told_as, true_camera), PeopleSettings())
+        told = told_of(track.told_as, true_camera, -UP)
+        step = Step(STANDING, STANDING, told, PeopleSettings())
         [moved] = step.moved([track], {0: track.head})
         assert np.linalg.norm(moved.place_camera - true_camera) == pytest.approx(off_m, abs=0.02)
         assert moved.evidence.by_body == (track is IN_DOUBT)
@@ -190,7 +191,8 @@ def test_what_looks_like_a_head_is_not_the_head_if_the_network_sees_it_elsewhere
 def test_another_s_head_is_not_taken() -> None:
     true_camera = head_of(0.2, 3.0, GROUND_Y)
     other = replace(track_at(STANDING, true_camera, 2), id=0)
-    step = Step(STANDING, STANDING, told_of(IN_DOUBT.told_as, true_camera), PeopleSettings())
+    told = told_of(IN_DOUBT.told_as, true_camera, -UP)
+    step = Step(STANDING, STANDING, told, PeopleSettings())
     moved, _ = step.moved([IN_DOUBT, other], {0: IN_DOUBT.head, 1: other.head})
     assert not moved.evidence.by_body
 
@@ -200,7 +202,7 @@ def test_who_lies_has_no_upright_head() -> None:
     here = BOTTOM.place_camera
     assert told_of(BOTTOM.id, here, lying).is_upright(BOTTOM, UP) is False
     assert told_of(BOTTOM.id, here, upright).is_upright(BOTTOM, UP) is True
-    assert told_of(BOTTOM.id, here + UP, lying).is_upright(BOTTOM, UP) is None
+    assert not told_of(BOTTOM.id, here + UP, lying).is_near(BOTTOM)
     assert Told().is_upright(BOTTOM, UP) is None
     track, unlike = BOTTOM, replace(BOTTOM, confidence=0.3)
     for trunk, before, is_by_body in (
