@@ -13,6 +13,7 @@ from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.scene import Scene
 from topview.people.segmentation import (
+    LIMB_STEP_M,
     Memory,
     SegmentationSettings,
     body_distance,
@@ -20,6 +21,7 @@ from topview.people.segmentation import (
     split_users,
 )
 from topview.people.settings import PeopleSettings
+from topview.people.surfaces import jump_of
 from topview.people.told import Told
 from topview.people.track import Track
 
@@ -66,6 +68,7 @@ def body_of(scene: Scene, track: Track, settings: PeopleSettings, last: Scene | 
         settings.segmentation,
         memory,
         from_head=track.is_seen or is_hidden,
+        jump=jump_of(scene.cloud.camera.noise, LIMB_STEP_M) if track.by_body else None,
     )
 
 

@@ -21,6 +21,7 @@ from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
 from topview.people.background import Background
 from topview.people.bodies import body_of, masks_of, union_of, with_pieces
+from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import Existence, Refusal
 from topview.people.floor import FloorPlane, FloorTracker
@@ -81,6 +82,7 @@ class PeopleFinder:
         self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
+        self._clusters = Clusters()
         kind = ReturningPeople if self.settings.reidentify else Existence
         self._existence = kind(self.settings.people)
         self._looks = Turns(EVERY_S)
@@ -118,6 +120,7 @@ class PeopleFinder:
             tracks, left = rejoined(tracks, scene, left, step.features_under, self._existence)
             tracks = step.with_evidence(tracks, is_time)
             tracks, refusals = self._spawned(tracks, step, left)
+            tracks = self._with_cluster(tracks, step)
             tracks = with_appearance(tracks, scene, is_time)
             tracks = self._segmented(tracks, step)
             free = free_of(tracks, scene, told)
@@ -126,7 +129,9 @@ class PeopleFinder:
         with self.clock.stage("pixels"):
             frontal = frontal_of(tracks, self._skin, scene.cloud.frame)
             users = users_of(tracks, scene, self.skin_detections, frontal)
-            self.doubtful = doubtful_of(tracks, scene, self._existence.likelihood)
+            next_cluster = self._clusters.next
+            self.doubtful = doubtful_of(tracks, scene, self._existence.likelihood, next_cluster)
+            self._clusters.tell(self.doubtful)
         self._learn_room(scene, users)
         doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]
         self.found = Found(
@@ -189,14 +194,24 @@ class PeopleFinder:
                 refusals.append(Refusal(head, reason))
         return after, refusals
 
+    def _with_cluster(self, tracks: list[Track], step: Step) -> list[Track]:
+        """The tracks, and that of the cluster which the network has taken for a person's."""
+        found = track_of_cluster(step, tracks, self._next_key, self._existence)
+        if found is None:
+            return tracks
+        self._background.forget(union_of(step.scene, [found]))
+        self._next_key += 1
+        return [*tracks, found]
+
     def _segmented(self, tracks: Sequence[Track], step: Step) -> list[Track]:
         """The tracks, each with the pixels that are its own; the rest is learnt as the room's, if
         it is steady."""
         scene, cloud = step.scene, step.scene.cloud
         whole = with_pieces(scene, tracks, self.settings)
-        self._background.update(
-            cloud.depth_m, union_of(scene, whole), scene.time_s, cloud.camera.noise
-        )
+        is_somebodys = union_of(scene, whole)
+        if step.told.has_network:
+            is_somebodys |= self._clusters.update(scene, is_somebodys, step.elapsed_s)
+        self._background.update(cloud.depth_m, is_somebodys, scene.time_s, cloud.camera.noise)
         masks = masks_of(scene, whole, step.told, self.settings.segmentation)
         return [track.restricted_to(is_own) for track, is_own in zip(whole, masks, strict=True)]
 

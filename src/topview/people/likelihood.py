@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
-from math import exp
+from math import exp, log
 from typing import Final
 
 import msgspec
@@ -30,6 +30,8 @@ LEAST_CLEAR: Final = 0.1
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
 MOST_SHAPE_ODDS: Final = 12.0
+# One cluster of a person's size in five is a person, where somebody is whom nobody explains.
+BODY_ODDS: Final = log(0.2 / 0.8)
 
 
 class Likelihood(msgspec.Struct, frozen=True):
@@ -91,6 +93,7 @@ class Evidence:
         clear: how much that look counts, 0..1.
         network: mean log-odds of `p_person`.
         asked_s: how long the network has looked; what is cut counts less.
+        by_body: whether no upright head is to be expected, so that the lack of one tells little.
     """
 
     features: Features
@@ -100,6 +103,7 @@ class Evidence:
     clear: float = 1.0
     network: float = 0.0
     asked_s: float = 0.0
+    by_body: bool = False
 
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
@@ -134,11 +138,10 @@ class Evidence:
         by_shape = likelihood.log_odds_of(self.features)
         if not self.asked_s:
             return by_shape
-        return (
-            likelihood.joint_bias
-            + likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
-            + likelihood.by_network * self.network
-        )
+        shape = likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
+        if self.by_body:
+            shape = max(shape, BODY_ODDS)
+        return likelihood.joint_bias + shape + likelihood.by_network * self.network
 
 
 def _clear(shape: Features) -> float:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.protocol import ColorDetector
-from topview.people.bodies import union_of
+from topview.people.bodies import SHOWN_M2, area_m2, union_of
+from topview.people.clusters import Cluster
 from topview.people.colors import skin_share
 from topview.people.existence import is_put_out
 from topview.people.height import measured_height
@@ -23,8 +24,9 @@ from topview.records import Frame
 
 Mask = NDArray[np.bool_]
 
-# Ours: so many who may be people are told of.
+# Ours: so many who may be people are told of; and who is rather one than not is asked about first.
 MOST_DOUBTS: Final = 4
+LIKELY: Final = 0.5
 
 
 def users_of(
@@ -47,13 +49,20 @@ def users_of(
     return users
 
 
-def doubtful_of(tracks: Sequence[Track], scene: Scene, likelihood: Likelihood) -> tuple[User, ...]:
-    """Who may be people; first of whom the network was asked least, and who is likely."""
-    doubts = [track for track in tracks if not track.id and track.is_seen]
-    doubts.sort(key=lambda t: (t.evidence.asked_s, -t.existence(likelihood), t.key))
-    return tuple(
-        _user(scene, track, union_of(scene, [track]), None) for track in doubts[:MOST_DOUBTS]
-    )
+def doubtful_of(
+    tracks: Sequence[Track], scene: Scene, likelihood: Likelihood, next_cluster: Cluster | None
+) -> tuple[User, ...]:
+    """Who may be people, and has a body; first who probably is, then of whom the network was asked
+    least. A cluster, `next_cluster`, has its turn among them."""
+    doubts = [
+        t for t in tracks if not t.id and (t.is_seen or t.by_body) and area_m2(scene, t) > SHOWN_M2
+    ]
+    turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
+    doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))
+    users = tuple(_user(scene, t, union_of(scene, [t]), None) for t in doubts[:MOST_DOUBTS])
+    if next_cluster is None or (doubts and turns[doubts[0].key] <= (True, next_cluster.asked_s)):
+        return users
+    return next_cluster.as_user(scene), *users
 
 
 def frontal_of(tracks: Sequence[Track], colors: ColorDetector | None, frame: Frame) -> set[int]:

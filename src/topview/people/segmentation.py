@@ -17,9 +17,13 @@ from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
+from topview.kernels.noise import Law
 from topview.kernels.segmentation import full_pixels_of, recall_body, seed_body
 from topview.people.scene import Scene
 from topview.people.surfaces import jump_of, surface_distance
+
+# Ours: a limb before or behind its body is no farther from it in depth.
+LIMB_STEP_M: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +73,7 @@ def body_distance(
     memory: Memory | None = None,
     *,
     from_head: bool = True,
+    jump: Law | None = None,
 ) -> NDArray[np.float32]:
     """[h, w] how far each pixel is from the head over the body's surface, infinity if too far.
 
@@ -80,6 +85,7 @@ def body_distance(
         memory: what is known of the user: it counts where the depth has stayed.
         from_head: whether what is seen at the head and under it is the user's; else only what is
             remembered, and what hangs together with it.
+        jump: largest step in depth from a pixel to the next; `jump_of` the noise if None.
     """
     cloud = scene.cloud
     height_along_up_m = scene.height_of(head_camera)
@@ -113,7 +119,7 @@ def body_distance(
         )
     elif not from_head:
         return np.full_like(start_m, np.inf)
-    return surface_distance(cloud, start_m, settings.reach * height_m)
+    return surface_distance(cloud, start_m, settings.reach * height_m, jump)
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:

@@ -22,14 +22,13 @@ from topview.people.existence import (
 from topview.people.features import FEATURE_NAMES, Features
 from topview.people.scene import Scene
 from topview.people.told import Told
-from topview.people.track import Track
+from topview.people.track import SURE_HEAD, Track
 
 Mask = NDArray[np.bool_]
 FeaturesOf = Callable[[HeadCandidate, Sequence[Track]], Features]
 
-# All ours. From this confidence on what is followed is the head; so much more makes one of what
-# else is on the body.
-SURE_HEAD, MUCH_MORE = 0.75, 0.12
+# All ours. So much more confidence makes a head of what else is on the body.
+MUCH_MORE: Final = 0.12
 # A head that is not where it was expected may be so much lower.
 LOWER_M: Final = 0.3
 # What stands right under a head is the person's, even if the rest hangs together with a wall.

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, head_evidence, torso_is_unread
 from topview.people.bodies import body_of, left_of, over_body
+from topview.people.existence import is_too_near
 from topview.people.features import Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.likelihood import Evidence, Likelihood
@@ -18,7 +20,9 @@ from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
-from topview.people.track import Track
+from topview.people.track import SURE_HEAD, TOLD_OFF_M, Track
+
+Vector = NDArray[np.float64]
 
 # Ours: a head is in view of which no more than this is hidden.
 IN_VIEW: Final = 0.15
@@ -54,10 +58,13 @@ class Step:
         for index, track in enumerate(tracks):
             told_camera = self.told.head_of(track, tracks, scene.time_s - track.time_s)
             head = taken.get(index)
+            own = track
+            if told_camera is not None:
+                own, head = self._by_body(track, tracks, head, told_camera)
             if head is not None:
-                now = track.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
+                now = own.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
             else:
-                now = track.coasted(scene)
+                now = own.coasted(scene)
             body_m = body_of(scene, now, self.settings, self.last)
             after.append((replace(now, body_m=body_m), told_camera))
         seen = [track for track, _ in after if track.is_seen]
@@ -77,6 +84,11 @@ class Step:
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
                 evidence = evidence.with_network(log_odds, self.elapsed_s)
+            is_upright = self.told.is_upright(track, self.scene.up_camera)
+            if track.id and is_upright is False and self.told.is_near(track):
+                evidence = replace(evidence, by_body=True)
+            elif is_upright and track.confidence >= SURE_HEAD:
+                evidence = replace(evidence, by_body=False)
             is_shadow = self.told.is_shadow(track, tracks)
             after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
         return after
@@ -96,6 +108,33 @@ class Step:
         shape = features_of(self.scene, head, track.body_m, own)
         way_m = float(np.linalg.norm(track.place_camera - track.born_camera))
         return track.evidence.with_shape(shape, way_m, self.scene.time_s)
+
+    def _by_body(
+        self,
+        track: Track,
+        tracks: Sequence[Track],
+        head: HeadCandidate | None,
+        told_camera: Vector,
+    ) -> tuple[Track, HeadCandidate | None]:
+        """A track and its head: the one at [3] that the network tells, if what is in doubt is a
+        person who lies or bends and whose head is elsewhere, or if no upright one has been
+        found."""
+        is_off = np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M
+        is_upright = self.told.is_upright(track, self.scene.up_camera)
+        if not track.id and is_off and is_upright is False:
+            others = [other for other in tracks if other.key != track.key]
+            if not is_too_near(told_camera, others, self.scene):
+                return track.found_by_body(), self.head_at(told_camera)
+        is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
+        if head is None and track.by_body and (is_in_view or not track.id):
+            return track, self.head_at(told_camera)
+        return track, head
+
+    def head_at(self, told_camera: Vector) -> HeadCandidate:
+        """A head [3] that the joint network tells, and how much it looks like an upright one."""
+        scene = self.scene
+        evidence = head_evidence(scene.cloud, told_camera[None], scene.up_camera)
+        return HeadCandidate(told_camera, float(evidence.confidence[0]))
 
     def _head_in_view(self, track: Track) -> HeadCandidate | None:
         """A track's head as it looks; None where it is not in view."""

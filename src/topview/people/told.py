@@ -16,7 +16,7 @@ from topview.records import Person
 
 Vector = NDArray[np.float64]
 
-TOLD_JOINT: Final = "head"
+TOLD_JOINT, TRUNK_END = "head", "pelvis"
 # All ours. A network that takes a window for a person's by this probability, and is no less exact
 # than this (Laplace's scale), knows where the head is.
 SURE, SURE_M = 0.5, 0.12
@@ -34,6 +34,9 @@ BODY_BONES: Final = np.array(
 ON_BONE_M, IN_PLACE = 0.1, 0.8
 # The log-odds of a person where the head that the network sees is another's.
 ELSEWHERE: Final = -4.0
+# A head that is above the pelvis by less than this share of the way is of somebody who lies, bends
+# or is on all fours.
+UPRIGHT_SHARE: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +47,13 @@ class ToldHead:
         p_person: probability that it shows a person.
         head_camera: [3] metres.
         is_sure: whether the network knows where the head is.
+        trunk_camera: [3] unit vector from the pelvis to the head; None where no pelvis is proposed.
     """
 
     p_person: float
     head_camera: Vector
     is_sure: bool
+    trunk_camera: Vector | None = None
 
     @classmethod
     def of(cls, proposals: JointProposals) -> ToldHead:
@@ -56,7 +61,12 @@ class ToldHead:
         mode, head = int(np.argmax(proposals.weights[0])), proposals.joint_names.index(TOLD_JOINT)
         p_person = float(proposals.p_person[0])
         is_sure = p_person > SURE and proposals.scales_m[0, mode, head].max() < SURE_M
-        return cls(p_person, proposals.positions_camera[0, mode, head], bool(is_sure))
+        joints_camera = proposals.positions_camera[0, mode]
+        trunk_camera = None
+        if TRUNK_END in proposals.joint_names:
+            way = joints_camera[head] - joints_camera[proposals.joint_names.index(TRUNK_END)]
+            trunk_camera = way / max(float(np.linalg.norm(way)), 1e-6)
+        return cls(p_person, joints_camera[head], bool(is_sure), trunk_camera)
 
     def is_near(self, head_camera: Vector) -> bool:
         """Whether it may be the head at [3] that the network saw."""
@@ -74,7 +84,7 @@ class Told:
 
     Attributes:
         people: as they were tracked.
-        heads: what the network said, by the id of a user or of who is doubtful
+        heads: what the network said, by the id of a user, of who is doubtful, or of a cluster
             (`Finder.doubtful`).
         has_network: whether a network is asked about everybody.
     """
@@ -102,6 +112,19 @@ class Told:
         if head is None or not head.is_sure or _is_anothers(head, track, tracks):
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
+
+    def is_near(self, track: Track) -> bool:
+        """Whether the head that the network sees in a track's window may be the track's."""
+        head = self.heads.get(track.told_as)
+        return head is not None and head.is_near(track.place_camera)
+
+    def is_upright(self, track: Track, up_camera: Vector) -> bool | None:
+        """Whether the network sees an upright trunk in a track's window; None where it does not
+        know."""
+        head = self.heads.get(track.told_as)
+        if head is None or head.trunk_camera is None or not head.is_sure:
+            return None
+        return float(head.trunk_camera @ up_camera) >= UPRIGHT_SHARE
 
     def is_shadow(self, track: Track, tracks: Sequence[Track]) -> bool:
         """Whether what is followed as a head belongs to somebody whose head is seen elsewhere."""

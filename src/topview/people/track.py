@@ -29,6 +29,8 @@ VIEW_FROM: Final = 0.25
 TOLD_SIGMA_M: Final = 0.1
 # Ours: what the network says is so far away, for so long, is not the head.
 TOLD_OFF_M, TOLD_OFF_S = 0.18, 0.08
+# Ours: from this confidence on what is followed is an upright head.
+SURE_HEAD: Final = 0.75
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +117,11 @@ class Track:
         return self.seen_s == self.time_s
 
     @property
+    def by_body(self) -> bool:
+        """Whether no upright head is to be expected on it, and none is seen."""
+        return self.evidence.by_body and self.confidence < SURE_HEAD
+
+    @property
     def head(self) -> HeadCandidate:
         """What is followed."""
         return HeadCandidate(self.place_camera, self.confidence)
@@ -180,6 +187,11 @@ class Track:
         """With new evidence, and whether what is followed belongs to another."""
         since_s = time_s if self.shadow_since_s is None else self.shadow_since_s
         return replace(self, evidence=evidence, shadow_since_s=since_s if is_shadow else None)
+
+    def found_by_body(self) -> Track:
+        """Without an upright head: what the network says of the body counts from now on."""
+        evidence = replace(self.evidence, by_body=True, network=0.0, asked_s=0.0)
+        return replace(self, evidence=evidence, confidence=0.0)
 
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """What was followed was not the head; this is."""

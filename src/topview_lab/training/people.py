@@ -32,6 +32,9 @@ Vector = NDArray[np.float64]
 PERSON_M, FURNITURE_M = 0.25, 0.45
 # A second track beside a confirmed one that is so near to the true head, and nearer, is no person.
 DOUBLE_M: Final = 0.2
+# A cluster with points so near to a true head has it; one without any nearer than the second is
+# no body.
+IN_CLUSTER_M, APART_FROM_M = 0.15, 1.0
 # A confirmed track that is farther from all true heads follows nobody any more.
 LOST_M: Final = 0.6
 
@@ -118,6 +121,13 @@ class TrueExistence(Existence):
                 return False
         return True if away_m < PERSON_M else False if away_m > FURNITURE_M else None
 
+    def label_of_cluster(self, points_camera: Vector) -> bool | None:
+        """Whether [N, 3] points that nobody explains are a person's, whose head is among them, or
+        furniture's; None where that is hard to say."""
+        ways_m = np.linalg.norm(points_camera[:, None] - self.heads_camera, axis=-1)
+        nearest_m = float(ways_m.min(initial=np.inf))
+        return True if nearest_m < IN_CLUSTER_M else False if nearest_m > APART_FROM_M else None
+
     def may_be(self, features: Features) -> bool:
         return True
 
@@ -164,7 +174,8 @@ def rows_of(recording: Recording, truth: TrueHeads, weights: Path | None = None)
         tracker.update(frame)
         tracks = () if finder.found is None else finder.found.tracks
         for track in tracks:
-            label = existence.label_of(track, tracks) if track.is_seen else None
+            is_head = track.is_seen and not track.evidence.by_body
+            label = existence.label_of(track, tracks) if is_head else None
             if label is not None:
                 seen.append((track.evidence, label))
     return TrackRows.of(seen)

@@ -11,9 +11,10 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.camera.projection import pixel_rays
 from topview.detect.joints import JointProposals, Windows
 from topview.detect.joints.network import JointNetwork
-from topview.records import InputError
+from topview.records import Frame, InputError
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 from topview_lab.sim.scenes import KINECT_V1_HALF
@@ -141,12 +142,22 @@ def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool
         for user, image, is_used in zip(
             asked, network.windows.looked_at, network.windows.is_used, strict=True
         ):
-            track = by_id[user.id]
-            is_told = is_used and track.is_seen
-            label = existence.label_of(track, finder.found.tracks) if is_told else None
+            track = by_id.get(user.id)
+            label = None
+            if is_used and track is None:
+                points_camera = _points_of(finder.found.scene.cloud.frame, user.pixels)
+                label = existence.label_of_cluster(points_camera)
+            elif is_used and track is not None and track.is_seen:
+                label = existence.label_of(track, finder.found.tracks)
             if label is not None:
                 seen.append((image, label))
     return seen
+
+
+def _points_of(frame: Frame, pixels: NDArray[np.int32]) -> NDArray[np.float64]:
+    """[N, 3] of flat pixels."""
+    rays = pixel_rays(frame.camera).reshape(-1, 3)[pixels].astype(np.float64)
+    return rays * frame.depth_m.ravel()[pixels, None]
 
 
 def _rows_of(windows: Sequence[tuple[Floats, bool]], varied: int, weights: Path) -> WindowRows:

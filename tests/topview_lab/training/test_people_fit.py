@@ -125,6 +125,17 @@ def test_whose_track_it_is() -> None:
     assert existence.label_of(double, [track_at(0.3, id=1), double]) is True
 
 
+def test_whose_cluster_it_is() -> None:
+    """Who has the head has the cluster; what is near a person may be a part of somebody."""
+    existence = TrueExistence()
+    points = np.array([[0.1, 0.0, 2.0], [0.5, 0.0, 2.0]])
+    assert existence.label_of_cluster(points) is False
+    existence.heads_camera = np.array([[0.0, 0.0, 2.0], [9.0, 0.0, 2.0]])
+    away = np.array([1.0, 0.0, 0.0])
+    labels = [existence.label_of_cluster(points + x_m * away) for x_m in (0.0, 0.1, 0.8, 1.0)]
+    assert labels == [True, None, None, False]
+
+
 @pytest.mark.slow
 def test_what_is_collected_of_a_simulated_person() -> None:
     collected = CollectJob(SimulatedScene("stand", frames=3))()

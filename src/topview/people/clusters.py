@@ -1,0 +1,165 @@
+"""Who may be somebody though no upright head is seen: clusters of what nobody explains.
+
+What stands out from the floor and the room, is no track's and has a person's size hangs together in
+a cluster. The joint network is asked about one of them a frame, in turn. Where it takes the window
+for a person's, it tells where the head is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import exp
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.people.bodies import body_of
+from topview.people.existence import REFUSED, Existence
+from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
+from topview.people.likelihood import EVIDENCE_MEMORY_S
+from topview.people.scene import Scene
+from topview.people.segmentation import LIMB_STEP_M, full_pixels
+from topview.people.spawning import is_free
+from topview.people.step import Step
+from topview.people.track import Track
+from topview.people.users import User
+
+Mask = NDArray[np.bool_]
+
+# The id under which the network is asked about a cluster; no track has it.
+CLUSTER_ID: Final = -(2**31) + 1
+# All ours. What is seen of a person: at least of somebody small whose feet are nearest, at most of
+# a large one with the chair; and of most, which is asked about first.
+SMALLEST_M2, LARGEST_M2, USUAL_M2 = 0.1, 1.2, 0.35
+# For so long the network looks at a cluster, at 30 frames a second once as it is and once mirrored,
+# until that is forgotten or the cluster moves; it is not learnt as the room's before.
+LOOKED_AT_S: Final = 0.06
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cluster:
+    """What hangs together, has a person's size and is nobody's.
+
+    Attributes:
+        is_own: [h, w] its pixels.
+        area_m2: of what is seen of it.
+        asked_s: for how long the network has looked at it of late.
+    """
+
+    is_own: Mask
+    area_m2: float
+    asked_s: float
+
+    @property
+    def turn(self) -> tuple[float, float]:
+        """The cluster whose turn is the least is asked about."""
+        return self.asked_s, abs(float(np.log(self.area_m2 / USUAL_M2)))
+
+    def as_user(self, scene: Scene) -> User:
+        """As the network is asked about it; its middle stands for the head."""
+        middle = np.median(scene.cloud.points_camera[self.is_own], axis=0).astype(np.float64)
+        pixels = full_pixels(scene, self.is_own)
+        return User(CLUSTER_ID, middle, False, PRIOR_HEIGHT_M, False, pixels)
+
+
+class Clusters:
+    """Which clusters wait for the network, and where it has looked.
+
+    Attributes:
+        next: the one whose turn it is; None if none waits.
+    """
+
+    def __init__(self) -> None:
+        self.next: Cluster | None = None
+        self._asked: Cluster | None = None
+        self._asked_s = np.zeros((0, 0), np.float32)
+
+    def update(self, scene: Scene, is_somebodys: Mask, elapsed_s: float) -> Mask:
+        """Find those of a frame.
+
+        Args:
+            scene: of the frame.
+            is_somebodys: [h, w] what tracks explain.
+            elapsed_s: since the last frame.
+
+        Returns:
+            [h, w] those that wait, which are not to be learnt as the room's.
+        """
+        self._remember(scene.cloud.depth_m, elapsed_s)
+        waiting = []
+        is_waiting = np.zeros(is_somebodys.shape, np.bool_)
+        for is_own, area_m2 in clusters_in(scene, is_somebodys):
+            asked_s = float(np.median(self._asked_s[is_own]))
+            if asked_s < LOOKED_AT_S:
+                waiting.append(Cluster(is_own, area_m2, asked_s))
+                is_waiting |= is_own
+        self.next = min(waiting, key=lambda cluster: cluster.turn, default=None)
+        return is_waiting
+
+    def tell(self, doubtful: Sequence[User]) -> None:
+        """The network is asked about the first of these with this frame."""
+        is_asked = bool(doubtful) and doubtful[0].id == CLUSTER_ID
+        self._asked = self.next if is_asked else None
+
+    def _remember(self, depth_m: NDArray[np.float32], elapsed_s: float) -> None:
+        """Where the network has looked, and forget it by and by."""
+        if self._asked_s.shape != depth_m.shape:
+            self._asked_s, self._asked = np.zeros_like(depth_m), None
+        self._asked_s *= np.float32(exp(-elapsed_s / EVIDENCE_MEMORY_S))
+        if self._asked is not None:
+            self._asked_s[self._asked.is_own] += np.float32(elapsed_s)
+
+
+def track_of_cluster(
+    step: Step, tracks: Sequence[Track], key: int, existence: Existence
+) -> Track | None:
+    """A new track, of the cluster that the network was asked about, at the head that it tells; None
+    if that is no person's, or may be another's.
+
+    Args:
+        step: the frame after.
+        tracks: in that frame.
+        key: of the new track.
+        existence: says what is worth following.
+    """
+    scene, told = step.scene, step.told.heads.get(CLUSTER_ID)
+    if told is None or not told.is_sure:
+        return None
+    head = step.head_at(told.head_camera)
+    if not step.settings.areas.hold(scene, head.center_camera):
+        return None
+    if is_free(scene, head, tracks, step.told) is not None:
+        return None
+    born = Track.born(key, scene.cloud, head, step.features_under(head, tracks)).found_by_body()
+    evidence = born.evidence.with_network(told.log_odds, step.elapsed_s)
+    track = replace(born, evidence=evidence)
+    if track.existence(existence.likelihood) <= REFUSED:
+        return None
+    return replace(track, body_m=body_of(scene, track, step.settings, None))
+
+
+def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:
+    """[h, w] and the area in square metres of each cluster of a person's size; depths within one
+    step by `LIMB_STEP_M` at most, so that a limb before the body is in its cluster."""
+    depth_m = scene.cloud.depth_m
+    may_be = scene.is_free_standing & ~is_somebodys
+    may_be[:, 1:] &= np.abs(np.diff(depth_m, axis=1)) < LIMB_STEP_M
+    may_be[1:] &= np.abs(np.diff(depth_m, axis=0)) < LIMB_STEP_M
+    count, numbers = cv2.connectedComponents(may_be.view(np.uint8), connectivity=4)
+    labels = np.asarray(numbers, np.int32)
+    pixel_m = depth_m / np.float32(scene.cloud.camera.fx)
+    areas_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel(), count)
+    for label in range(1, count):
+        if SMALLEST_M2 < areas_m2[label] < LARGEST_M2:
+            is_own = labels == label
+            if _longest_m(scene, is_own) < MAX_HEIGHT_M:
+                yield is_own, float(areas_m2[label])
+
+
+def _longest_m(scene: Scene, is_own: Mask) -> float:
+    """The longest side of the box round what is seen: right, forward or up."""
+    places_m = np.column_stack([scene.overview_m[is_own], scene.heights_m[is_own]])
+    return float(np.ptp(places_m, axis=0).max())
