@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.people.features import FEATURE_NAMES, Features
+from topview.people.features import FEATURE_NAMES, SHAPE, Features
 from topview.people.motion import PAUSE_S
 
 LIKELIHOOD_FILE: Final = "likelihood.json"
@@ -30,8 +30,9 @@ LEAST_CLEAR: Final = 0.1
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
 MOST_SHAPE_ODDS: Final = 12.0
-# One cluster of a person's size in five is a person, where somebody is whom nobody explains.
-BODY_ODDS: Final = log(0.2 / 0.8)
+# Of the clusters of a person's size that the tracker asked about in the recordings that the network's
+# layer was fitted on, so many were people.
+BODY_ODDS: Final = log(0.03 / 0.97)
 
 
 class Likelihood(msgspec.Struct, frozen=True):
@@ -59,6 +60,11 @@ class Likelihood(msgspec.Struct, frozen=True):
     def log_odds_of_shape(self, shape: Features) -> float:
         """By shape alone, of [S] features."""
         return self.bias - float(self._vector[: len(shape)] @ shape)
+
+    def log_odds_of_motion(self, features: Features) -> float:
+        """By motion alone, of [F] features; 0 for who has moved."""
+        still = len(SHAPE)
+        return -float(self._vector[still:] @ features[still:])
 
     def worst_of(self, features: Features) -> str:
         """The name of the feature that speaks most against a person."""
@@ -94,6 +100,7 @@ class Evidence:
         network: mean log-odds of `p_person`.
         asked_s: how long the network has looked; what is cut counts less.
         by_body: whether no upright head is to be expected, so that the lack of one tells little.
+        was_upright: whether one was followed before, so that what its body looks like counts.
     """
 
     features: Features
@@ -104,6 +111,7 @@ class Evidence:
     network: float = 0.0
     asked_s: float = 0.0
     by_body: bool = False
+    was_upright: bool = True
 
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
@@ -140,7 +148,9 @@ class Evidence:
             return by_shape
         shape = likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
         if self.by_body:
-            shape = max(shape, BODY_ODDS)
+            still = likelihood.by_shape * likelihood.log_odds_of_motion(self.features)
+            least = BODY_ODDS + still
+            shape = max(shape, least) if self.was_upright else least
         return likelihood.joint_bias + shape + likelihood.by_network * self.network
 
 

@@ -88,7 +88,7 @@ class Step:
             if track.id and is_upright is False and self.told.is_near(track):
                 evidence = replace(evidence, by_body=True)
             elif is_upright and track.confidence >= SURE_HEAD:
-                evidence = replace(evidence, by_body=False)
+                evidence = replace(evidence, by_body=False, was_upright=True)
             is_shadow = self.told.is_shadow(track, tracks)
             after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
         return after

@@ -190,7 +190,7 @@ class Track:
 
     def found_by_body(self) -> Track:
         """Without an upright head: what the network says of the body counts from now on."""
-        evidence = replace(self.evidence, by_body=True, network=0.0, asked_s=0.0)
+        evidence = replace(self.evidence, by_body=True, was_upright=False, network=0.0, asked_s=0.0)
         return replace(self, evidence=evidence, confidence=0.0)
 
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:

@@ -226,6 +226,21 @@ def test_the_lack_of_an_upright_head_counts_no_more_than_a_cluster_does() -> Non
     assert by_head.log_odds(likelihood) < by_body.log_odds(likelihood)
     upright = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0).with_network(3.0, 0.1)
     assert replace(upright, by_body=True).log_odds(likelihood) == upright.log_odds(likelihood)
+    never_upright = replace(upright, by_body=True, was_upright=False)
+    assert never_upright.log_odds(likelihood) == pytest.approx(said + BODY_ODDS)
+
+
+def test_a_cluster_that_does_not_move_is_less_of_a_person() -> None:
+    likelihood, shape = shipped_likelihood(), np.full(len(SHAPE), 4.0)
+    new = Evidence.starting_with(shape, 0.0).with_network(3.0, 0.1)
+    long = new.with_shape(shape, 0.0, 2.0).with_network(3.0, 2.0)
+    moved = new.with_shape(shape, 1.0, 2.0).with_network(3.0, 2.0)
+    odds = [
+        replace(own, by_body=True, was_upright=False).log_odds(likelihood)
+        for own in (new, moved, long)
+    ]
+    assert odds[0] == pytest.approx(odds[1])
+    assert odds[2] < odds[1] - 0.1
 
 
 def test_a_sure_network_confirms_and_an_unsure_one_does_not() -> None:
