@@ -30,8 +30,8 @@ LEAST_CLEAR: Final = 0.1
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
 MOST_SHAPE_ODDS: Final = 12.0
-# Of the clusters of a person's size that the tracker asked about in the recordings that the network's
-# layer was fitted on, so many were people.
+# So many of the clusters that the tracker asked about were people, in the recordings that the
+# network's layer was fitted on.
 BODY_ODDS: Final = log(0.03 / 0.97)
 
 
