@@ -19,11 +19,11 @@ from topview.camera.pyramid import DepthView
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import JointNetwork
 from topview.detect.joints.windows import cut_windows
-from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.recording import SimulatedFrame, SimulatedRecording
 from topview_lab.sim.scenes import scene_by_name
 from topview_lab.training.joints.recordings import our_joint_name
-from topview_lab.training.joints.simulated import CENTRE_PARTS, sim_part
+from topview_lab.training.joints.simulated import CENTRE_PARTS, sim_part, stem_and_side
 
 SCENES: Final = {"all_actions": range(3000, 3008), "turning": range(3010, 3014)}
 EVERY: Final = 7
@@ -66,8 +66,8 @@ def _add_ways(
     for j, name in enumerate(SIM_JOINT_NAMES):
         if shares[0, j] > MOST_HIDDEN:
             continue
-        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
-        R_camera_part = truth.Ts_camera_part[0, SIM_PART_NAMES.index(sim_part(stem, side)), :3, :3]
+        stem, side = stem_and_side(name)
+        R_camera_part = truth.Ts_camera_part[0, sim_part(stem, side), :3, :3]
         away = proposed[PROPOSED_JOINTS.index(our_joint_name(name))] - truth.joints[0, j]
         way = R_camera_part.T @ away / stature_m
         ways[stem].append(way * [-1.0 if side == "_l" else 0.0 if not side else 1.0, 1.0, 1.0])

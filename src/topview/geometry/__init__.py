@@ -1,1 +1,1 @@
-"""Transforms and quadrics: the readable NumPy definitions."""
+"""Transforms, segments and quadrics: the readable NumPy definitions."""

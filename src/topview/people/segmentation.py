@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
+from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
 from topview.kernels.segmentation import full_pixels_of, recall_body, seed_body
 from topview.people.scene import Scene
@@ -195,12 +196,7 @@ def bone_distance(
         if joint.bone_to >= 0 and is_given[joint.bone_to] and is_given[end]
     ]
     starts, ends = (joints_camera[list(indices)] for indices in zip(*bones, strict=True))
-    along = ends - starts
-    offset = points_camera[:, None] - starts
-    square = np.maximum((along**2).sum(-1), 1e-9)
-    share = np.clip(np.einsum("nbi,bi->nb", offset, along) / square, 0.0, 1.0)
-    offset -= share[..., None] * along
-    return np.sqrt(np.einsum("nbi,nbi->nb", offset, offset).min(1))
+    return np.sqrt(square_distances(points_camera, starts, ends).min(1))
 
 
 def full_pixels(scene: Scene, is_users: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
 from topview.detect.joints.proposals import JointProposals
+from topview.geometry.segments import square_distances
 from topview.people.track import Track
 from topview.records import Person
 
@@ -146,8 +147,8 @@ class Told:
         for person in self.people:
             first, last = person.joints_camera[BODY_BONES].transpose(1, 0, 2)
             is_in_place = (person.joint_confidence[BODY_BONES] > IN_PLACE).all(axis=1)
-            away_m = _to_segments_m(head_camera, first[is_in_place], last[is_in_place])
-            if (away_m < ON_BONE_M).any():
+            away_m2 = square_distances(head_camera[None], first[is_in_place], last[is_in_place])
+            if (away_m2 < ON_BONE_M**2).any():
                 return True
         return False
 
@@ -168,14 +169,6 @@ def _is_anothers(head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
         for other in tracks
         if other.key != track.key and other.id and other.is_seen
     )
-
-
-def _to_segments_m(point: Vector, first: Vector, last: Vector) -> Vector:
-    """[N] from a [3] point to the segments from [N, 3] to [N, 3]."""
-    along = last - first
-    length2 = np.maximum((along**2).sum(axis=1), 1e-9)
-    share = np.clip(((point - first) * along).sum(axis=1) / length2, 0.0, 1.0)
-    return np.linalg.norm(first + share[:, None] * along - point, axis=1)
 
 
 NOTHING_TOLD: Final = Told()

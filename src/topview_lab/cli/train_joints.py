@@ -19,12 +19,10 @@ from topview.cli.progress import progress_bar
 from topview.detect.joints import PROPOSED_JOINTS
 from topview.io import write_atomically
 from topview.records import InputError
-from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import posture_scene
 from topview_lab.training.joints.measuring import INTERVALS, JointScores, Network, measure
 from topview_lab.training.joints.pictures import AXES, draw_losses, draw_reliability
 from topview_lab.training.joints.recordings import Samples, cached, folders_in, gathered, kept
-from topview_lab.training.joints.simulated import check_postures, simulated_recording
+from topview_lab.training.joints.simulated import check_postures, posture_recording
 
 if TYPE_CHECKING:
     from topview_lab.training.joints.learning import LearningSettings, Step
@@ -117,9 +115,8 @@ def _read(sources: Sequence[Path], out: Path, what_for: str, postures: int = 0) 
             recordings.append(cached(folder, cache))
             progress.advance(bar)
         for number in range(postures):
-            scene = posture_scene(number, KINECT_V1_HALF)
-            place = cache / f"simulated_{scene.name}"
-            recordings.append(kept(place, partial(simulated_recording, scene)))
+            place = cache / f"simulated_postures_{number}"
+            recordings.append(kept(place, partial(posture_recording, number)))
             progress.advance(bar)
     samples = gathered(recordings)
     if not len(samples):

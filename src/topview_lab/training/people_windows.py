@@ -11,16 +11,14 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera.projection import pixel_rays
+from topview.camera.pyramid import Pyramid
 from topview.detect.joints import JointProposals, Windows
 from topview.detect.joints.network import JointNetwork
-from topview.records import Frame, InputError
+from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
-from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import posture_scene
 from topview_lab.training.joints.recordings import LabelledRecording, gathered, read_labelled
-from topview_lab.training.joints.simulated import simulated_recording
+from topview_lab.training.joints.simulated import posture_recording
 from topview_lab.training.joints.windows import Variation, labelled_window
 from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
 from topview_lab.training.person_layer import means_under
@@ -107,9 +105,9 @@ class PosturesJob:
     weights: Path
 
     def __call__(self) -> CollectedWindows:
-        scene = posture_scene(self.number, KINECT_V1_HALF)
-        windows = _varied_windows(simulated_recording(scene))
-        return CollectedWindows(scene.name, _rows_of(windows, len(windows), self.weights))
+        recording = posture_recording(self.number)
+        windows = _varied_windows(recording)
+        return CollectedWindows(recording.name, _rows_of(windows, len(windows), self.weights))
 
 
 class _WatchedNetwork:
@@ -145,19 +143,14 @@ def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool
             track = by_id.get(user.id)
             label = None
             if is_used and track is None:
-                points_camera = _points_of(finder.found.scene.cloud.frame, user.pixels)
+                view = Pyramid(finder.found.scene.cloud.frame).full
+                points_camera = view.points(*np.unravel_index(user.pixels, view.depth_m.shape))
                 label = existence.label_of_cluster(points_camera)
             elif is_used and track is not None and track.is_seen:
                 label = existence.label_of(track, finder.found.tracks)
             if label is not None:
                 seen.append((image, label))
     return seen
-
-
-def _points_of(frame: Frame, pixels: NDArray[np.int32]) -> NDArray[np.float64]:
-    """[N, 3] of flat pixels."""
-    rays = pixel_rays(frame.camera).reshape(-1, 3)[pixels].astype(np.float64)
-    return rays * frame.depth_m.ravel()[pixels, None]
 
 
 def _rows_of(windows: Sequence[tuple[Floats, bool]], varied: int, weights: Path) -> WindowRows:

@@ -21,7 +21,6 @@ from topview_lab.sim.furniture import furnished
 from topview_lab.sim.held import HeldPose, Holding
 from topview_lab.sim.light import STEADY
 from topview_lab.sim.motions import Performance
-from topview_lab.sim.paths import Path
 from topview_lab.sim.scene import Actor, Mount, Scene
 from topview_lab.sim.scenes.stage import varied_room
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, Pose
@@ -181,7 +180,6 @@ def posture_scene(seed: int, camera: Camera) -> Scene:
         place = (float(rng.uniform(-ASIDE, ASIDE)) * away_m, away_m)
         name = str(rng.choice(list(POSTURES)))
         holdings.append(_resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng))
-    at_first = Path((holdings[0].path.state_at(0.0).position_room,), 0.0, 0.0)
     return Scene(
         name=f"postures_{seed}",
         seed=seed,
@@ -190,7 +188,7 @@ def posture_scene(seed: int, camera: Camera) -> Scene:
         mount=mount,
         room=room,
         furniture=furnished(rng, room),
-        actors=(Actor(body, Posing(at_first, (), style, tuple(holdings), fps)),),
+        actors=(Actor(body, Posing(holdings[0].path, (), style, tuple(holdings), fps)),),
         fps=fps,
         light=STEADY,
     )

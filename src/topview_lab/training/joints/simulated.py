@@ -12,6 +12,8 @@ from topview.records import InputError
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Scene
+from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.scenes.postures import posture_scene
 from topview_lab.sim.truth import GroundTruth, stack_truth
 from topview_lab.training.joints.recordings import LabelledRecording, our_joint_name
 
@@ -45,6 +47,11 @@ def check_postures(count: int) -> None:
         raise InputError(f"--postures is {count}; it must be 0 to {MOST_POSTURES}")
 
 
+def posture_recording(number: int) -> LabelledRecording:
+    """One simulated person in all postures of a scene; the number is its seed."""
+    return simulated_recording(posture_scene(number, KINECT_V1_HALF))
+
+
 def simulated_recording(scene: Scene) -> LabelledRecording:
     """All frames of a scene, joints where the rendered people have them."""
     recording = SimulatedRecording(scene)
@@ -68,18 +75,24 @@ def joints_of_rig(truth: GroundTruth) -> Array:
     """[F, P, 21, 3] the simulator's joints, each moved to where the rendered people have it."""
     joints = truth.joints.astype(np.float64)
     for j, name in enumerate(SIM_JOINT_NAMES):
-        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
-        part = SIM_PART_NAMES.index(sim_part(stem, side))
+        stem, side = stem_and_side(name)
+        part = sim_part(stem, side)
         way = np.array(JOINT_CENTRES[stem]) * [-1.0 if side == "_l" else 1.0, 1.0, 1.0]
         R_camera_part = truth.Ts_camera_part[:, :, part, :3, :3]
         joints[:, :, j] += truth.stature[:, None] * (R_camera_part @ way)
     return joints
 
 
-def sim_part(stem: str, side: str) -> str:
-    """The simulator's part with whose axes a joint goes."""
+def stem_and_side(name: str) -> tuple[str, str]:
+    """A simulated joint's name, and "_l", "_r" or nothing."""
+    return (name[:-2], name[-2:]) if name[-2:] in ("_l", "_r") else (name, "")
+
+
+def sim_part(stem: str, side: str) -> int:
+    """Index of the simulator's part with whose axes a joint goes: of its side, if it has sides."""
     part = CENTRE_PARTS[stem]
-    return part if f"{part}{side}" not in SIM_PART_NAMES else f"{part}{side}"
+    own = f"{part}{side}"
+    return SIM_PART_NAMES.index(own if own in SIM_PART_NAMES else part)
 
 
 _SIM_NAMES: Final = [
