@@ -26,15 +26,15 @@ SAMPLES = gathered([RECORDING])
 WALL_MM = np.where(RECORDING.depth_mm > 0, RECORDING.depth_mm, 3600).astype(np.uint16)
 WITH_WALL = gathered([replace(RECORDING, depth_mm=WALL_MM)])
 MOVED = replace(
-    AS_THEY_ARE, scales=(0.75, 1.25), turn_rad=(0.2, 0.2, 0.3), shift_m=0.1, far_shift_share=0.2,
-    far_shift_m=0.3,
+    AS_THEY_ARE, scales=(0.75, 1.25), stretch=(0.12, 0.08, 0.15), turn_rad=(0.2, 0.2, 0.3),
+    shift_m=0.1, far_shift_share=0.2, far_shift_m=0.3,
 )  # fmt: skip
 
 
 @given(st.integers(0, len(SAMPLES) - 1), st.integers(0, 2**32))
 def test_each_joint_is_where_the_window_shows_it(number: int, seed: int) -> None:
-    """However the scene is scaled, turned, shifted and mirrored, a joint's disc is at its place,
-    as deep as the joint."""
+    """However the scene is scaled, stretched, turned, shifted and mirrored, a joint's disc is at
+    its place, as deep as the joint."""
     window = labelled_window(SAMPLES, number, np.random.default_rng(seed), MOVED)
     pixels = np.floor((window.places[:, :2] + 1.0) * WINDOW_PIXELS / 2).astype(int)
     is_inside = ((pixels >= 0) & (pixels < WINDOW_PIXELS)).all(axis=1) & window.is_known

@@ -55,6 +55,8 @@ class Variation:
 
     Attributes:
         scales: a person and all around is this many times as large.
+        stretch: by up to such a share of it wider or narrower, taller or shorter, thicker or
+            thinner: other proportions than those of the people learnt from.
         boxes: the box is this many times as large as what is seen of the person needs, as not all
             pixels that are somebody's are known.
         turn_rad: the camera turned about each of its axes: about right, down, forward.
@@ -79,6 +81,7 @@ class Variation:
     """
 
     scales: tuple[float, float] = (0.75, 1.25)
+    stretch: tuple[float, float, float] = (0.12, 0.08, 0.15)
     boxes: tuple[float, float] = (0.9, 1.2)
     turn_rad: tuple[float, float, float] = (0.2, 0.2, 0.15)
     shift_m: float = 0.06
@@ -110,6 +113,7 @@ class Variation:
 
 AS_THEY_ARE: Final = Variation(
     scales=(1.0, 1.0),
+    stretch=(0.0, 0.0, 0.0),
     boxes=(1.0, 1.0),
     turn_rad=(0.0, 0.0, 0.0),
     border_hidden=0.0,
@@ -198,10 +202,11 @@ class _Cut:
 def _cut(
     samples: Samples, number: int, rng: Generator, how: Variation, shift_m: float | None = None
 ) -> _Cut:
-    """A window round somebody, of a scaled scene and a turned camera, off its middle."""
+    """A window round somebody, of a turned camera and a scene stretched along its axes, off its
+    middle."""
     which, frame, person = samples.index[number]
     recording = samples.recordings[which]
-    scale = rng.uniform(*how.scales)
+    scales = rng.uniform(*how.scales) * (1.0 + rng.uniform(-1.0, 1.0, 3) * how.stretch)
     depth_m = recording.depth_mm[frame].astype(np.float32) / DEPTH_UNITS
     labels = recording.masks[frame]
     view = DepthView(depth_m, *recording.intrinsics)
@@ -219,51 +224,49 @@ def _cut(
     far = rng.random() < how.far_shift_share
     sigma_m = shift_m or (how.far_shift_m if far else how.shift_m)
     shift = rng.normal(0.0, sigma_m, 3) if sigma_m else np.zeros(3)
-    half_m = box.half_m(scale * rng.uniform(*how.boxes))
-    turned = _turned_middle(view, box.middle, R_turned_camera) * [1.0, 1.0, scale]
+    half_m = box.half_m(float(scales[:2].max()) * rng.uniform(*how.boxes))
+    A_turned_camera = scales[:, None] * R_turned_camera
+    turned = _turned_middle(view, box.middle, A_turned_camera)
     turned += shift * [view.fx / turned[2], view.fy / turned[2], 1.0]
     turned[2] = max(turned[2], 0.4)
     rows, columns = window_pixels(view, turned, half_m)
-    stretch: Array | float = scale
-    if any(how.turn_rad):
-        rows, columns, stretch = _sources(view, rows, columns, R_turned_camera, scale)
+    deeper: Array | float = 1.0
+    if not np.array_equal(A_turned_camera, np.eye(3)):
+        rows, columns, deeper = _sources(view, rows, columns, A_turned_camera)
     seen_m, owners = picked_pixels(depth_m, labels, rows, columns)
     image = np.empty((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
-    encode((seen_m * stretch).astype(np.float32), owners, own, turned[2], half_m, image)
+    encode((seen_m * deeper).astype(np.float32), owners, own, turned[2], half_m, image)
     joints = recording.joints_camera[frame, person].astype(np.float64)
     is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view, first, last)
-    joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ R_turned_camera.T * scale
+    joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ A_turned_camera.T
     halves_m, is_used = np.array([half_m]), np.ones(1, bool)
     window = Windows(image[None], turned[None], halves_m, is_used, *recording.intrinsics)
     places = window.from_camera(joints[None])[0]
     return _Cut(image, half_m, places, is_known, np.asarray(recording.hidden[frame, person]))
 
 
-def _turned_middle(view: DepthView, middle: Array, R_turned_camera: Array) -> Array:
-    """The box's middle as a camera sees it that is turned in its place."""
+def _turned_middle(view: DepthView, middle: Array, A_turned_camera: Array) -> Array:
+    """The box's middle as a camera sees it that is turned in its place, the scene stretched."""
     ray = np.array([(middle[0] - view.cx) / view.fx, (middle[1] - view.cy) / view.fy, 1.0])
-    point = R_turned_camera @ (ray * middle[2])
+    point = A_turned_camera @ (ray * middle[2])
     column, row = point[:2] / point[2] * [view.fx, view.fy] + [view.cx, view.cy]
     return np.array([column, row, point[2]])
 
 
 def _sources(
-    view: DepthView,
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
-    R_turned_camera: Array,
-    scale: float,
+    view: DepthView, rows: NDArray[np.intp], columns: NDArray[np.intp], A_turned_camera: Array
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
     """Which pixels of the camera the turned one sees at these places, and by what their depth is
-    multiplied; a camera turned in its place sees the same surfaces."""
+    multiplied; a camera turned in its place, before a scene stretched along its axes, sees the
+    same surfaces."""
     x, y = (columns - view.cx) / view.fx, (rows - view.cy) / view.fy
-    R = R_turned_camera.T
-    across, down, forward = (R[axis, 0] * x + R[axis, 1] * y + R[axis, 2] for axis in range(3))
+    A = np.linalg.inv(A_turned_camera)
+    across, down, forward = (A[axis, 0] * x + A[axis, 1] * y + A[axis, 2] for axis in range(3))
     forward = np.maximum(forward, 0.1)
     return (
         np.rint(down / forward * view.fy + view.cy).astype(np.intp),
         np.rint(across / forward * view.fx + view.cx).astype(np.intp),
-        scale / forward,
+        1.0 / forward,
     )
 
 
