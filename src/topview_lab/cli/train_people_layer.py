@@ -63,8 +63,8 @@ def learn_layer(
     """Fit the layer on what was given, and on so many people in postures; write the network, and
     measure it on the others, or on what is held back if there are none; None if Ctrl-C ended it
     early."""
-    own_jobs = [*map(_job, given), *(PosturesJob(number, WEIGHTS) for number in range(postures))]
-    results = collected([*own_jobs, *map(_job, others)], workers, "collecting windows")
+    own_jobs = [*_jobs(given), *(PosturesJob(number, WEIGHTS) for number in range(postures))]
+    results = collected([*own_jobs, *_jobs(others)], workers, "collecting windows")
     if results is None:
         return None
     warn(*(each.problem for each in results if each is not None and each.problem))
@@ -80,8 +80,15 @@ def learn_layer(
     return _windows_table({"fitted": own, "others" if others else "held back": other}, layers)
 
 
-def _job(recording: KnownPeople) -> WindowsJob:
-    return WindowsJob(recording, getattr(recording, "path", None), WEIGHTS)
+def _jobs(recordings: Sequence[KnownPeople]) -> list[WindowsJob]:
+    """Each with the folder of the next that has one, for another room."""
+    folders: list[Path | None] = [getattr(recording, "path", None) for recording in recordings]
+    jobs = []
+    for index, (recording, folder) in enumerate(zip(recordings, folders, strict=True)):
+        others = [*folders[index + 1 :], *folders[:index]]
+        room = next((other for other in others if other is not None), None)
+        jobs.append(WindowsJob(recording, folder, room, WEIGHTS))
+    return jobs
 
 
 def _joined(results: Sequence[CollectedWindows | None]) -> WindowRows | None:

@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 SHAPE_PENALTY, SHAPE_PRIOR = 1e-3, -1.0
 JOINT_PENALTY: Final = 1e-4
 # On the weights of the joint network's last layer, in units of the spread of what it sees.
-LAYER_PENALTY: Final = 1e-3
+LAYER_PENALTY: Final = 3e-3
 # What hardly varies is not scaled up.
 LEAST_SPREAD: Final = 1e-3
 # It is fitted to more digits than are written.

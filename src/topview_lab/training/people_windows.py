@@ -19,7 +19,7 @@ from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 from topview_lab.training.joints.recordings import LabelledRecording, gathered, read_labelled
 from topview_lab.training.joints.simulated import posture_recording
-from topview_lab.training.joints.windows import Variation, labelled_window
+from topview_lab.training.joints.windows import Variation, labelled_window, put_into_room
 from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
 from topview_lab.training.person_layer import means_under
 
@@ -27,7 +27,8 @@ Floats = NDArray[np.float32]
 
 # Ours: so many windows of a recording are varied, too, as no recording has them: without a
 # background, with wrong masks. Of them so many show no person, and more than one; and in so many
-# somebody is cut by the border, as whoever enters is.
+# somebody is cut by the border, as whoever enters is. And so many of those that the tracker asked
+# about are put into another recording's room.
 VARIED_WINDOWS: Final = 80
 VARIED: Final = replace(Variation(), nobody_share=0.25, several_share=0.1, border_share=0.3)
 
@@ -72,11 +73,13 @@ class WindowsJob:
     Attributes:
         recording: whose people are known.
         folder: where it lies, if it has joints and masks, for varied windows; None for none.
+        room: where another such recording lies, to put people and furniture into; None for none.
         weights: of the network whose layer is to be learnt.
     """
 
     recording: KnownPeople
     folder: Path | None
+    room: Path | None
     weights: Path
 
     def __call__(self) -> CollectedWindows:
@@ -84,6 +87,8 @@ class WindowsJob:
         try:
             asked = _asked_windows(self.recording, self.weights)
             varied = [] if self.folder is None else _varied_windows(read_labelled(self.folder))
+            if self.room is not None:
+                varied += _windows_elsewhere(asked, read_labelled(self.room))
         except InputError as error:
             return CollectedWindows(name, None, f"{name}: {error}")
         windows = [*asked, *varied]
@@ -159,6 +164,22 @@ def _rows_of(windows: Sequence[tuple[Floats, bool]], varied: int, weights: Path)
     means = means_under(weights.read_bytes())(np.array(images))
     is_varied = np.arange(len(windows)) >= len(windows) - varied
     return WindowRows(means, np.array(is_person), is_varied)
+
+
+def _windows_elsewhere(
+    windows: Sequence[tuple[Floats, bool]], room: LabelledRecording
+) -> list[tuple[Floats, bool]]:
+    """Some of the windows, in the room of another recording."""
+    donors = _varied_windows(room)
+    if not windows or not donors:
+        return []
+    rng = np.random.default_rng(crc32(room.name.encode()))
+    elsewhere = []
+    for (donor, _), number in zip(donors, rng.integers(0, len(windows), len(donors)), strict=True):
+        image, is_person = windows[number]
+        elsewhere.append((image.copy(), is_person))
+        put_into_room(elsewhere[-1][0], donor)
+    return elsewhere
 
 
 def _varied_windows(recording: LabelledRecording) -> list[tuple[Floats, bool]]:

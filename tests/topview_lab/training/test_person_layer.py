@@ -13,19 +13,22 @@ pytest.importorskip("onnx", reason="learning the layer needs the extra `train`")
 
 from test_people_fit import MadeUpJob
 
+from labelled_people import discs, write_recording
 from skeleton_sequences import write_rendered
 from topview.detect.joints.network import INPUT, OUTPUTS, WEIGHTS, opened
-from topview.detect.joints.windows import WINDOW_PIXELS
+from topview.detect.joints.windows import DEPTH, OTHER, OWN, WINDOW_PIXELS
 from topview.people.likelihood import Likelihood
 from topview.records import InputError
 from topview_lab.cli import train_people as command
 from topview_lab.cli import train_people_layer
 from topview_lab.datasets import SimulatedScene
+from topview_lab.training.joints.windows import put_into_room
 from topview_lab.training.people_fit import (
     fit_person_layer,
     windows_called_right,
 )
 from topview_lab.training.people_windows import (
+    VARIED_WINDOWS,
     CollectedWindows,
     PosturesJob,
     WindowRows,
@@ -98,11 +101,30 @@ def test_one_kind_alone_teaches_nothing() -> None:
 
 @pytest.mark.slow
 def test_what_the_tracker_asks_of_a_simulated_person() -> None:
-    collected = WindowsJob(SimulatedScene("stand", frames=3), None, WEIGHTS)()
+    collected = WindowsJob(SimulatedScene("stand", frames=3), None, None, WEIGHTS)()
     assert collected.rows is not None
     assert collected.rows.is_person.any()
     assert not collected.rows.is_varied.any()
     assert collected.rows.means.shape[1] == len(layer_in(SHIPPED)[1])
+
+
+def test_who_is_seen_elsewhere_stays_the_same(tmp_path) -> None:
+    """Other people's rooms teach, too: what is nobody's changes, and nothing else."""
+    one, other = (write_recording(tmp_path / name, discs()) for name in ("a", "b"))
+    scene = SimulatedScene("stand", frames=2)
+    alone, also = (WindowsJob(scene, one, room, WEIGHTS)() for room in (None, other))
+    assert alone.rows is not None
+    assert also.rows is not None
+    more = len(also.rows.means) - len(alone.rows.means)
+    assert 0 < more <= VARIED_WINDOWS
+    assert also.rows.is_varied[-more:].all()
+    image, donor = IMAGES.copy()
+    image[OWN:], donor[OWN:] = RNG.random((2, 2, WINDOW_PIXELS, WINDOW_PIXELS)) < 0.3
+    before = image.copy()
+    put_into_room(image, donor)
+    is_ones = (image[OWN] + image[OTHER] > 0.0) | (donor[OWN] + donor[OTHER] > 0.0)
+    assert_array_equal(image[:, is_ones], before[:, is_ones])
+    assert_array_equal(image[DEPTH, ~is_ones], donor[DEPTH, ~is_ones])
 
 
 def test_somebody_in_postures_teaches_varied_windows_alone() -> None:
@@ -124,8 +146,10 @@ def test_postures_teach_the_layer_alone(tmp_path, topview) -> None:
 class MadeUpWindows:
     """Collects made-up windows; nothing of a recording that is called broken."""
 
-    def __init__(self, recording, folder, weights) -> None:
+    def __init__(self, recording, folder, room, weights) -> None:
         assert folder == recording.path
+        assert room.parent == folder.parent
+        assert room != folder
         self.name = recording.name
 
     def __call__(self) -> CollectedWindows:

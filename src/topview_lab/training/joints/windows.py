@@ -71,6 +71,7 @@ class Variation:
         edge_share: the image ends within the window.
         border_share, border_hidden: it ends within the person, at a side, and so much of the
             person at the most lies outside.
+        other_room_share: people stand in the room of another recording.
         no_background_share, far_background_share: nothing but people is seen; nothing farther away.
         ragged_share: of those without a background: something of it is left round the person.
         wrong_mask_share: the segmentation is wrong in one way or another.
@@ -99,6 +100,7 @@ class Variation:
     lost_head_share: float = 0.12
     lost_feet_share: float = 0.25
     lost_feet_m: float = 0.15
+    other_room_share: float = 0.3
     no_background_share: float = 0.3
     far_background_share: float = 0.15
     ragged_share: float = 0.6
@@ -168,6 +170,8 @@ def labelled_window(
     edges = _cut_by_the_edge(image, own, rng, how)
     _change_outline(image, rng, how)
     _lose_ends(image, cut, rng, how)
+    if rng.random() < how.other_room_share:
+        put_into_room(image, _cut(samples, int(rng.integers(len(samples))), rng, how).image)
     _change_background(image, rng, how)
     if is_person and rng.random() < how.wrong_mask_share:
         _spoil_mask(image, rng)
@@ -418,6 +422,12 @@ def _lose_ends(image: Image, cut: _Cut, rng: Generator, how: Variation) -> None:
     lost &= image[OWN] > 0.0
     image[DEPTH][lost] = NO_READING
     image[OWN][lost] = 0.0
+
+
+def put_into_room(image: Image, donor: Image) -> None:
+    """Put who is in a window before what is nobody's in another one, where that is seen."""
+    is_nobodys = (image[OWN] + image[OTHER] == 0.0) & (donor[OWN] + donor[OTHER] == 0.0)
+    image[DEPTH][is_nobodys] = donor[DEPTH][is_nobodys]
 
 
 def _change_background(image: Image, rng: Generator, how: Variation) -> None:
