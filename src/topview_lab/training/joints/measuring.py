@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log
 from typing import Final
 
 import numpy as np
@@ -25,8 +26,11 @@ NEAR_JOINT_M: Final = 0.1
 INTERVALS: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 INTERVAL: Final = INTERVALS.index(0.9)
 """The one that is told of each joint."""
-HALF_WIDTHS: Final = -np.log(1.0 - np.array(INTERVALS))
-"""Half the widths of the intervals, in scales, that hold those shares of a Laplace law."""
+_SHARES: Final = np.array(INTERVALS)
+HALF_WIDTHS: Final = log(2.0) / log(3.0) * np.log((1.0 + _SHARES) / (1.0 - _SHARES))
+"""Half the widths of the intervals, in scales, that hold those shares. The scales are learnt as
+those of Laplace laws; half of the errors are within the Laplace law's median, but their tails are
+those of a logistic law of the same median."""
 CLEARLY_FACING: Final = 0.3
 """Sine between the camera's direction and a person's shoulders and hips (ours)."""
 HIDDEN_FROM: Final = 0.3
