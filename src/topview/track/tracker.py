@@ -93,6 +93,7 @@ class Tracker:
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
         self._looks_mirrored = False
+        self._came_left: dict[int, bool] = {}
         self._last: Frame | None = None
         smoothing_s = self.settings.smoothing_s
         self._camera_motion = None if self.settings.moving_camera else CameraMotion()
@@ -239,8 +240,9 @@ class Tracker:
         with self.clock.stage("windows"):
             if doubtful:
                 labels = label_image([*users, *doubtful], (labels.shape[0], labels.shape[1]))
-            windows = cut_windows(image.full, labels, asked, mirrored=self._looks_mirrored)
-            self._looks_mirrored = not self._looks_mirrored
+            windows = cut_windows(
+                image.full, labels, asked, self._are_mirrored(asked, [*users, *doubtful])
+            )
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
         self._proposed = {
@@ -254,6 +256,16 @@ class Tracker:
             if (own := self._proposed.get(user.id)) is not None
             and ToldHead.of(own).is_near(user.head_camera)
         }
+
+    def _are_mirrored(self, asked: Sequence[int], there: Sequence[User]) -> list[bool]:
+        """Whose windows are looked at in the mirror: everybody's in every other frame. Who came in
+        the left half of the image begins there, so that in a mirrored recording the network sees
+        the same."""
+        self._came_left = {
+            user.id: self._came_left.get(user.id, bool(user.head_camera[0] < 0.0)) for user in there
+        }
+        self._looks_mirrored = not self._looks_mirrored
+        return [self._came_left[id] == self._looks_mirrored for id in asked]
 
     def _learn(self, ids: Iterable[int]) -> None:
         """Keep what is known of the bodies of those who are there."""

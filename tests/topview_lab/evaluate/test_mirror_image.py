@@ -1,7 +1,7 @@
 """The tracker treats left and right alike, as far as random numbers and the pixel grid allow.
 
 Bounds stand some 40 % over the largest of what seeds 0, 1 and 2 gave when they were set;
-`scripts/measure_mirror.py` measures whole recordings.
+`topview evaluate mirror` measures whole recordings.
 """
 
 from __future__ import annotations
