@@ -13,6 +13,7 @@ from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.records import InputError
 from topview.track.run import track_offline, track_recording
+from topview_lab.cli.evaluate_facing import facing
 from topview_lab.cli.evaluate_mirror import mirror
 from topview_lab.cli.evaluate_people import people
 from topview_lab.cli.simulate import CAMERAS, Size
@@ -53,6 +54,7 @@ from topview_lab.metrics import Offsets
 evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
 evaluate.command(people)
 evaluate.command(mirror)
+evaluate.command(facing)
 
 
 @Parameter(name="*")
