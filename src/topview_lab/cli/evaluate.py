@@ -15,7 +15,7 @@ from topview.records import InputError
 from topview.track.run import track_offline, track_recording
 from topview_lab.cli.evaluate_facing import facing
 from topview_lab.cli.evaluate_mirror import mirror
-from topview_lab.cli.evaluate_people import people
+from topview_lab.cli.evaluate_people import mounts, people, returns
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.cli.tracked import (
     TRACKED_OPTIONS,
@@ -53,6 +53,8 @@ from topview_lab.metrics import Offsets
 
 evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
 evaluate.command(people)
+evaluate.command(mounts)
+evaluate.command(returns)
 evaluate.command(mirror)
 evaluate.command(facing)
 
