@@ -136,7 +136,7 @@ def test_simulated_people_are_told_as_they_truly_are(topview, tmp_path) -> None:
     np.testing.assert_array_equal(parts, told.parts)
     np.testing.assert_array_equal(ids, told.person_ids)
     part_of = np.array([0, *(1 + PART_NAMES.index(ours(name)) for name in SIM_PART_NAMES)])
-    true_part = cv2.imread(str(folder / "part" / "000003.png"), cv2.IMREAD_UNCHANGED)
+    true_part = np.array(cv2.imread(str(folder / "part" / "000003.png"), cv2.IMREAD_UNCHANGED))
     is_somebody = (ids > 0) & (true_part > 0)
     assert is_somebody.sum() > 0.9 * (true_part > 0).sum()
     assert (parts == part_of[true_part])[is_somebody].mean() > 0.8
