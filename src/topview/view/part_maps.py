@@ -19,7 +19,7 @@ from topview.records import Frame, InputError, PartMap, Person
 PEOPLE_FOLDER, PARTS_FOLDER = "mask", "part"
 """In the file: as the simulator's recordings have them."""
 MOST_ID: Final = int(np.iinfo(np.uint16).max)
-NEEDS_ROOM: Final = "the part maps wait there until they are whole, and need room"
+MAPS_NEED_ROOM: Final = "the part maps wait there until they are whole, and need room"
 
 
 class PartMaps:
@@ -51,7 +51,7 @@ class PartMaps:
             raise InputError(
                 f"frame {frame.index} has person {last}; part maps hold up to {MOST_ID}"
             )
-        with naming(self._folder, "written to", NEEDS_ROOM):
+        with naming(self._folder, "written to", MAPS_NEED_ROOM):
             for folder, image in (
                 (PEOPLE_FOLDER, part_map.person_ids.astype(np.uint16)),
                 (PARTS_FOLDER, part_map.parts),
