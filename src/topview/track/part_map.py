@@ -13,7 +13,7 @@ from topview.kernels import body as kernel
 from topview.records import PartMap
 from topview.track.pose import FittedBody
 
-PART_REACH_M: Final = 0.25
+PART_REACH_M: Final = 0.3
 """What is further than this from every part of somebody's body is of no part: a bag, a wide skirt.
 Ours."""
 
