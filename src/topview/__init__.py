@@ -23,6 +23,7 @@ from topview.records import (
     Frame,
     InputError,
     JointState,
+    PartMap,
     Person,
     Recording,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "JointState",
     "KnownBody",
     "KnownBone",
+    "PartMap",
     "Person",
     "Recording",
     "SkeletonSequence",

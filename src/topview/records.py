@@ -521,6 +521,24 @@ class Person:
             read_only(array)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PartMap:
+    """Whose each pixel of a depth image is, and which part of the body.
+
+    Attributes:
+        person_ids: [H, W] int32, id of the person, 0 for nobody.
+        parts: [H, W] uint8, 1 + the index into `topview.PART_NAMES`, 0 for none: hands belong to
+            forearms, feet to lower legs; what somebody carries may be of no part.
+    """
+
+    person_ids: NDArray[np.int32]
+    parts: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        read_only(self.person_ids)
+        read_only(self.parts)
+
+
 @runtime_checkable
 class Recording(Protocol):
     """A depth recording, or a camera that is live: iterate to get its frames in order. A stored

@@ -121,6 +121,11 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
     ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
+        (range(101, 112),), "who is hidden (returns); two_users 105",
+        "how the scenes are laid out; whether left and right are alike", Knowledge.LOOKED_AT,
+        "the scenes by their truth alone, before any tracker was measured on them",
+    ),
+    SeedUse(
         (503, 521, 731, 802), "walk, throwing, hug, wave", "tests", Knowledge.LOOKED_AT,
         "tests check bounds on them",
     ),

@@ -32,6 +32,7 @@ STEM: Final = "skeletons"  # of a result in any format
 CONTACT_SHEET: Final = "contact_sheet.png"
 PEOPLE_SHEET: Final = "people.png"
 OVERLAY: Final = "overlay.mp4"
+PART_MAPS: Final = "part_maps.zip"
 FRAMES_NAME: Final = "skeletons.frames"
 SMOOTHED_NAME: Final = "skeletons.offline.frames"  # while they are being smoothed
 
@@ -134,10 +135,10 @@ def _write_more(made: SkeletonFormat, out: Path) -> None:
 
 def older_files(out: Path) -> list[Path]:
     """What belongs to the result that a folder holds, if it holds one, besides the two files that
-    are always written: pictures, and skeletons in other formats."""
+    are always written: pictures, part maps, and skeletons in other formats."""
     if not (out / RESULT).exists():
         return []
-    files = [out / name for name in (CONTACT_SHEET, PEOPLE_SHEET, OVERLAY)]
+    files = [out / name for name in (CONTACT_SHEET, PEOPLE_SHEET, OVERLAY, PART_MAPS)]
     for made in FORMATS.values():
         files += [out / f"{STEM}.{made.name}", *out.glob(f"{STEM}_person*.{made.name}")]
     return [file for file in files if file.name not in (RESULT, TABLE) and file.exists()]

@@ -17,6 +17,7 @@ from topview.cli.results import (
     CONTACT_SHEET,
     FRAMES_NAME,
     OVERLAY,
+    PART_MAPS,
     PEOPLE_SHEET,
     check_free,
     look_both_ways,
@@ -44,7 +45,7 @@ from topview.skeletons import TrackedFrame
 from topview.stream import Outlet, open_stream
 from topview.track import KeepFrame, Tracker, TrackerSettings, TrackingRun
 from topview.track.known_people import LEARNT_S
-from topview.view import ContactSheet, OverlayVideo, PeopleSheet, Sheet, Viewers
+from topview.view import ContactSheet, OverlayVideo, PartMaps, PeopleSheet, Sheet, Viewers
 from topview.view.rerun_view import RerunView
 
 DEFAULTS = TrackerSettings()
@@ -61,6 +62,7 @@ def track(
     out: Path,
     pictures: Annotated[bool, Parameter(negative="")] = False,
     video: Annotated[bool, Parameter(negative="")] = False,
+    part_map: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
     gravity: tuple[float, float, float] | None = None,
@@ -87,6 +89,8 @@ def track(
         pictures: write DIR/contact_sheet.png, the skeletons, and DIR/people.png, how people were
             found, too.
         video: write DIR/overlay.mp4, the images with the skeletons over them, too.
+        part_map: write DIR/part_maps.zip, too: whose each pixel is, and which part of the body, as
+            two PNGs of each frame.
         format: write the skeletons in these formats, too, separated by commas: jsonl, parquet, bvh,
             trc, mot, c3d, glb, mcap, rrd; as DIR/skeletons.c3d, or as DIR/skeletons_person1.bvh for
             each person.
@@ -130,6 +134,8 @@ def track(
         sheets[PEOPLE_SHEET] = PeopleSheet(name, count, lambda: tracker.finder.found)
     if video:
         sheets[OVERLAY] = OverlayVideo(out)
+    if part_map:
+        sheets[PART_MAPS] = PartMaps(out, tracker.part_map)
     seen = DepthRange()
     window = [opened_view(recording.name, tracker)] if view else []
     run = TrackingRun(recording, tracker, gravity, offline=offline)

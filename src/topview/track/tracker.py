@@ -25,13 +25,14 @@ from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
 from topview.people.told import Told, ToldHead
 from topview.people.users import HandCandidate, User, by_depth, label_image
-from topview.records import Frame, InputError, Person, shown
+from topview.records import Frame, InputError, PartMap, Person, shown
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Needs, Subject
 from topview.track.joint_errors import JointSigns
 from topview.track.known_people import KnownPeople, LearntBodies
 from topview.track.methods import method_by_name
+from topview.track.part_map import part_map_of
 from topview.track.person_track import PersonTrack
 from topview.track.scene import FittedScene
 from topview.track.settings import TrackerSettings
@@ -93,7 +94,9 @@ class Tracker:
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
         self._looks_mirrored = False
+        self._came_left: dict[int, bool] = {}
         self._last: Frame | None = None
+        self._last_scene: FittedScene | None = None
         smoothing_s = self.settings.smoothing_s
         self._camera_motion = None if self.settings.moving_camera else CameraMotion()
         self._smoothing = Smoothing(smoothing_s) if smoothing_s > 0.0 else None
@@ -127,6 +130,7 @@ class Tracker:
         self._tracks = tracks
         for user in users:
             scene = scene.with_body(self._tracks[user.id].fit(scene, user))
+        self._last_scene = scene
         before = {person.id for person in self._people}
         with self.clock.stage("visibility"):
             self._people = [self._tracks[body.person].seen_in(scene, body) for body in scene.bodies]
@@ -141,6 +145,12 @@ class Tracker:
         """Of those who are there, by id: what the last frame told of how far joints may be off."""
         tracks = self._tracks.items()
         return {person: track.signs for person, track in tracks if track.signs is not None}
+
+    def part_map(self) -> PartMap | None:
+        """Whose each pixel of the last frame is, and which part of the body; None before the first.
+        It is made when it is asked for, by the bodies as they were fitted, before smoothing."""
+        scene = self._last_scene
+        return scene and part_map_of(scene.image.full, scene.labels, scene.bodies)
 
     def bodies(self) -> list[KnownBody]:
         """What has been learnt of everybody's body so far, in the order of the ids: to be written
@@ -239,8 +249,9 @@ class Tracker:
         with self.clock.stage("windows"):
             if doubtful:
                 labels = label_image([*users, *doubtful], (labels.shape[0], labels.shape[1]))
-            windows = cut_windows(image.full, labels, asked, mirrored=self._looks_mirrored)
-            self._looks_mirrored = not self._looks_mirrored
+            windows = cut_windows(
+                image.full, labels, asked, self._are_mirrored(asked, [*users, *doubtful])
+            )
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
         self._proposed = {
@@ -254,6 +265,16 @@ class Tracker:
             if (own := self._proposed.get(user.id)) is not None
             and ToldHead.of(own).is_near(user.head_camera)
         }
+
+    def _are_mirrored(self, asked: Sequence[int], there: Sequence[User]) -> list[bool]:
+        """Whose windows are looked at in the mirror: everybody's in every other frame. Who came in
+        the left half of the image begins there, so that in a mirrored recording the network sees
+        the same."""
+        self._came_left = {
+            user.id: self._came_left.get(user.id, bool(user.head_camera[0] < 0.0)) for user in there
+        }
+        self._looks_mirrored = not self._looks_mirrored
+        return [self._came_left[id] == self._looks_mirrored for id in asked]
 
     def _learn(self, ids: Iterable[int]) -> None:
         """Keep what is known of the bodies of those who are there."""

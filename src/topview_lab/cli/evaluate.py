@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import msgspec
 from cyclopts import App, Parameter
 
-from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
-from topview.cli.progress import compile_kernels, warn
-from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
-from topview.detect.detectors import DetectorName
-from topview.detect.joints.proposers import ProposalsName
-from topview.io import write_atomically
+from topview.cli.progress import warn
 from topview.records import InputError
-from topview.track import Tracker, TrackerSettings
 from topview.track.run import track_offline, track_recording
+from topview_lab.cli.evaluate_facing import facing
+from topview_lab.cli.evaluate_mirror import mirror
+from topview_lab.cli.evaluate_people import mounts, people, returns
 from topview_lab.cli.simulate import CAMERAS, Size
+from topview_lab.cli.tracked import (
+    TRACKED_OPTIONS,
+    Told,
+    TrackedOptions,
+    check_output,
+    check_tracker,
+    measure_all,
+    numbers,
+    status,
+)
 from topview_lab.datasets import (
     EvaluatedRecording,
     find_berkeley_mhad,
@@ -32,20 +37,13 @@ from topview_lab.datasets import (
     make_simulated,
     make_starts,
 )
-from topview_lab.evaluate.people import (
-    ALL_KINDS,
-    PeopleJob,
-    count_by_kind,
-    count_each,
-    counts_as_json,
-    found_people_table,
-)
 from topview_lab.evaluate.predictions import Predictions, predicted_jobs
 from topview_lab.evaluate.report import print_report, write_json
-from topview_lab.evaluate.run import run_all, run_evaluation, run_jobs
+from topview_lab.evaluate.run import run_evaluation, run_jobs
 from topview_lab.evaluate.starts import (
     ALL_STARTS,
     StartJob,
+    StartOutcome,
     each_start_table,
     starts_as_json,
     starts_by_pose,
@@ -53,45 +51,12 @@ from topview_lab.evaluate.starts import (
 )
 from topview_lab.metrics import Offsets
 
-DEFAULTS = TrackerSettings()
-
 evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class TrackedOptions:
-    """What everything that is tracked to be measured takes.
-
-    Attributes:
-        sequences: globs over the names of the sequences, separated by commas.
-        method: the tracker's method.
-        detector: how people's heads are found.
-        seed: of every random number.
-        proposals: what proposes joints to methods that ask for it.
-        weights: file of the network's weights.
-        json: file for all numbers.
-        force: replace the file that is there.
-        workers: processes, 0 for one per core; the numbers do not depend on it.
-        per_sequence: add a table of the sequences, worst first.
-    """
-
-    sequences: str = "*"
-    method: str = DEFAULTS.method
-    detector: DetectorName = DEFAULTS.detector
-    seed: int = DEFAULTS.seed
-    proposals: ProposalsName = DEFAULTS.proposals
-    weights: Path | None = None
-    json: Path | None = None
-    force: Annotated[bool, Parameter(negative="")] = False
-    workers: int = 0
-    per_sequence: Annotated[bool, Parameter(negative="")] = False
-
-    @property
-    def settings(self) -> TrackerSettings:
-        return TrackerSettings(
-            self.method, self.detector, self.seed, 1, self.proposals, self.weights
-        )
+evaluate.command(people)
+evaluate.command(mounts)
+evaluate.command(returns)
+evaluate.command(mirror)
+evaluate.command(facing)
 
 
 @Parameter(name="*")
@@ -123,7 +88,6 @@ class EvaluateOptions(TrackedOptions):
 
 
 DEFAULT_OPTIONS = EvaluateOptions()
-TRACKED_OPTIONS = TrackedOptions()
 
 
 @evaluate.command
@@ -145,7 +109,7 @@ def simulated(
         size: of the images, in pixels; both show the same.
     """
     made = make_simulated(
-        scenes, _numbers("--seeds", seeds), people, frames, CAMERAS[size], options.sequences
+        scenes, numbers("--seeds", seeds), people, frames, CAMERAS[size], options.sequences
     )
     return _evaluate(made, "error against the simulator's truth", options)
 
@@ -248,59 +212,21 @@ def starts(
         seeds: of bodies, rooms and noise, separated by commas.
         size: of the images, in pixels; both show the same.
     """
-    made = make_starts(poses, _numbers("--seeds", seeds), CAMERAS[size], options.sequences)
-    _check_output(options)
-    _check_tracker(options)
-    run = run_all([StartJob(start, options.settings) for start in made], options.workers)
-    done = [outcome for outcome in run.results if outcome is not None]
-    warn(*(problem for outcome in done for problem in outcome.problems), *run.problems)
-    rows = starts_by_pose(done)
+    made = make_starts(poses, numbers("--seeds", seeds), CAMERAS[size], options.sequences)
+    jobs = [StartJob(start, options.settings) for start in made]
+    return measure_all(jobs, options, told_of_starts)
+
+
+def told_of_starts(outcomes: Sequence[StartOutcome]) -> Told:
+    """By pose and direction."""
+    rows = starts_by_pose(outcomes)
     measured = rows[ALL_STARTS][ALL_STARTS].count if rows else 0
-    if measured:
-        console = plain_console()
-        console.print(starts_table(rows))
-        if options.per_sequence:
-            console.print(each_start_table(done))
-        if options.json is not None:
-            report = {"settings": options.settings.as_json(), "starts": starts_as_json(rows)}
-            write_atomically(options.json, msgspec.json.format(msgspec.json.encode(report)))
-    return _status(measured, len(made), run.interrupted)
-
-
-@evaluate.command
-def people(*paths: Path, options: TrackedOptions = TRACKED_OPTIONS) -> int:
-    """Count who was found, false people and exchanged identities, by the heads.
-
-    Args:
-        paths: recordings in the folder layout, or folders of them, whose groundtruth.npz tells how
-            much of each person is hidden (person_occ_inter) and outside (person_outside).
-    """
-    if not paths:
-        raise InputError("evaluate people: no folder given; give at least one recording")
-    recordings = find_folder_recordings(paths, options.sequences)
-    _check_output(options)
-    _check_tracker(options)
-    jobs = [PeopleJob(recording, options.settings) for recording in recordings]
-    run = run_all(jobs, options.workers)
-    done = [outcome for outcome in run.results if outcome is not None]
-    warn(*(problem for outcome in done for problem in outcome.problems), *run.problems)
-    counts = count_by_kind(done)
-    measured = counts[ALL_KINDS].recordings
-    if measured:
-        console = plain_console()
-        console.print(found_people_table("people found", counts))
-        if options.per_sequence:
-            console.print(found_people_table("per sequence, worst first", count_each(done)))
-        if options.json is not None:
-            made = {"settings": options.settings.as_json(), "counts": counts_as_json(counts)}
-            write_atomically(options.json, msgspec.json.format(msgspec.json.encode(made)))
-    return _status(measured, len(jobs), run.interrupted)
-
-
-def _numbers(option: str, text: str) -> tuple[int, ...]:
-    if not re.fullmatch("[0-9]{1,9}(,[0-9]{1,9})*", text):
-        raise InputError(f"{option} is {text!r}; it must be whole numbers like 1,2,3")
-    return tuple(int(number) for number in text.split(","))
+    return Told(
+        measured,
+        [starts_table(rows)] if measured else (),
+        [each_start_table(outcomes)],
+        {"starts": starts_as_json(rows)},
+    )
 
 
 def _pairs(text: str) -> dict[str, str]:
@@ -310,24 +236,12 @@ def _pairs(text: str) -> dict[str, str]:
     return {theirs.strip(): ours.strip() for theirs, ours in pairs}
 
 
-def _check_output(options: TrackedOptions) -> None:
-    """Not to find out after the last recording."""
-    if options.json is not None:
-        prepare_output_file("--json", options.json, options.force)
-
-
-def _check_tracker(options: TrackedOptions) -> None:
-    """What cannot be used is told once, not for each recording."""
-    Tracker(options.settings)
-    compile_kernels()
-
-
 def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
-    _check_output(options)
+    check_output(options)
     if options.predictions is None:
-        _check_tracker(options)
+        check_tracker(options)
         track = track_offline if options.offline else track_recording
         run = run_evaluation(recordings, options.settings, options.workers, track=track)
     elif options.offline:
@@ -354,14 +268,4 @@ def _evaluate(
         )
         if options.json is not None:
             write_json(options.json, summary, title, options.made_by(), run.problems)
-    return _status(measured, run.planned, run.interrupted)
-
-
-def _status(measured: int, planned: int, interrupted: bool) -> int:
-    """Exit status after so many of the planned recordings were measured."""
-    if interrupted:
-        warn(f"interrupted: {measured} of {planned} recordings")
-        return INTERRUPTED
-    if not measured:
-        raise InputError(f"none of the {planned} recordings could be evaluated")
-    return 0 if measured == planned else UNUSABLE_INPUT
+    return status(measured, run.planned, run.interrupted)

@@ -35,7 +35,14 @@ class KnowsReference(Protocol):
     def reference(self) -> ReferenceSequence: ...
 
 
-AnyRecording = TypeVar("AnyRecording", bound=EvaluatedRecording)
+class Named(Protocol):
+    """What has a name to be chosen by."""
+
+    @property
+    def name(self) -> str: ...
+
+
+AnyNamed = TypeVar("AnyNamed", bound=Named)
 
 
 def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
@@ -43,9 +50,7 @@ def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
     return [kind for kind, glob in kinds.items() if next(root.glob(glob), None) is None]
 
 
-def select_by_name(
-    recordings: Sequence[AnyRecording], pattern: str, source: str
-) -> list[AnyRecording]:
+def select_by_name(recordings: Sequence[AnyNamed], pattern: str, source: str) -> list[AnyNamed]:
     """Those whose name matches one of the comma-separated globs (`a1_s*_t1,a2_*`), in order.
 
     Raises:

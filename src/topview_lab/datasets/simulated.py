@@ -14,7 +14,7 @@ from topview_lab.metrics.heads import TrueHeads
 from topview_lab.sim import SCENES, Scene, SimulatedRecording, scene_by_name, simulate_truth
 from topview_lab.sim.recording import SimulatedFrame
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.truth import FrameTruth, stack_truth
+from topview_lab.sim.truth import FrameTruth, GroundTruth, stack_truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,14 @@ class RecordingWithTruth(SimulatedRecording):
 
     def reference(self) -> ReferenceSequence:
         """The truth of the frames that were read, from the first on."""
-        truth = stack_truth(self.scene, [self._truths[index] for index in sorted(self._truths)])
-        return reference_from(truth.arrays(), self.name)
+        return reference_from(self._truth().arrays(), self.name)
+
+    def true_heads(self) -> TrueHeads:
+        """Of the frames that were read, from the first on."""
+        return true_heads_from(self._truth().arrays())
+
+    def _truth(self) -> GroundTruth:
+        return stack_truth(self.scene, [self._truths[index] for index in sorted(self._truths)])
 
 
 def make_simulated(

@@ -4,24 +4,47 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from topview.records import InputError
+from topview.records import InputError, Recording
 from topview.skeletons import SkeletonSequence
 from topview.track.run import track_recording
 from topview.track.settings import TrackerSettings
-from topview_lab.datasets.folder import GROUNDTRUTH, FolderRecording
-from topview_lab.datasets.true_heads import HEAD_NAME, read_true_heads
+from topview_lab.datasets.true_heads import HEAD_NAME
 from topview_lab.evaluate.run import Track, tracked_whole
 from topview_lab.evaluate.tables import empty_table, number, percent
-from topview_lab.metrics.heads import PeopleFound, due_of, measure_heads, recall_of
+from topview_lab.metrics.heads import PeopleFound, TrueHeads, due_of, measure_heads, recall_of
 from topview_lab.metrics.statistics import share
 
 ALL_KINDS = "all"
+
+
+@runtime_checkable
+class KnowsHeads(Protocol):
+    """A recording that knows the true heads of its frames once they are read."""
+
+    def true_heads(self) -> TrueHeads: ...
+
+
+class CountedRecording(Protocol):
+    """A recording whose people can be counted; small and picklable."""
+
+    @property
+    def name(self) -> str:
+        """What the tables call it."""
+        ...
+
+    def open(self) -> Recording:
+        """The frames. Raises InputError where they cannot be read."""
+        ...
+
+    def true_heads(self) -> TrueHeads:
+        """Of all frames. Raises InputError where they cannot be read."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +66,7 @@ class PeopleJob:
         track: the tracker, importable by its name.
     """
 
-    recording: FolderRecording
+    recording: CountedRecording
     settings: TrackerSettings
     track: Track = track_recording
 
@@ -51,8 +74,12 @@ class PeopleJob:
         name = self.recording.name
         try:
             recording = self.recording.open()
-            truth = read_true_heads(self.recording.path / GROUNDTRUTH)
-            tracked = tracked_whole(recording, self.settings, self.track).skeletons
+            if isinstance(recording, KnowsHeads):
+                tracked = tracked_whole(recording, self.settings, self.track).skeletons
+                truth = recording.true_heads()
+            else:  # the truth first: it may be unreadable
+                truth = self.recording.true_heads()
+                tracked = tracked_whole(recording, self.settings, self.track).skeletons
             found = measure_heads(
                 truth.of_frames(tracked.frame_index),
                 tracked_heads(tracked),

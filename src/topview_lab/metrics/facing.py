@@ -54,6 +54,18 @@ def turns_deg(
     return np.degrees(np.abs(np.arctan2(about, _dot(true, found))))[:, 0]
 
 
+def yaws_deg(joints_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[N] degrees, -180 to 180, of where the front of trunks points in the plane of the camera's x
+    and z axes: 0 to the camera, 90 to the image's right, 180 away; NaN where a shoulder or a hip is
+    unknown.
+
+    Args:
+        joints_camera: [N, J, 3] in the order of `JOINT_NAMES`.
+    """
+    front = np.cross(_across(joints_camera), _down(joints_camera))
+    return np.degrees(np.arctan2(front[:, 0], -front[:, 2]))
+
+
 def facing(pool: Pool) -> Held:
     """Over all person-frames from `FACING_AFTER_S` after each person's first one on in which they
     were found: whether the trunk is turned by less than `FACING_DEG`."""

@@ -180,8 +180,7 @@ def measure_heads(
         ids: [F, S] of whoever is in each slot.
         times_s: [F].
     """
-    distances_m = people_distances(truth.heads_camera[:, :, None], found_camera[:, :, None])
-    matches = match_heads(distances_m, HEAD_GATE_M)
+    matches, distances_m = match_true_heads(truth, found_camera)
     matched_ids = people_matched(matches, ids)
     firsts = [_first_seen(own) for own in matched_ids.T]
     is_due, is_outside = truth.is_due, truth.is_outside
@@ -209,6 +208,15 @@ def measure_heads(
     is_found = np.isfinite(found_camera).all(axis=-1)
     false = int(is_found.sum() - (matches != NOBODY).sum())
     return PeopleFound(len(times_s), false, tuple(people))
+
+
+def match_true_heads(
+    truth: TrueHeads, found_camera: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """[F, R] the slot of the [F, S, 3] heads, metres, that is each true head's, or `NOBODY`; and
+    the [F, R, S] distances, metres."""
+    distances_m = people_distances(truth.heads_camera[:, :, None], found_camera[:, :, None])
+    return match_heads(distances_m, HEAD_GATE_M), distances_m
 
 
 def _first_seen(ids: NDArray[np.int64]) -> dict[int, int]:

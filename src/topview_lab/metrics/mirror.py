@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from topview.body import JOINT_NAMES
 from topview.body.parts import other_side
 from topview_lab.metrics.matching import NOBODY, match_people, people_distances
-from topview_lab.metrics.statistics import CM_PER_M
+from topview_lab.metrics.statistics import CM_PER_M, share
 
+MIRRORED_WITHIN_CM: Final = 3.0  # ours; left and right are alike to the eye
 _MIRRORED: Final = [JOINT_NAMES.index(other_side(name)) for name in JOINT_NAMES]
 
 
@@ -34,10 +36,29 @@ class Apart:
     distances_cm: NDArray[np.float64]
     alone: int
 
-    def quantile_cm(self, share: float) -> float:
+    def of_joint(self, joint: int) -> Apart:
+        """One joint alone."""
+        return replace(self, distances_cm=self.distances_cm[:, joint, None])
+
+    def quantile_cm(self, of: float) -> float:
         """Of all joints' distances; NaN if there is none."""
-        known = self.distances_cm[np.isfinite(self.distances_cm)]
-        return float(np.quantile(known, share)) if known.size else float("nan")
+        known = self._known_cm
+        return float(np.quantile(known, of)) if known.size else float("nan")
+
+    def share_within(self, limit_cm: float) -> float:
+        """Of all joints' distances; NaN if there is none."""
+        known = self._known_cm
+        return share(int((known <= limit_cm).sum()), known.size)
+
+    @property
+    def _known_cm(self) -> NDArray[np.float64]:
+        return self.distances_cm[np.isfinite(self.distances_cm)]
+
+
+def pooled_apart(aparts: Sequence[Apart]) -> Apart:
+    """Of at least one recording."""
+    distances_cm = np.concatenate([apart.distances_cm for apart in aparts])
+    return Apart(distances_cm, sum(apart.alone for apart in aparts))
 
 
 def measure_apart(first_camera: NDArray[np.float64], second_camera: NDArray[np.float64]) -> Apart:

@@ -148,6 +148,28 @@ def test_everybody_gets_the_own_proposals_in_any_order(order: list[int]) -> None
     assert tracker.settings_as_json()["proposer"] == "Middles"
 
 
+def test_everybody_is_looked_at_by_turns_and_in_a_mirrored_recording_the_other_way() -> None:
+    """So that the network sees the same of it."""
+    looked_at = []
+    for way in (slice(None), slice(None, None, -1)):
+        proposer = Middles()
+        finder = people([3, 8, 5])
+        for person, pixels in finder.pixels.items():
+            is_own = np.zeros((CAMERA.height, CAMERA.width), np.bool_)
+            is_own.ravel()[pixels] = True
+            finder.pixels[person] = np.flatnonzero(is_own[:, way]).astype(np.int32)
+        tracker = Tracker(ONE_THREAD, body=Asking(), finder=finder, proposer=proposer)
+        for index in range(3):
+            depth_m = np.ascontiguousarray(frame_of().depth_m[:, way])
+            tracker.update(Frame(index, index / 30, depth_m, CAMERA))
+        looked_at.append([windows.looked_at for windows in proposer.seen])
+        first, second, third = (windows.is_mirrored for windows in proposer.seen)
+        np.testing.assert_array_equal(first, ~second)
+        np.testing.assert_array_equal(first, third)
+        assert len(set(first.tolist())) == 2  # one of the three stands on the other side
+    np.testing.assert_array_equal(*looked_at)
+
+
 def test_who_is_hardly_seen_has_no_proposals() -> None:
     run(people([3, 8], few=(8,)), ONE_THREAD, Middles())
     assert Asking.given[8] == [None]

@@ -76,8 +76,7 @@ class JointNetwork:
         used = np.flatnonzero(windows.is_used)
         with naming(self._path):
             answers = self._network.answers(windows.looked_at[used])
-        if windows.mirrored:
-            _mirror(answers)
+        _mirror(answers, windows.is_mirrored[used])
         P, M, J = len(windows.is_used), self._network.modes, len(PROPOSED_JOINTS)
         places, log_scales = np.zeros((P, M, J, 3)), np.zeros((P, M, J, 3))
         weights, p_person = np.zeros((P, M)), np.zeros(P)
@@ -98,11 +97,11 @@ class JointNetwork:
         )
 
 
-def _mirror(answers: dict[str, Floats]) -> None:
+def _mirror(answers: dict[str, Floats], is_mirrored: NDArray[np.bool_]) -> None:
     """What was said of mirrored windows becomes what is true of the windows."""
     for name in ("places", "log_scales"):
-        answers[name] = answers[name][:, :, OTHER_SIDES]
-    answers["places"][..., 0] *= -1.0
+        answers[name][is_mirrored] = answers[name][is_mirrored][:, :, OTHER_SIDES]
+    answers["places"][is_mirrored, ..., 0] *= -1.0
 
 
 def mode_weights(mode_logits: Floats, log_scales: Floats) -> NDArray[np.float64]:

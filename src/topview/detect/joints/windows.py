@@ -7,6 +7,7 @@ from -1 to 1 to the right, down, and in depth.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -43,7 +44,7 @@ class Windows:
         halves_m: [P] from each box's middle to its sides, front and back.
         is_used: [P] whether there was enough to look at; the images of others are zeros.
         fx, fy, cx, cy: intrinsics of the image they were cut from, pixels.
-        mirrored: whether a proposer had better look at the images mirrored. Whoever
+        is_mirrored: [P] whether a proposer had better look at the image mirrored. Whoever
             looks both ways by turns errs another way each time, so that errors average out.
     """
 
@@ -55,16 +56,17 @@ class Windows:
     fy: float
     cx: float
     cy: float
-    mirrored: bool = False
+    is_mirrored: NDArray[np.bool_]
 
     def __post_init__(self) -> None:
-        for values in (self.images, self.middles, self.halves_m, self.is_used):
+        for values in (self.images, self.middles, self.halves_m, self.is_used, self.is_mirrored):
             read_only(values)
 
     @property
     def looked_at(self) -> NDArray[np.float32]:
         """[P, 3, 128, 128] the images as a proposer is to see them."""
-        return np.ascontiguousarray(self.images[..., ::-1]) if self.mirrored else self.images
+        is_mirrored = self.is_mirrored[:, None, None, None]
+        return np.where(is_mirrored, self.images[..., ::-1], self.images)
 
     def to_camera(self, places: Array) -> Array:
         """[P, ..., 3] places in the boxes to metres in the camera's frame."""
@@ -144,8 +146,7 @@ def cut_windows(
     view: DepthView,
     labels: NDArray[np.int32],
     people: tuple[int, ...] | list[int],
-    *,
-    mirrored: bool = False,
+    is_mirrored: Sequence[bool] | None = None,
 ) -> Windows:
     """Windows round people.
 
@@ -153,7 +154,7 @@ def cut_windows(
         view: the depth of the whole image.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
         people: [P] ids.
-        mirrored: as in `Windows`.
+        is_mirrored: as in `Windows`; of nobody if None.
     """
     images = np.zeros((len(people), 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
     middles = np.tile([view.cx, view.cy, 1.0], (len(people), 1))
@@ -169,6 +170,7 @@ def cut_windows(
                 NO_READING, images[index],
             )  # fmt: skip
             middles[index], halves_m[index], is_used[index] = middle, half_m, True
+    mirrored = np.zeros(len(people), np.bool_) if is_mirrored is None else np.array(is_mirrored)
     return Windows(images, middles, halves_m, is_used, view.fx, view.fy, view.cx, view.cy, mirrored)
 
 

@@ -10,6 +10,7 @@ from topview_lab.sim.scenes.stage import (
     SETTLE_S,
     TO_CAMERA,
     TO_RIGHT,
+    TO_WALL,
     Cast,
     Casting,
     SceneKind,
@@ -20,12 +21,12 @@ from topview_lab.sim.scenes.stage import (
 )
 
 
-def _acts(action: str) -> Cast:
+def _acts(action: str, heading_rad: float = TO_CAMERA) -> Cast:
     """Stands a moment and does it again and again."""
 
     def cast(casting: Casting) -> Staging:
         rng = casting.rng
-        place = stands(rng.uniform(-0.15, 0.15), rng.uniform(2.75, 3.05))
+        place = stands(rng.uniform(-0.15, 0.15), rng.uniform(2.75, 3.05), heading_rad)
         return Staging([casting.actor(place, (clip(action, SETTLE_S),))])
 
     return cast
@@ -127,6 +128,9 @@ MHAD: dict[str, SceneKind] = {
 ALONE: dict[str, SceneKind] = {
     "walking": SceneKind("walks to and fro", _walking, 400),
     "turning": SceneKind("steps all the way round, both ways", _acts("turning"), 360),
+    "turning_from_behind": SceneKind(
+        "the same, first seen from behind", _acts("turning", TO_WALL), 360
+    ),
     "reaching": SceneKind("fetches things with the right hand", _acts("reaching"), 300),
     "pointing": SceneKind("points here and there", _acts("pointing"), 300),
     "crossed_arms": SceneKind("crosses the arms", _acts("crossed_arms"), 150),

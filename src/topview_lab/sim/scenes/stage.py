@@ -21,6 +21,7 @@ from topview_lab.sim.scene import Actor, Furniture, Mount, Room
 TO_CAMERA: Final = radians(-90)
 TO_RIGHT: Final = 0.0
 TO_LEFT: Final = radians(180)
+TO_WALL: Final = radians(90)
 FOREVER_S: Final = 1e4
 EASY_RAMP_S: Final = 0.8
 """Duration of fading actions in and out in the longer scenes (ours)."""

@@ -7,7 +7,6 @@ not changed by how a tracker does on them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import radians
 from typing import Final
 
 import numpy as np
@@ -22,9 +21,14 @@ from topview_lab.sim.furniture import WOODS, chair, furnished
 from topview_lab.sim.held import HeldPose, Holding
 from topview_lab.sim.light import Light
 from topview_lab.sim.scene import Actor, Box, Furniture, Scene
-from topview_lab.sim.scenes.stage import TO_CAMERA, TO_LEFT, TO_RIGHT, varied_room
+from topview_lab.sim.scenes.stage import (
+    TO_CAMERA,
+    TO_LEFT,
+    TO_RIGHT,
+    TO_WALL,
+    varied_room,
+)
 
-TO_WALL: Final = radians(90)
 START_DIRECTIONS: Final[dict[str, float]] = {
     "front": TO_CAMERA, "left": TO_LEFT, "right": TO_RIGHT, "back": TO_WALL,
 }  # fmt: skip
