@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.heads import HeadCandidate, head_evidence, torso_is_unread
+from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
 from topview.people.bodies import body_of, left_of, over_body
 from topview.people.existence import is_too_near
 from topview.people.features import Features, features_of
@@ -133,8 +133,8 @@ class Step:
     def head_at(self, told_camera: Vector) -> HeadCandidate:
         """A head [3] that the joint network tells, and how much it looks like an upright one."""
         scene = self.scene
-        evidence = head_evidence(scene.cloud, told_camera[None], scene.up_camera)
-        return HeadCandidate(told_camera, float(evidence.confidence[0]))
+        confidence = upright_confidence(scene.cloud, told_camera, scene.up_camera)
+        return HeadCandidate(told_camera, confidence)
 
     def _head_in_view(self, track: Track) -> HeadCandidate | None:
         """A track's head as it looks; None where it is not in view."""
@@ -143,9 +143,9 @@ class Step:
         if not track.is_seen:
             if scene.covered_share(center) > IN_VIEW:
                 return None
-            evidence = head_evidence(scene.cloud, center[None], scene.up_camera)
-            confidence = float(evidence.confidence[0])
-        is_unread = torso_is_unread(scene.cloud, center[None], scene.up_camera[None])
+            confidence = upright_confidence(scene.cloud, center, scene.up_camera)
+        up = np.array(scene.up_camera, ndmin=2)
+        is_unread = torso_is_unread(scene.cloud, np.array(center, ndmin=2), up)
         return HeadCandidate(center, confidence, bool(is_unread[0]))
 
 
