@@ -188,6 +188,55 @@ def grow_body(
 
 
 @njit(cache=True, nogil=True)
+def share_bodies(
+    bodies_m: NDArray[np.float32],
+    is_tracked: NDArray[np.bool_],
+    share_m: float,
+    out_is_own: NDArray[np.bool_],
+    out_is_contested: NDArray[np.bool_],
+) -> int:
+    """Which pixels are whose: the nearest one's, and those who are no further by over `share_m`.
+
+    Args:
+        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's.
+        is_tracked: [N].
+        share_m: see above.
+        out_is_own: [N, h, w].
+        out_is_contested: [h, w] where several tracked ones are reached.
+
+    Returns:
+        How many are contested.
+    """
+    count, height, width = bodies_m.shape
+    contested = 0
+    for row in range(height):
+        for column in range(width):
+            nearest_m = bodies_m[0, row, column]
+            reached = 0
+            for n in range(count):
+                nearest_m = min(nearest_m, bodies_m[n, row, column])
+                reached += is_tracked[n] and bodies_m[n, row, column] < np.inf
+            for n in range(count):
+                own_m = bodies_m[n, row, column]
+                is_near = own_m <= nearest_m + np.float32(share_m)
+                out_is_own[n, row, column] = is_near and own_m < np.inf
+            out_is_contested[row, column] = reached > 1
+            contested += reached > 1
+    return contested
+
+
+@njit(cache=True, nogil=True)
+def leave_to_nearer(
+    body_m: NDArray[np.float32], other_m: NDArray[np.float32], out_m: NDArray[np.float32]
+) -> None:
+    """Set `out_m` to infinity where another body is nearer; all [h, w] distances from heads."""
+    for row in range(body_m.shape[0]):
+        for column in range(body_m.shape[1]):
+            if other_m[row, column] < body_m[row, column]:
+                out_m[row, column] = np.inf
+
+
+@njit(cache=True, nogil=True)
 def full_pixels_of(
     full_depth_m: NDArray[np.float32],
     small_depth_m: NDArray[np.float32],

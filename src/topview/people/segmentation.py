@@ -20,7 +20,7 @@ from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
-from topview.kernels.segmentation import full_pixels_of, grow_body
+from topview.kernels.segmentation import full_pixels_of, grow_body, share_bodies
 from topview.people.scene import Scene
 from topview.people.surfaces import jump_of
 
@@ -149,13 +149,17 @@ def split_users(
     """
     if not distances_m:
         return []
-    nearest = np.minimum.reduce(list(distances_m))
-    masks = [np.isfinite(own) & (own <= nearest + settings.share_m) for own in distances_m]
-    tracked = [index for index, joints in enumerate(joints_camera) if joints is not None]
-    reached = np.sum([np.isfinite(distances_m[index]) for index in tracked], axis=0)
-    is_contested = np.asarray(reached > 1)
-    if not is_contested.any():
+    bodies_m = np.stack(distances_m)
+    is_tracked = np.array([joints is not None for joints in joints_camera])
+    is_own, is_contested = (
+        np.empty(bodies_m.shape, np.bool_),
+        np.empty(bodies_m.shape[1:], np.bool_),
+    )
+    contested = share_bodies(bodies_m, is_tracked, settings.share_m, is_own, is_contested)
+    masks = list(is_own)
+    if not contested:
         return masks
+    tracked = np.flatnonzero(is_tracked).tolist()
     points = scene.cloud.points_camera[is_contested].astype(np.float64)
     to_bones_m = np.full((len(tracked), len(points)), np.inf)
     for row, index in enumerate(tracked):
@@ -163,9 +167,9 @@ def split_users(
         joints = joints_camera[index]
         assert joints is not None
         to_bones_m[row, is_reached] = bone_distance(points[is_reached], joints)
-    is_own = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
+    is_near = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
     for row, index in enumerate(tracked):
-        masks[index][is_contested] = is_own[row]
+        masks[index][is_contested] = is_near[row]
     return masks
 
 

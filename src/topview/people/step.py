@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -37,12 +37,14 @@ class Step:
         last: of the last one; None in the first.
         told: what is known of the last frame's bodies.
         settings: how people are found.
+        bodies: [h, w] those under heads (`body_under`), by the heads' identities.
     """
 
     scene: Scene
     last: Scene | None
     told: Told
     settings: PeopleSettings
+    bodies: dict[int, tuple[HeadCandidate, NDArray[np.float32]]] = field(default_factory=dict)
 
     @property
     def elapsed_s(self) -> float:
@@ -93,11 +95,18 @@ class Step:
             after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
         return after
 
+    def body_under(self, head: HeadCandidate) -> NDArray[np.float32]:
+        """[h, w] `body_distance` of a head of which nothing else is known; sought once."""
+        if id(head) not in self.bodies:
+            body = body_distance(
+                self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
+            )
+            self.bodies[id(head)] = head, body
+        return self.bodies[id(head)][1]
+
     def features_under(self, head: HeadCandidate, others: Sequence[Track]) -> Features:
         """[S] of a head and what of the body below it is nobody else's."""
-        body = body_distance(
-            self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
-        )
+        body = self.body_under(head)
         return features_of(self.scene, head, body, left_of(body, others))
 
     def _with_shape(self, track: Track, tracks: Sequence[Track]) -> Evidence:

@@ -13,6 +13,8 @@ from topview.kernels.segmentation import (
     full_pixels_of,
     geodesic_distance,
     grow_body,
+    leave_to_nearer,
+    share_bodies,
 )
 
 JUMP = (0.045, 0.002, 0.004)
@@ -151,6 +153,20 @@ def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
                 expected.append(row * full.shape[1] + column)
     np.testing.assert_array_equal(found, expected)
     assert len(found) > 50
+
+
+def test_bodies_are_shared_by_the_nearest(generator: np.random.Generator) -> None:
+    bodies = generator.choice([0.3, 0.34, 0.8, np.inf], (3, 12, 15)).astype(np.float32)
+    is_tracked = np.array([True, False, True])
+    is_own = np.empty(bodies.shape, np.bool_)
+    is_contested = np.empty(bodies.shape[1:], np.bool_)
+    count = share_bodies(bodies, is_tracked, 0.06, is_own, is_contested)
+    np.testing.assert_array_equal(is_own, (bodies < np.inf) & (bodies <= bodies.min(0) + 0.06))
+    np.testing.assert_array_equal(is_contested, (bodies[is_tracked] < np.inf).all(0))
+    assert count == is_contested.sum() > 0
+    left = bodies[0].copy()
+    leave_to_nearer(bodies[0], bodies[1], left)
+    np.testing.assert_array_equal(left, np.where(bodies[1] < bodies[0], np.inf, bodies[0]))
 
 
 def test_only_small_pieces_are_kept() -> None:
