@@ -125,7 +125,10 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
 def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
     """Judge [h, w, 3] images; exactly black pixels are outside of the colour camera's image."""
     tints = np.empty((2, 256), np.int64)
-    count, dim, clipped = count_lights(rgb, yuv, JUDGED_STRIDE, DIM_LEVEL, CLIPPED_LEVEL, tints)
+    few = slice(None, None, JUDGED_STRIDE)
+    count, dim, clipped = count_lights(
+        rgb[few, few].copy(), yuv[few, few].copy(), DIM_LEVEL, CLIPPED_LEVEL, tints
+    )
     if count == 0 or dim > DIM_SHARE * count:
         return Light.UNDEREXPOSED
     if clipped > CLIPPED_SHARE * count:

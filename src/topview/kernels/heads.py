@@ -187,12 +187,12 @@ def covered_share(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
-    center_camera: NDArray[np.float64],
-    up_camera: NDArray[np.float64],
+    center_camera: tuple[float, float, float],
+    up_camera: tuple[float, float, float],
     places_m: NDArray[np.float64],
     nearer_m: float,
 ) -> float:
-    """Share of the places [K, 2], to the right of and above a centre [3], that are out of view or
+    """Share of the places [K, 2], to the right of and above a centre, that are out of view or
     hidden by something that is nearer than they are by more than `nearer_m`."""
     covered = 0
     up_x, up_y, up_z = up_camera

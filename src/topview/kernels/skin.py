@@ -79,20 +79,19 @@ def cut_at_edges(
 def count_lights(
     rgb: NDArray[np.uint8],
     yuv: NDArray[np.uint8],
-    step: int,
     dim_level: float,
     clipped_level: int,
     out_tints: NDArray[np.int64],
 ) -> tuple[int, int, int]:
-    """How many of every `step`-th pixel of every `step`-th row are not black; how many of these
-    have a Y below `dim_level`, and how many no colour below `clipped_level`.
+    """How many of [h, w, 3] pixels are not black; how many of these have a Y below `dim_level`, and
+    how many no colour below `clipped_level`.
 
     `out_tints`: [2, 256] is filled with how many of them have each U, and each V.
     """
     out_tints[:] = 0
     count, dim, clipped = 0, 0, 0
-    for row in range(0, rgb.shape[0], step):
-        for column in range(0, rgb.shape[1], step):
+    for row in range(rgb.shape[0]):
+        for column in range(rgb.shape[1]):
             red, green, blue = rgb[row, column]
             if max(red, max(green, blue)) == 0:
                 continue

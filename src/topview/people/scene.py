@@ -161,7 +161,7 @@ class Scene:
         camera = cloud.camera
         return covered_share(
             cloud.depth_m, (camera.fx, camera.fy), (camera.cx, camera.cy),
-            head_camera, self.up_camera, INSIDE, NEARER_M,
+            tuple(head_camera.tolist()), tuple(self.up_camera.tolist()), INSIDE, NEARER_M,
         )  # fmt: skip
 
     def is_hidden_at(self, point_camera: NDArray[np.float64]) -> bool:

@@ -205,7 +205,8 @@ def test_shares_of_places_that_are_unread_and_covered(seed: int) -> None:
     np.testing.assert_allclose(unread, (is_in_view & (seen_m == 0.0)).mean(1))
     is_nearer = (seen_m > 0.0) & (seen_m < places[..., 2] - 0.2)
     for n in range(6):
-        covered = covered_share(depth_m, focal, principal, centers[n], ups[n], offsets_m, 0.2)
+        center, up = tuple(centers[n].tolist()), tuple(ups[n].tolist())
+        covered = covered_share(depth_m, focal, principal, center, up, offsets_m, 0.2)
         assert covered == (is_nearer | ~is_in_view)[n].mean()
 
 
