@@ -131,9 +131,8 @@ class PeopleFinder:
             users = users_of(tracks, scene, self.skin_detections, frontal)
             self.doubtful = ()
             if told.has_network:
-                self.doubtful = doubtful_of(
-                    tracks, scene, self._existence.likelihood, self._clusters.next, is_time
-                )
+                next_cluster, likelihood = self._clusters.next, self._existence.likelihood
+                self.doubtful = doubtful_of(tracks, scene, likelihood, next_cluster)
             self._clusters.tell(self.doubtful)
         self._learn_room(scene, users)
         doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]

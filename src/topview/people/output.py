@@ -13,7 +13,7 @@ from topview.detect.protocol import ColorDetector
 from topview.people.bodies import SHOWN_M2, area_m2, union_of
 from topview.people.clusters import Cluster
 from topview.people.colors import skin_share
-from topview.people.existence import KNOWN_WELL_S, is_put_out
+from topview.people.existence import is_put_out
 from topview.people.height import measured_height
 from topview.people.likelihood import Likelihood
 from topview.people.scene import Scene
@@ -27,7 +27,6 @@ Mask = NDArray[np.bool_]
 # Ours: so many who may be people are told of; and who is rather one than not is asked about first.
 MOST_DOUBTS: Final = 4
 LIKELY: Final = 0.5
-KNOWN_UNLIKELY: Final = (True, KNOWN_WELL_S)
 
 
 def users_of(
@@ -51,21 +50,14 @@ def users_of(
 
 
 def doubtful_of(
-    tracks: Sequence[Track],
-    scene: Scene,
-    likelihood: Likelihood,
-    next_cluster: Cluster | None,
-    is_time: bool,
+    tracks: Sequence[Track], scene: Scene, likelihood: Likelihood, next_cluster: Cluster | None
 ) -> tuple[User, ...]:
     """Who may be people, and has a body; first who probably is, then of whom the network was asked
-    least. A cluster, `next_cluster`, has its turn among them. Who probably is not, is known well
-    and has not moved, is asked about again only if `is_time` to."""
+    least. A cluster, `next_cluster`, has its turn among them."""
     doubts = [
         t for t in tracks if not t.id and (t.is_seen or t.by_body) and area_m2(scene, t) > SHOWN_M2
     ]
     turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
-    if not is_time:
-        doubts = [t for t in doubts if t.evidence.still < 1.0 or turns[t.key] < KNOWN_UNLIKELY]
     doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))
     users = tuple(_user(scene, t, union_of(scene, [t]), None) for t in doubts[:MOST_DOUBTS])
     if next_cluster is None or (doubts and turns[doubts[0].key] <= (True, next_cluster.asked_s)):
