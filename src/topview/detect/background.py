@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.color_view import ColorView, averaged
+from topview.kernels.skin import learn_still
 from topview.records import DepthNoise, read_only
 
 Mask = NDArray[np.bool_]
@@ -215,15 +216,13 @@ class StillBackground:
             self._nearest_m = np.full(depth_m.shape, np.inf, np.float32)
             self._last_m = depth_m.copy()
             self._still_s = np.full(depth_m.shape, STILL_S, np.float32)
-        elapsed_s = np.float32(max(view.frame.timestamp_s - self._updated_s, 0.0))
+        elapsed_s = max(view.frame.timestamp_s - self._updated_s, 0.0)
         self._updated_s = view.frame.timestamp_s
-        is_free = ~is_person & (depth_m > 0.0)
-        margin_m = _still_margin_m(depth_m, view.camera.noise)
-        stays = np.abs(depth_m - self._last_m) < margin_m
-        np.copyto(self._still_s, (self._still_s + elapsed_s) * stays, where=is_free)
-        np.copyto(self._last_m, depth_m, where=is_free)
-        is_still = is_free & (self._still_s >= STILL_S)
-        np.copyto(self._nearest_m, depth_m - margin_m, where=is_still)
+        margin = view.camera.noise.times(DISTANCE_SIGMAS, BACKGROUND_MARGIN_M)
+        learn_still(
+            depth_m, is_person, elapsed_s, STILL_S, margin,
+            self._last_m, self._still_s, self._nearest_m,
+        )  # fmt: skip
 
 
 def depth_levels(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
@@ -245,11 +244,6 @@ def _margin_levels(
     if not noise.is_quadratic:
         return np.float32(NOISE_LEVELS * BACKGROUND_MARGIN_M) / noise.sigma_m(depth_m)
     return level * level * np.float32(BACKGROUND_MARGIN_M / (NOISE_LEVELS / noise.per_square_m))
-
-
-def _still_margin_m(depth_m: NDArray[np.float32], noise: DepthNoise) -> NDArray[np.float32]:
-    """[h, w] metres by which the depth of a still object may change."""
-    return np.float32(BACKGROUND_MARGIN_M) + DISTANCE_SIGMAS * noise.sigma_m(depth_m)
 
 
 @lru_cache(maxsize=8)

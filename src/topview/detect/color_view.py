@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
+from topview.kernels.skin import count_lights
 from topview.records import Camera, Frame, read_only
 
 Mask = NDArray[np.bool_]
@@ -76,8 +77,7 @@ class ColorView:
         if frame.color is None:
             return None
         full = frame.camera
-        stride = max(1, round(full.fx / COLOR_FOCAL_LENGTH_PX))
-        stride = min(stride, full.width, full.height)
+        stride = stride_of_colors(full)
         width, height = full.width // stride, full.height // stride
         rgb = averaged(frame.color, stride)
         center = (stride - 1) / 2
@@ -107,6 +107,12 @@ class ColorView:
         return (x - camera.cx) / camera.fx * depth_m, (y - camera.cy) / camera.fy * depth_m, depth_m
 
 
+def stride_of_colors(camera: Camera) -> int:
+    """Full pixels per pixel of the view."""
+    stride = max(1, round(camera.fx / COLOR_FOCAL_LENGTH_PX))
+    return min(stride, camera.width, camera.height)
+
+
 def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
     """[H // step, W // step, 3] means over `step` x `step` pixels of [H, W, 3]."""
     if step == 1:
@@ -118,18 +124,16 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
 
 def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
     """Judge [h, w, 3] images; exactly black pixels are outside of the colour camera's image."""
+    tints = np.empty((2, 256), np.int64)
     few = slice(None, None, JUDGED_STRIDE)
-    pixels, colors = rgb[few, few].reshape(-1, 3), yuv[few, few].reshape(-1, 3)
-    is_there = pixels.max(axis=1) > 0
-    count = np.count_nonzero(is_there)
-    if count == 0:
+    count, dim, clipped = count_lights(
+        rgb[few, few].copy(), yuv[few, few].copy(), DIM_LEVEL, CLIPPED_LEVEL, tints
+    )
+    if count == 0 or dim > DIM_SHARE * count:
         return Light.UNDEREXPOSED
-    y, u, v = colors[is_there].T
-    if np.count_nonzero(y < DIM_LEVEL) > DIM_SHARE * count:
-        return Light.UNDEREXPOSED
-    if np.count_nonzero(pixels.min(axis=1) >= CLIPPED_LEVEL) > CLIPPED_SHARE * count:
+    if clipped > CLIPPED_SHARE * count:
         return Light.OVEREXPOSED
     rare = count // 100
-    tints = [np.partition(tint, (rare, count - 1 - rare)) for tint in (u, v)]
-    spread = max(int(tint[count - 1 - rare]) - int(tint[rare]) for tint in tints)
-    return Light.GREY if spread <= GREY_SPREAD else Light.USABLE
+    below = np.cumsum(tints, axis=1)
+    lows, highs = (below <= rare).sum(1), (below <= count - 1 - rare).sum(1)
+    return Light.GREY if (highs - lows).max() <= GREY_SPREAD else Light.USABLE

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from topview.detect.beliefs import Kind
 from topview.detect.cloud import Cloud
+from topview.detect.color_view import stride_of_colors
 from topview.detect.faces import CascadeFaces
 from topview.detect.faces_and_hands import FacesAndHands, SkinBlob, SkinDetections
 from topview.detect.heads import (
@@ -75,7 +76,7 @@ class SkinHeads:
 
     def faces(self, cloud: Cloud, hints: Hints) -> list[tuple[SkinBlob, Vector]]:
         """The faces in a frame, most likely first, with the centres of their heads ([3] metres)."""
-        may_be = None if hints.is_candidate is None else _full_size(cloud, hints.is_candidate)
+        may_be = None if hints.is_candidate is None else _as_colors(cloud, hints.is_candidate)
         with self._clock.stage("colours"):
             self.skin_detections = self._faces_and_hands.update(
                 cloud.image, hints.heads_camera, may_be
@@ -125,7 +126,7 @@ class DepthAndSkinHeads(SkinHeads):
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
         """The heads of both; one that both detect has a higher confidence."""
-        heads = self._depth.detect(cloud, up_camera)
+        heads = self._depth.detect(cloud, up_camera, hints)
         centers = [head.center_camera for head in heads]
         known = Hints([*hints.heads_camera, *centers], hints.is_candidate)
         for face, center in self.faces(cloud, known):
@@ -176,10 +177,12 @@ def head_detector(name: str, clock: StageClock) -> HeadDetector:
     return DETECTORS[name](clock)
 
 
-def _full_size(cloud: Cloud, mask: Mask) -> Mask:
-    """[H, W] of the frame from [h, w] of the cloud, dilated by a pixel of the cloud."""
+def _as_colors(cloud: Cloud, mask: Mask) -> Mask:
+    """[h, w] of the view of colours from that of the cloud, dilated by a pixel of the cloud."""
     camera = cloud.frame.camera
+    stride = stride_of_colors(camera)
     wider = cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8))
-    size = (mask.shape[1] * cloud.stride, mask.shape[0] * cloud.stride)
-    large = cv2.resize(wider, size, interpolation=cv2.INTER_NEAREST)
-    return np.asarray(large[: camera.height, : camera.width]).view(np.bool_)
+    rows, columns = (
+        np.arange(side // stride) * stride // cloud.stride for side in (camera.height, camera.width)
+    )
+    return np.take(np.take(wider, rows, axis=0), columns, axis=1).view(np.bool_)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_READING_M, Cloud
+from topview.kernels.colors import color_shares
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -30,7 +31,7 @@ LEAST_COLOR_PIXELS: Final = 12
 # Weight of a new histogram against the remembered one.
 COLOR_LEARNING_RATE: Final = 0.2
 # Added to every bin: a colour that neither has more of is no evidence.
-RARE: Final = np.float32(0.002)
+RARE: Final = 0.002
 # Colours are averaged over this radius about a place.
 ABOUT_M: Final = 0.06
 # A pixel whose depth differs from the head's by more than this is no evidence.
@@ -89,31 +90,14 @@ class HeadColors:
         replicated beyond its border."""
         color = cloud.frame.color
         assert color is not None
-        about_px = _about_px(cloud, depth_m)
-        reach = np.arange(-radius_px - about_px, radius_px + about_px + 1)
-        height, width = cloud.depth_m.shape
-        rows = np.clip(row + reach, 0, height - 1)
-        columns = np.clip(column + reach, 0, width - 1)
-        shares = self._shares(color[np.ix_(rows * cloud.stride, columns * cloud.stride)])
-        off_m = np.abs(cloud.depth_m[np.ix_(rows, columns)] - np.float32(depth_m))
-        shares[off_m > HEAD_DEPTH_M] = 0.5
-        return _mean_about(shares, about_px)[about_px:-about_px, about_px:-about_px]
-
-    def _shares(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """[n, m] whether each of [n, m, 3] colours is the head's (1) or the body's (0)."""
-        yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
-        bins = tuple(yuv[..., channel] >> shift for channel, shift in enumerate(SHIFTS))
-        head, body = self.head[bins] + RARE, self.body[bins] + RARE
-        return np.asarray(head / (head + body), np.float32)
+        return color_shares(
+            color, cloud.depth_m, cloud.stride, (row, column), radius_px, _about_px(cloud, depth_m),
+            self.head, self.body, SHIFTS, RARE, depth_m, HEAD_DEPTH_M,
+        )  # fmt: skip
 
 
 def _about_px(cloud: Cloud, depth_m: float) -> int:
     return max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_READING_M)))
-
-
-def _mean_about(shares: NDArray[np.float32], about_px: int) -> NDArray[np.float32]:
-    side = 2 * about_px + 1
-    return np.asarray(cv2.blur(shares, (side, side)), np.float32)
 
 
 def _histogram(rgb: NDArray[np.uint8]) -> Counts:

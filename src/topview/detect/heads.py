@@ -15,7 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
-from topview.kernels.heads import below_others, fit_template, median_about, strongest, tops_of
+from topview.kernels.heads import (
+    below_others,
+    fit_template,
+    median_about,
+    places_of_heads,
+    strongest,
+    unread_shares,
+)
 from topview.records import check_range
 
 Vector = NDArray[np.float64]
@@ -148,16 +155,16 @@ def head_evidence(
     cloud: Cloud, centers_camera: Vector, ups_camera: Vector, least: float = 0.0
 ) -> HeadEvidence:
     """Compare the depth image around each of [N, 3] head centres with the template, upright along
-    `ups_camera`, [N, 3] or [3] for all. All shares are 0 where the head and the free space alone
-    limit the confidence to less than `least`."""
+    `ups_camera`, [N, 3]. All shares are 0 where the head and the free space alone limit the
+    confidence to less than `least`."""
     camera = cloud.camera
     evidence = np.empty((4, len(centers_camera)))
     fit_template(
         cloud.depth_m,
         (camera.fx, camera.fy),
         (camera.cx, camera.cy),
-        np.ascontiguousarray(centers_camera, np.float64),
-        np.ascontiguousarray(np.broadcast_to(ups_camera, centers_camera.shape)),
+        centers_camera,
+        ups_camera,
         INSIDE,
         FREE,
         SHOULDERS,
@@ -169,6 +176,12 @@ def head_evidence(
     return HeadEvidence(*evidence)
 
 
+def upright_confidence(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> float:
+    """Of one head, [3], that stands along [3]."""
+    centers, ups = np.array(center_camera, ndmin=2), np.array(up_camera, ndmin=2)
+    return float(head_evidence(cloud, centers, ups).confidence[0])
+
+
 # Ours: a torso in black cloth absorbs the infrared light, but a zip or a hand may have a reading.
 # It is unread if this share of it has none.
 UNREAD_SHARE: Final = 0.75
@@ -177,10 +190,12 @@ UNREAD_SHARE: Final = 0.75
 def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) -> NDArray[np.bool_]:
     """[N] whether there is no reading, neither of a chest nor of anything before or behind it,
     where the shoulders and the chest under [N, 3] heads, upright along [N, 3], would be."""
-    rights = right_of(ups_camera)
-    offsets = SHOULDERS[:, :1] * rights[:, None] + SHOULDERS[:, 1:] * ups_camera[:, None]
-    depth_m, is_inside = cloud.lookup((centers_camera[:, None] + offsets).transpose(2, 0, 1))
-    return (is_inside & (depth_m == 0.0)).mean(1) >= UNREAD_SHARE
+    camera = cloud.camera
+    focal_px, principal_px = (camera.fx, camera.fy), (camera.cx, camera.cy)
+    shares = unread_shares(
+        cloud.depth_m, focal_px, principal_px, centers_camera, ups_camera, SHOULDERS
+    )
+    return shares >= UNREAD_SHARE
 
 
 # Ours: people lean to the side; the template is tilted with them, at this penalty per radian.
@@ -232,14 +247,23 @@ class DepthHeadDetector:
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads in the frame, best first; the hints are not used."""
-        ups = tilted_ups(up_camera, TILTS_RAD)
-        tops = tops_of(cloud.depth_m, cloud.points_camera, self.max_depth_m, STEP_M)
-        centers = (tops - HEAD_HALF_HEIGHT_M * ups[:, None]).reshape(-1, 3)
-        depth, in_view = cloud.lookup(centers.T)
-        is_on_surface = in_view & (np.abs(depth - centers[:, 2]) < SURFACE_M)
-        centers = centers[is_on_surface]
-        tilt = np.repeat(np.arange(len(ups)), len(tops))[is_on_surface]
+        """Heads in the frame, best first; of the hints only the candidates are used."""
+        ups, camera = tilted_ups(up_camera, TILTS_RAD), cloud.camera
+        may_be = hints.is_candidate
+        centers, tilt = places_of_heads(
+            cloud.depth_m,
+            cloud.points_camera,
+            np.ones(cloud.depth_m.shape, np.bool_) if may_be is None else may_be,
+            (camera.fx, camera.fy),
+            (camera.cx, camera.cy),
+            ups,
+            self.max_depth_m,
+            STEP_M,
+            HEAD_HALF_HEIGHT_M,
+            SURFACE_M,
+        )
+        if not len(centers):
+            return []
         evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
         upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
         confidence = upright * evidence.confidence

@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Box
 from topview.files import naming, read_archive
-from topview.kernels.skin import connected_regions, count_bins, look_up_levels, paint
+from topview.kernels.skin import (
+    connected_regions,
+    count_bins,
+    cut_at_edges,
+    look_up_levels,
+    paint,
+)
 from topview.records import InputError, check_range, read_only, shown
 
 Mask = NDArray[np.bool_]
@@ -243,7 +249,9 @@ def skin_regions(
 def _cut_at_edges(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
 ) -> NDArray[np.uint8]:
-    return np.where(_is_depth_edge(view.depth_m), np.uint8(0), probability)
+    cut = np.empty_like(probability)
+    cut_at_edges(probability, view.depth_m, DEPTH_EDGE_M, cut)
+    return cut
 
 
 def _cut_to_seeds(
@@ -253,13 +261,6 @@ def _cut_to_seeds(
     is_seed = (probability > 255.0 * settings.seed_probability).view(np.uint8)
     kept = cv2.morphologyEx(is_seed, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     return np.where(np.asarray(kept) > 0, probability, np.uint8(0))
-
-
-def _is_depth_edge(depth_m: NDArray[np.float32]) -> Mask:
-    """[h, w] where the depths of neighbours differ, or there is no reading."""
-    around = np.ones((3, 3), np.uint8)
-    spread_m = cv2.dilate(depth_m, around) - cv2.erode(depth_m, around)
-    return np.asarray((spread_m > DEPTH_EDGE_M) | (depth_m == 0.0))
 
 
 def _connected(

@@ -33,118 +33,112 @@ def share_within(
 
 @njit(cache=True, nogil=True)
 def measure_body(
-    distance_m: NDArray[np.float32],
+    body_m: NDArray[np.float32],
+    own_m: NDArray[np.float32],
     depth_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
+    overview_m: NDArray[np.float32],
     inset_m: NDArray[np.float32],
     focal_px: float,
-    above_m: float,
-    bust_m: float,
-    torso_m: float,
+    head: tuple[float, float, float],
+    over_m: float,
+    aside_m: float,
+    reaches_m: tuple[float, float],
+    chest_m: tuple[float, float],
+    head_m: tuple[float, float],
+    least_pixels: int,
     edge: Law,
-) -> tuple[float, float, float, float, float, float]:
-    """Areas of a body, of what of it is higher than `above_m` and of the bust, in square metres;
-    its lowest height; how many of the bust's pixels lie on edges, over the root of all; and how
-    far the innermost pixel of bust and torso is from what surrounds it.
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
+    """What of a body is nobody else's measures; metres and square metres.
 
     Args:
-        distance_m: [h, w] of each of its pixels from the head, infinity elsewhere.
+        body_m: [h, w] distance of each of its pixels from the head, infinity elsewhere.
+        own_m: [h, w] the same, infinity also where it is nearer to somebody else's head.
         depth_m: [h, w].
         heights_m: [h, w] along up.
+        overview_m: [h, w, 2] seen from above: to the right and forward.
         inset_m: [h, w] how far each pixel is from what surrounds its surface.
         focal_px: of the depth image.
-        above_m: see above.
-        bust_m: nearer to the head is the bust.
-        torso_m: nearer to the head are bust and torso.
+        head: its place to the right and forward, and the height of its top.
+        over_m: what is higher than this over the top is above it.
+        aside_m: what is nearer to the head, seen from above, is near.
+        reaches_m: what is nearer to the head along the surface is the bust; bust and torso.
+        chest_m: band of heights below the top, from and to.
+        head_m: another one.
+        least_pixels: fewer have no relief.
         edge: on an edge is what has no reading, or differs from the left or the upper pixel's depth
             by more than this law says.
+
+    Returns:
+        Areas of all, of what is above the head and of the bust; the lowest height; how many of the
+        bust's pixels lie on edges, over the root of all; how far the innermost pixel of bust and
+        torso is from what surrounds it; the share that is near; the mean breadths of chest and
+        head; the share of the body's pixels that is its own; and the relief of bust and torso: the
+        standard deviation from the plane that fits best, of means of 3 x 3 pixels. The inverse of
+        the depth is linear over a plane's image. The outline is left out.
     """
     height, width = depth_m.shape
-    area_m2, over_m2, bust_m2, lowest_m, radius_m = 0.0, 0.0, 0.0, np.inf, 0.0
-    edges, pixels = 0, 0
+    area_m2, above_m2, bust_m2, chest_m2, head_m2 = 0.0, 0.0, 0.0, 0.0, 0.0
+    lowest_m, radius_m = np.inf, 0.0
+    edges, bust, near, own, pixels = 0, 0, 0, 0, 0
+    top, bottom, left, right = height, -1, width, -1
     for row in range(height):
         for column in range(width):
-            if distance_m[row, column] == np.inf:
+            if body_m[row, column] == np.inf:
                 continue
+            pixels += 1
+            if own_m[row, column] == np.inf:
+                continue
+            own += 1
             z = depth_m[row, column]
             pixel_m2 = (z / focal_px) ** 2
             area_m2 += pixel_m2
             lowest_m = min(lowest_m, heights_m[row, column])
-            if heights_m[row, column] > above_m:
-                over_m2 += pixel_m2
-            if distance_m[row, column] < torso_m:
+            below_m = head[2] - heights_m[row, column]
+            above_m2 += pixel_m2 * (-below_m > over_m)
+            chest_m2 += pixel_m2 * (chest_m[0] < below_m < chest_m[1])
+            head_m2 += pixel_m2 * (head_m[0] < below_m < head_m[1])
+            right_m = overview_m[row, column, 0] - head[0]
+            forward_m = overview_m[row, column, 1] - head[1]
+            near += right_m * right_m + forward_m * forward_m < aside_m * aside_m
+            if own_m[row, column] < reaches_m[1]:
                 radius_m = max(radius_m, inset_m[row, column])
-            if distance_m[row, column] < bust_m:
+                top, bottom = min(top, row), row
+                left, right = min(left, column), max(right, column)
+            if own_m[row, column] < reaches_m[0]:
                 bust_m2 += pixel_m2
-                pixels += 1
+                bust += 1
                 jump_m = law_at(z, edge)
                 left_m, upper_m = depth_m[row, max(column - 1, 0)], depth_m[max(row - 1, 0), column]
                 edges += (z == 0.0) | (abs(z - left_m) > jump_m) | (abs(z - upper_m) > jump_m)
-    return area_m2, over_m2, bust_m2, lowest_m, edges / np.sqrt(max(pixels, 1)), radius_m
-
-
-@njit(cache=True, nogil=True)
-def measure_shape(
-    distance_m: NDArray[np.float32],
-    depth_m: NDArray[np.float32],
-    heights_m: NDArray[np.float32],
-    focal_px: float,
-    top_m: float,
-    chest_m: tuple[float, float],
-    head_m: tuple[float, float],
-    reach_m: float,
-    least_pixels: int,
-) -> tuple[float, float, float]:
-    """How broad somebody's chest and head are, and how far they are from a plane.
-
-    Args:
-        distance_m: [h, w] over the body from the head's centre, infinite where it is not the body.
-        depth_m: [h, w] metres.
-        heights_m: [h, w] along up.
-        focal_px: of the image.
-        top_m: height of the head's top.
-        chest_m: from where to where below the top the chest is, ends left out.
-        head_m: the same of the head.
-        reach_m: what is nearer than this to the head's centre is looked at for its relief.
-        least_pixels: fewer have none.
-
-    Returns:
-        Mean breadths of chest and head, metres; and the standard deviation from the plane that fits
-        best, metres, of means of 3 x 3 pixels. The inverse of the depth is linear over a plane's
-        image. The outline is left out.
-    """
-    height, width = depth_m.shape
-    chest_m2, head_m2 = 0.0, 0.0
-    top, bottom, left, right = height, -1, width, -1
-    for row in range(height):
-        for column in range(width):
-            if distance_m[row, column] == np.inf:
-                continue
-            below_m = top_m - heights_m[row, column]
-            pixel_m2 = (depth_m[row, column] / focal_px) ** 2
-            if chest_m[0] < below_m < chest_m[1]:
-                chest_m2 += pixel_m2
-            if head_m[0] < below_m < head_m[1]:
-                head_m2 += pixel_m2
-            if distance_m[row, column] < reach_m:
-                top, bottom = min(top, row), row
-                left, right = min(left, column), max(right, column)
     relief_m = 0.0
     if bottom > top + 1 and right > left + 1:
         relief_m = _relief(
-            distance_m[top : bottom + 1, left : right + 1],
+            own_m[top : bottom + 1, left : right + 1],
             depth_m[top : bottom + 1, left : right + 1],
-            reach_m,
+            reaches_m[1],
             least_pixels,
         )
-    return chest_m2 / (chest_m[1] - chest_m[0]), head_m2 / (head_m[1] - head_m[0]), relief_m
+    return (
+        area_m2,
+        above_m2,
+        bust_m2,
+        lowest_m,
+        edges / np.sqrt(max(bust, 1)),
+        radius_m,
+        near / max(own, 1),
+        chest_m2 / (chest_m[1] - chest_m[0]),
+        head_m2 / (head_m[1] - head_m[0]),
+        own / max(pixels, 1),
+        relief_m,
+    )
 
 
 @njit(nogil=True)
 def _relief(
     distance_m: NDArray[np.float32], depth_m: NDArray[np.float32], reach_m: float, least_pixels: int
 ) -> float:
-    """The third number of `measure_shape`, of a window that holds all that is nearer."""
+    """The last number of `measure_body`, of a window that holds all that is nearer."""
     height, width = depth_m.shape
     is_inner = np.zeros((height, width), np.bool_)
     count, sum_u, sum_v, sum_y = 0, 0.0, 0.0, 0.0

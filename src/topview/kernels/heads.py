@@ -138,26 +138,120 @@ def fit_template(
         out_evidence[3, n] = visible / len(shoulders_m)
 
 
+@njit(nogil=True)
+def _pixel_of(
+    shape: tuple[int, int],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    x: float,
+    y: float,
+    z: float,
+) -> tuple[int, int, bool]:
+    """Row and column (clipped into the image) of a point, and whether it is in view."""
+    height, width = shape
+    u = x / max(z, 1e-3) * focal_px[0] + principal_px[0]
+    v = y / max(z, 1e-3) * focal_px[1] + principal_px[1]
+    is_in_view = -0.5 < u < width - 0.5 and -0.5 < v < height - 0.5
+    row = int(np.rint(min(max(v, 0.0), height - 1.0)))
+    return row, int(np.rint(min(max(u, 0.0), width - 1.0))), is_in_view
+
+
 @njit(cache=True, nogil=True)
-def tops_of(
+def unread_shares(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    centers_camera: NDArray[np.float64],
+    ups_camera: NDArray[np.float64],
+    places_m: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """[N] shares of the places [K, 2], to the right of and above centres [N, 3] that stand along
+    [N, 3], that are in view and where [h, w] a depth image has no reading."""
+    shares = np.zeros(len(centers_camera))
+    for n in range(len(centers_camera)):
+        up_x, up_y, up_z = ups_camera[n]
+        across = np.hypot(up_x, up_y)
+        for k in range(len(places_m)):
+            right, up = places_m[k]
+            x = centers_camera[n, 0] + (right * (-up_y / across) + up * up_x)
+            y = centers_camera[n, 1] + (right * (up_x / across) + up * up_y)
+            z = centers_camera[n, 2] + up * up_z
+            row, column, is_seen = _pixel_of(depth_m.shape, focal_px, principal_px, x, y, z)
+            shares[n] += is_seen and depth_m[row, column] == 0.0
+        shares[n] /= len(places_m)
+    return shares
+
+
+@njit(cache=True, nogil=True)
+def covered_share(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    center_camera: tuple[float, float, float],
+    up_camera: tuple[float, float, float],
+    places_m: NDArray[np.float64],
+    nearer_m: float,
+) -> float:
+    """Share of the places [K, 2], to the right of and above a centre, that are out of view or
+    hidden by something that is nearer than they are by more than `nearer_m`."""
+    covered = 0
+    up_x, up_y, up_z = up_camera
+    across = np.hypot(up_x, up_y)
+    for k in range(len(places_m)):
+        right, up = places_m[k]
+        x = center_camera[0] + right * (-up_y / across) + up * up_x
+        y = center_camera[1] + right * (up_x / across) + up * up_y
+        z = center_camera[2] + up * up_z
+        row, column, is_in_view = _pixel_of(depth_m.shape, focal_px, principal_px, x, y, z)
+        seen_m = depth_m[row, column]
+        covered += not is_in_view or 0.0 < seen_m < z - nearer_m
+    return covered / len(places_m)
+
+
+@njit(cache=True, nogil=True)
+def places_of_heads(
     depth_m: NDArray[np.float32],
     points_camera: NDArray[np.float32],
+    is_candidate: NDArray[np.bool_],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    ups_camera: NDArray[np.float64],
     max_depth_m: float,
     step_m: float,
-) -> NDArray[np.float64]:
-    """[N, 3] points, nearer than `max_depth_m`, whose upper neighbour in the image has no reading
-    or is further away by more than `step_m`."""
+    below_m: float,
+    surface_m: float,
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """[N, 3] points in the picture, below tops along each of [T, 3] directions, and [N] which
+    direction.
+
+    A top is a point, nearer than `max_depth_m`, whose upper neighbour in the image has no reading
+    or is further away by more than `step_m`. What is `below_m` below it counts where the depth
+    seen there, of a candidate [h, w], differs from its own by less than `surface_m`.
+    """
     height, width = depth_m.shape
-    tops = np.empty((height * width, 3))
+    tops = np.empty(height * width, np.int64)
     count = 0
     for row in range(1, height):
         for column in range(width):
             z, above_m = depth_m[row, column], depth_m[row - 1, column]
             if 0.0 < z < max_depth_m and (above_m == 0.0 or above_m > z + np.float32(step_m)):
-                for axis in range(3):
-                    tops[count, axis] = points_camera[row, column, axis]
+                tops[count] = row * width + column
                 count += 1
-    return tops[:count].copy()
+    places = np.empty((count * len(ups_camera), 3))
+    directions = np.empty(count * len(ups_camera), np.int64)
+    found = 0
+    for t in range(len(ups_camera)):
+        for k in range(count):
+            row, column = tops[k] // width, tops[k] % width
+            for axis in range(3):
+                top_m = float(points_camera[row, column, axis])
+                places[found, axis] = top_m - below_m * ups_camera[t, axis]
+            x, y, z = places[found]
+            i, j, is_in_view = _pixel_of(depth_m.shape, focal_px, principal_px, x, y, z)
+            is_surface = is_in_view and is_candidate[i, j] and abs(depth_m[i, j] - z) < surface_m
+            directions[found] = t
+            found += is_surface
+    return places[:found].copy(), directions[:found].copy()
 
 
 @njit(cache=True, nogil=True)

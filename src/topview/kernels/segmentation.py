@@ -7,7 +7,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from topview.kernels.noise import Law, law_at
-from topview.kernels.scene import floor_margin
 
 
 @njit(cache=True, nogil=True)
@@ -34,18 +33,35 @@ def geodesic_distance(
             where no way may lead; replaced by the distances, infinity where there is no way.
     """
     height, width = depth_m.shape
-    size = height * width
-    queue = np.empty(size, np.int32)
-    is_queued = np.zeros((height, width), np.bool_)
-    head, count = 0, 0
+    queue = np.empty(height * width, np.int32)
+    count = 0
     for row in range(height):
         for column in range(width):
             if 0.0 <= out_m[row, column] <= limit_m:
                 queue[count] = row * width + column
-                is_queued[row, column] = True
                 count += 1
             elif out_m[row, column] >= 0.0:
                 out_m[row, column] = np.inf
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+
+
+@njit(nogil=True)
+def _spread(
+    depth_m: NDArray[np.float32],
+    focal_px: float,
+    jump: Law,
+    limit_m: float,
+    queue: NDArray[np.int32],
+    count: int,
+    out_m: NDArray[np.float32],
+) -> None:
+    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w]."""
+    height, width = depth_m.shape
+    size = height * width
+    is_queued = np.zeros((height, width), np.bool_)
+    for k in range(count):
+        is_queued[queue[k] // width, queue[k] % width] = True
+    head = 0
     while count > 0:
         pixel = queue[head]
         head = head + 1 if head + 1 < size else 0
@@ -80,26 +96,34 @@ def geodesic_distance(
 
 
 @njit(cache=True, nogil=True)
-def seed_body(
+def grow_body(
     points_camera: NDArray[np.float32],
     overview_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
     is_free_standing: NDArray[np.bool_],
     is_bulky: NDArray[np.bool_],
-    head_camera: NDArray[np.float32],
-    head_overview_m: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    focal_px: float,
+    jump: Law,
+    stays: Law,
+    head_camera: tuple[float, float, float],
+    head_overview_m: tuple[float, float],
     head_radius_m: float,
-    core_radius_m: float,
-    bottom_m: float,
-    top_m: float,
+    core: tuple[float, float, float],
     torso_reach_m: float,
-    out_start_m: NDArray[np.float32],
+    limit_m: float,
+    last_body_m: NDArray[np.float32],
+    last_depth_m: NDArray[np.float32],
+    faded_m: float,
+    from_head: bool,
+    out_m: NDArray[np.float32],
 ) -> None:
-    """Which pixels may be a body's, and how far those that surely are lie from its head.
+    """How far each pixel is from a head over the visible surface of its body.
 
-    Allowed is what stands free, and is not bulky further aside of the head than `torso_reach_m`,
-    seen from above. Sure is what of that lies in a ball about the head, or in the upright cylinder
-    under it.
+    Ways lead over what stands free, and is not bulky further aside of the head than
+    `torso_reach_m`, seen from above. They start where of that lies in a ball about the head or in
+    the upright cylinder under it, as far from the head as the straight line; and where the body is
+    known to have been, as far as then, if the depth has changed by less than the law `stays` says.
 
     Args:
         points_camera: [h, w, 3] metres.
@@ -107,72 +131,109 @@ def seed_body(
         heights_m: [h, w] along up.
         is_free_standing: [h, w].
         is_bulky: [h, w].
-        head_camera: [3] the head's centre.
-        head_overview_m: [2] the same seen from above.
+        depth_m: [h, w].
+        focal_px: of the depth image.
+        jump: see `geodesic_distance`.
+        stays: see above.
+        head_camera: the head's centre.
+        head_overview_m: the same seen from above.
         head_radius_m: of the ball.
-        core_radius_m: of the cylinder.
-        bottom_m: of the cylinder, along up.
-        top_m: of the cylinder, along up.
+        core: of the cylinder: its radius, and where it begins and ends along up.
         torso_reach_m: see above.
-        out_start_m: [h, w] straight distance from the head where sure, infinity where allowed,
-            minus infinity elsewhere.
+        limit_m: longer ways are not followed.
+        last_body_m: [h, w] the last frame's distances, infinity elsewhere; [0, 0] for none.
+        last_depth_m: [h, w] the last frame's depth.
+        faded_m: what is added to the last distances.
+        from_head: whether what is at the head and under it comes before what is remembered; else
+            it is no start.
+        out_m: [h, w] the distances, infinity where there is no way.
     """
     height, width = heights_m.shape
+    queue = np.empty(height * width, np.int32)
+    count = 0
+    is_remembered = len(last_body_m) > 0
+    head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
+    head_z = np.float32(head_camera[2])
+    head_right, head_forward = np.float32(head_overview_m[0]), np.float32(head_overview_m[1])
+    out_m[:] = -np.inf
     for row in range(height):
         for column in range(width):
-            out_start_m[row, column] = -np.inf
             if not is_free_standing[row, column]:
                 continue
-            right = overview_m[row, column, 0] - head_overview_m[0]
-            forward = overview_m[row, column, 1] - head_overview_m[1]
+            right = overview_m[row, column, 0] - head_right
+            forward = overview_m[row, column, 1] - head_forward
             aside_m = np.sqrt(right * right + forward * forward)
             if is_bulky[row, column] and aside_m >= torso_reach_m:
                 continue
-            out_start_m[row, column] = np.inf
-            x = points_camera[row, column, 0] - head_camera[0]
-            y = points_camera[row, column, 1] - head_camera[1]
-            z = points_camera[row, column, 2] - head_camera[2]
-            from_head_m = np.sqrt(x * x + y * y + z * z)
-            is_core = aside_m < core_radius_m and bottom_m < heights_m[row, column] < top_m
-            if is_core or from_head_m < head_radius_m:
-                out_start_m[row, column] = from_head_m
+            start_m = np.float32(np.inf)
+            if from_head:
+                x = points_camera[row, column, 0] - head_x
+                y = points_camera[row, column, 1] - head_y
+                z = points_camera[row, column, 2] - head_z
+                from_head_m = np.sqrt(x * x + y * y + z * z)
+                is_core = aside_m < core[0] and core[1] < heights_m[row, column] < core[2]
+                if is_core or from_head_m < head_radius_m:
+                    start_m = from_head_m
+            if is_remembered and start_m == np.inf:
+                off_m = abs(depth_m[row, column] - last_depth_m[row, column])
+                if off_m < law_at(depth_m[row, column], stays):
+                    start_m = last_body_m[row, column] + np.float32(faded_m)
+            if start_m <= limit_m:
+                queue[count] = row * width + column
+                count += 1
+            else:
+                start_m = np.float32(np.inf)
+            out_m[row, column] = start_m
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
 
 
 @njit(cache=True, nogil=True)
-def recall_body(
-    body_m: NDArray[np.float32],
-    last_depth_m: NDArray[np.float32],
-    depth_m: NDArray[np.float32],
-    faded_m: float,
-    jump: Law,
-    keeps_seeds: bool,
-    out_start_m: NDArray[np.float32],
-) -> None:
-    """Start also from where a body is known to have been, as long as the depth there has stayed.
-
-    It has where it differs from the last by less than the law `jump` says.
+def share_bodies(
+    bodies_m: NDArray[np.float32],
+    is_tracked: NDArray[np.bool_],
+    share_m: float,
+    out_is_own: NDArray[np.bool_],
+    out_is_contested: NDArray[np.bool_],
+) -> int:
+    """Which pixels are whose: the nearest one's, and those who are no further by over `share_m`.
 
     Args:
-        body_m: [h, w] its distances from the head in the last frame, infinity elsewhere.
-        last_depth_m: [h, w] the last frame's.
-        depth_m: [h, w].
-        faded_m: what is added to the distances.
-        jump: see above.
-        keeps_seeds: whether the seeds (`seed_body`) come before what is remembered; else they are
-            forgotten.
-        out_start_m: [h, w] as `seed_body` gives it.
+        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's.
+        is_tracked: [N].
+        share_m: see above.
+        out_is_own: [N, h, w].
+        out_is_contested: [h, w] where several tracked ones are reached.
+
+    Returns:
+        How many are contested.
     """
-    height, width = depth_m.shape
+    count, height, width = bodies_m.shape
+    contested = 0
     for row in range(height):
         for column in range(width):
-            start_m = out_start_m[row, column]
-            if start_m < 0.0 or (keeps_seeds and start_m < np.inf):
-                continue
-            z = depth_m[row, column]
-            off_m = abs(z - last_depth_m[row, column])
-            stays = off_m < law_at(z, jump)
-            remembered_m = body_m[row, column] + np.float32(faded_m)
-            out_start_m[row, column] = remembered_m if stays else np.inf
+            nearest_m = bodies_m[0, row, column]
+            reached = 0
+            for n in range(count):
+                nearest_m = min(nearest_m, bodies_m[n, row, column])
+                reached += is_tracked[n] and bodies_m[n, row, column] < np.inf
+            for n in range(count):
+                own_m = bodies_m[n, row, column]
+                is_near = own_m <= nearest_m + np.float32(share_m)
+                out_is_own[n, row, column] = is_near and own_m < np.inf
+            out_is_contested[row, column] = reached > 1
+            contested += reached > 1
+    return contested
+
+
+@njit(cache=True, nogil=True)
+def leave_to_nearer(
+    body_m: NDArray[np.float32], other_m: NDArray[np.float32], out_m: NDArray[np.float32]
+) -> None:
+    """Set `out_m` to infinity where another body is nearer; all [h, w] distances from heads."""
+    for row in range(body_m.shape[0]):
+        for column in range(body_m.shape[1]):
+            if other_m[row, column] < body_m[row, column]:
+                out_m[row, column] = np.inf
 
 
 @njit(cache=True, nogil=True)
@@ -191,7 +252,7 @@ def full_pixels_of(
     """Flat indices, ascending, of the full pixels that the small pixels of a user stand for.
 
     A full pixel is the user's if one of the four small pixels around it is, their depths differ by
-    less than the law `jump` says of the full pixel's, and it is no floor (`floor_margin`).
+    less than the law `jump` says of the full pixel's, and it is no floor (as in `set_up`).
 
     Args:
         full_depth_m: [H, W] metres, 0 where there is no reading.
@@ -202,40 +263,55 @@ def full_pixels_of(
         focal_px: (fx, fy) of the full image.
         principal_px: (cx, cy) of the full image.
         floor: its upward normal and the height of the camera over it.
-        margin_m: see `floor_margin`; -inf where there is no floor.
-        noise_2: see `floor_margin`.
+        margin_m: see `set_up`; -inf where there is no floor.
+        noise_2: see `set_up`.
     """
     full_height, full_width = full_depth_m.shape
     height, width = small_depth_m.shape
     # With a border, so that every pixel has four around it.
     users_depth_m = np.full((height + 1, width + 1), -np.inf, np.float32)
     top, bottom, left, right = height, -1, width, -1
-    users = 0
     for i in range(height):
         for j in range(width):
             if is_users[i, j]:
                 users_depth_m[i, j] = small_depth_m[i, j]
                 top, bottom = min(top, i), i
                 left, right = min(left, j), max(right, j)
-                users += 1
-    pixels = np.empty(4 * users * stride * stride, np.int32)
+    first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
+    rows = range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height))
+    pixels = np.empty(len(rows) * max(last - first, 0), np.int32)
+    around_m = np.empty((4, max(last - first, 0)), np.float32)
+    upper_m, upper_right_m, lower_m, lower_right_m = around_m
+    is_its = np.empty(max(last - first, 0), np.bool_)
     count = 0
     up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
-    for row in range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height)):
-        i = row // stride
-        rise_y = (row - principal_px[1]) * up_y
-        for j in range(max(left - 1, 0), right + 1):
-            z_0, z_1 = users_depth_m[i, j], users_depth_m[i, j + 1]
-            z_2, z_3 = users_depth_m[i + 1, j], users_depth_m[i + 1, j + 1]
-            if max(max(z_0, z_1), max(z_2, z_3)) == -np.inf:
-                continue
-            for column in range(j * stride, min((j + 1) * stride, full_width)):
-                z = full_depth_m[row, column]
-                off_m = min(min(abs(z_0 - z), abs(z_1 - z)), min(abs(z_2 - z), abs(z_3 - z)))
-                above_camera_m = ((column - principal_px[0]) * up_x + rise_y + floor[2]) * z
-                least_m = floor_margin(z, above_camera_m, margin_m, noise_2)
-                pixels[count] = row * full_width + column
-                count += (
-                    (z > 0.0) & (off_m < law_at(z, jump)) & (above_camera_m + floor[3] > least_m)
-                )
+    for row in rows:
+        if row % stride == 0:
+            for k in range(4):
+                small_m = users_depth_m[row // stride + k // 2, first // stride + k % 2 :]
+                _widen(small_m, stride, around_m[k])
+        rise_y = (row - principal_px[1]) * up_y + floor[2]
+        seen_m = full_depth_m[row, first:last]
+        # Without branches, so that several pixels are looked at together.
+        for n in range(len(seen_m)):
+            z = seen_m[n]
+            off_m = min(
+                min(abs(upper_m[n] - z), abs(upper_right_m[n] - z)),
+                min(abs(lower_m[n] - z), abs(lower_right_m[n] - z)),
+            )
+            rise = (first + n - principal_px[0]) * up_x + rise_y
+            least_m = margin_m + law_at(z, noise_2) * abs(rise)
+            is_its[n] = (z > 0.0) & (off_m < law_at(z, jump)) & (rise * z + floor[3] > least_m)
+        for n in range(len(seen_m)):
+            pixels[count] = row * full_width + first + n
+            count += is_its[n]
     return pixels[:count].copy()
+
+
+@njit(nogil=True)
+def _widen(small: NDArray[np.float32], stride: int, out: NDArray[np.float32]) -> None:
+    """Each of `small` so often, until `out` is full."""
+    for shift in range(stride):
+        shifted = out[shift::stride]
+        for k in range(len(shifted)):
+            shifted[k] = small[k]

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from topview.kernels.medians import median
+from topview.kernels.noise import Law, law_at
 
 
 @njit(cache=True, nogil=True)
@@ -48,6 +49,135 @@ def count_bins(
         for column in range(yuv.shape[1]):
             if is_counted[row, column]:
                 out_counts[yuv[row, column, 1] >> shift, yuv[row, column, 2] >> shift] += 1.0
+
+
+@njit(cache=True, nogil=True)
+def cut_at_edges(
+    level: NDArray[np.uint8],
+    depth_m: NDArray[np.float32],
+    edge_m: float,
+    out_level: NDArray[np.uint8],
+) -> None:
+    """[h, w] a level, 0 where there is no reading or depths of the pixel and its 8 neighbours
+    differ by more than `edge_m`."""
+    height, width = level.shape
+    for row in range(height):
+        for column in range(width):
+            out_level[row, column] = 0
+            if level[row, column] == 0 or depth_m[row, column] == 0.0:
+                continue
+            nearest_m, farthest_m = depth_m[row, column], depth_m[row, column]
+            for i in range(max(row - 1, 0), min(row + 2, height)):
+                for j in range(max(column - 1, 0), min(column + 2, width)):
+                    nearest_m = min(nearest_m, depth_m[i, j])
+                    farthest_m = max(farthest_m, depth_m[i, j])
+            if farthest_m - nearest_m <= np.float32(edge_m):
+                out_level[row, column] = level[row, column]
+
+
+@njit(cache=True, nogil=True)
+def count_lights(
+    rgb: NDArray[np.uint8],
+    yuv: NDArray[np.uint8],
+    dim_level: float,
+    clipped_level: int,
+    out_tints: NDArray[np.int64],
+) -> tuple[int, int, int]:
+    """How many of [h, w, 3] pixels are not black; how many of these have a Y below `dim_level`, and
+    how many no colour below `clipped_level`.
+
+    `out_tints`: [2, 256] is filled with how many of them have each U, and each V.
+    """
+    out_tints[:] = 0
+    count, dim, clipped = 0, 0, 0
+    for row in range(rgb.shape[0]):
+        for column in range(rgb.shape[1]):
+            red, green, blue = rgb[row, column]
+            if max(red, max(green, blue)) == 0:
+                continue
+            count += 1
+            dim += yuv[row, column, 0] < dim_level
+            clipped += min(red, min(green, blue)) >= clipped_level
+            out_tints[0, yuv[row, column, 1]] += 1
+            out_tints[1, yuv[row, column, 2]] += 1
+    return count, dim, clipped
+
+
+@njit(cache=True, nogil=True)
+def learn_still(
+    depth_m: NDArray[np.float32],
+    is_somebodys: NDArray[np.bool_],
+    elapsed_s: float,
+    still_s: float,
+    margin: Law,
+    out_last_m: NDArray[np.float32],
+    out_still_s: NDArray[np.float32],
+    out_nearest_m: NDArray[np.float32],
+) -> None:
+    """Where a frame shows nobody, count for how long the depth has kept still; what has for
+    `still_s`, and all that is behind it but for a margin, is the background.
+
+    Args:
+        depth_m: [h, w] metres, 0 where there is no reading.
+        is_somebodys: [h, w].
+        elapsed_s: since the last time.
+        still_s: see above.
+        margin: by how much the depth of what keeps still may differ.
+        out_last_m: [h, w] the depth of the last time, updated.
+        out_still_s: [h, w] how long it has kept still, updated.
+        out_nearest_m: [h, w] where the background begins, updated.
+    """
+    for row in range(depth_m.shape[0]):
+        for column in range(depth_m.shape[1]):
+            z = depth_m[row, column]
+            if z == 0.0 or is_somebodys[row, column]:
+                continue
+            margin_m = np.float32(law_at(z, margin))
+            if abs(z - out_last_m[row, column]) < margin_m:
+                out_still_s[row, column] += np.float32(elapsed_s)
+            else:
+                out_still_s[row, column] = 0.0
+            out_last_m[row, column] = z
+            if out_still_s[row, column] >= still_s:
+                out_nearest_m[row, column] = z - margin_m
+
+
+@njit(cache=True, nogil=True)
+def count_levels(
+    level: NDArray[np.uint8],
+    depth_m: NDArray[np.float32],
+    stride: int,
+    middle: tuple[float, float],
+    radii: tuple[float, float],
+    at_m: float,
+    off_m: float,
+    least_level: int,
+) -> tuple[int, int]:
+    """How many pixels in an ellipse have a depth that differs from `at_m` by less than `off_m`; and
+    how many of them at least a level.
+
+    Args:
+        level: [h, w].
+        depth_m: [H, W]; the level of (i, j) is that of pixel (i, j) * stride.
+        stride: see above.
+        middle: of the ellipse: row and column of the levels.
+        radii: of the ellipse, down and across.
+        at_m: see above.
+        off_m: see above.
+        least_level: see above.
+    """
+    height, width = level.shape
+    v, u = middle
+    down, across = radii
+    seen, high = 0, 0
+    for row in range(max(int(v - down), 0), min(int(v + down) + 2, height)):
+        for column in range(max(int(u - across), 0), min(int(u + across) + 2, width)):
+            x, y = (column - u) / across, (row - v) / down
+            z = depth_m[row * stride, column * stride]
+            if x * x + y * y < 1.0 and abs(z - np.float32(at_m)) < off_m:
+                seen += 1
+                high += level[row, column] >= least_level
+    return seen, high
 
 
 @njit(cache=True, nogil=True)

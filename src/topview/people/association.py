@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from math import exp, log
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import dist, exp, log
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import track_head
 from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under, head_colors_against, unlikeness
 from topview.people.existence import is_too_near
 from topview.people.height import sunk_m
+from topview.people.motion import Motion
 from topview.people.scene import Scene
 from topview.people.track import Track
 
@@ -63,140 +66,149 @@ def associate(
         heads: that are detected.
         log_odds_of: of a person's body below a head that nobody else explains.
     """
+    seekers = [Seeker.of(row, tracks, scene, log_odds_of) for row in range(len(tracks))]
     options = [*heads]
     scores = np.full((len(tracks), len(heads) + len(tracks)), -np.inf)
-    missed = np.array([_missed(track, scene) for track in tracks])
-    for row, track in enumerate(tracks):
-        others = [*tracks[:row], *tracks[row + 1 :]]
+    for row, seeker in enumerate(seekers):
         for column, head in enumerate(heads):
-            scores[row, column] = _ratio(track, others, scene, head, log_odds_of)
-        followed = _followed(track, others, scene, heads, scores[row])
+            scores[row, column] = seeker.ratio_of(head)
+        followed = seeker.followed(heads, scores[row])
         if followed is not None:
-            scores[row, len(options)] = _ratio(track, others, scene, followed, log_odds_of)
+            scores[row, len(options)] = seeker.ratio_of(followed)
             options.append(followed)
+    missed = np.array([seeker.missed() for seeker in seekers])
     gains = scores[:, : len(options)] - missed[:, None]
     matches = assign(np.where(gains > 0.0, gains, -np.inf))
     taken: dict[int, HeadCandidate] = {}
     for row, column in sorted(matches.items(), key=lambda match: -scores[match]):
-        head = options[column]
-        if all(_apart_m(head, other) > SAME_HEAD_M for other in taken.values()):
-            taken[row] = head
-    left = [
-        head
-        for head in heads
-        if all(
-            head is not other and _apart_m(head, other) > SAME_HEAD_M for other in taken.values()
+        if _is_apart(options[column], taken.values()):
+            taken[row] = options[column]
+    return taken, [head for head in heads if _is_apart(head, taken.values())]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seeker:
+    """A track that seeks its head in a frame.
+
+    Attributes:
+        track: as it was in the last frame.
+        others: the other tracks.
+        scene: of this frame.
+        expected: the head's motion, predicted.
+        colors: what tells its head by colour, if anything does.
+        log_odds_of: see `associate`.
+    """
+
+    track: Track
+    others: Sequence[Track]
+    scene: Scene
+    expected: Motion
+    colors: HeadColors | None
+    log_odds_of: Callable[[HeadCandidate], float]
+
+    @classmethod
+    def of(
+        cls,
+        row: int,
+        tracks: Sequence[Track],
+        scene: Scene,
+        log_odds_of: Callable[[HeadCandidate], float],
+    ) -> Seeker:
+        """One of the tracks."""
+        track, others = tracks[row], [*tracks[:row], *tracks[row + 1 :]]
+        colors = head_colors_against(track, others, scene)
+        return cls(track, others, scene, track.expected(scene.time_s), colors, log_odds_of)
+
+    def missed(self) -> float:
+        """Log-likelihood of no measurement: unlikely of a head that is in plain view."""
+        if self.track.places is not None:
+            return 0.0
+        is_free = 1.0 - self.scene.covered_share(self.expected.position_camera)
+        return log(1.0 - (1.0 - MISSED) * is_free)
+
+    def ratio_of(self, head: HeadCandidate) -> float:
+        """Log-likelihood ratio of a head: this track's against clutter or somebody new."""
+        track, scene, center = self.track, self.scene, head.center_camera
+        if track.places is not None:
+            ratio = track.places.log_density(scene, center, track.unseen_s(scene.time_s))
+            if ratio < FARTHEST:
+                return -np.inf
+            by_shape = self.log_odds_of(head)
+            ratio += by_shape - log(CLUTTER_PER_M3 + NEW_PER_M3 * exp(min(by_shape, 50.0)))
+            ratio += self._by_clothes(head)
+        else:
+            ratio = self.expected.log_density(center) - log(CLUTTER_PER_M3)
+            if ratio < FARTHEST:
+                return -np.inf
+            ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
+        ratio += self._by_stature(head) + self._by_colors(head)
+        return ratio - ANOTHERS_HEAD * self._is_anothers(head) - SLIPPED * self._slips(head)
+
+    def _by_stature(self, head: HeadCandidate) -> float:
+        below_m = sunk_m(self.scene, head.center_camera, self.track.height)
+        return 0.0 if below_m is None else -0.5 * (min(below_m, 0.0) / TALLER_M) ** 2
+
+    def _by_colors(self, head: HeadCandidate) -> float:
+        if self.colors is None:
+            return 0.0
+        share = self.colors.share_at(self.scene.cloud, head.center_camera)
+        return 0.0 if share is None else HEAD_COLOR_WEIGHT * (share - 0.5)
+
+    def _by_clothes(self, head: HeadCandidate) -> float:
+        if self.track.clothes is None:
+            return 0.0
+        near = [other.place_camera for other in self.others if other.is_seen]
+        worn = clothes_under(self.scene, head.center_camera, near)
+        if worn is None:
+            return 0.0
+        return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(self.track.clothes, worn))
+
+    def _is_anothers(self, head: HeadCandidate) -> bool:
+        """Whether a head is a part of another whose head is seen: too near to that, for one that
+        comes back; or on the other's body and not a good one."""
+        seen = [other for other in self.others if other.is_seen and other.id]
+        if not self.track.is_seen and is_too_near(head.center_camera, seen, self.scene):
+            return True
+        if head.confidence >= GOOD_HEAD:
+            return False
+        row, column, in_view = self.scene.cloud.pixel_at(head.center_camera)
+        return in_view and any(
+            other.body_m is not None and bool(other.body_m[row, column] < OWN_HEAD_M)
+            for other in seen
         )
-    ]
-    return taken, left
 
+    def _slips(self, head: HeadCandidate) -> bool:
+        """Whether a head seems to move down as something comes before it."""
+        if self.track.places is not None:
+            return False
+        scene, expected_camera = self.scene, self.expected.position_camera
+        down_m = -float((head.center_camera - expected_camera) @ scene.up_camera)
+        step_s = scene.time_s - self.track.time_s
+        if down_m < SLIP_M + SLIP_M_PER_S * step_s:
+            return False
+        above = head.center_camera + down_m * scene.up_camera
+        return max(scene.covered_share(expected_camera), scene.covered_share(above)) > COVERED
 
-def _missed(track: Track, scene: Scene) -> float:
-    """Log-likelihood of no measurement: unlikely of a head that is in plain view."""
-    if track.places is not None:
-        return 0.0
-    is_free = 1.0 - scene.covered_share(track.expected(scene.time_s).position_camera)
-    return log(1.0 - (1.0 - MISSED) * is_free)
-
-
-def _ratio(
-    track: Track,
-    others: Sequence[Track],
-    scene: Scene,
-    head: HeadCandidate,
-    log_odds_of: Callable[[HeadCandidate], float],
-) -> float:
-    """Log-likelihood ratio of a head: this track's against clutter or somebody new."""
-    center = head.center_camera
-    if track.places is not None:
-        ratio = track.places.log_density(scene, center, track.unseen_s(scene.time_s))
-        if ratio < FARTHEST:
-            return -np.inf
-        by_shape = log_odds_of(head)
-        ratio += by_shape - log(CLUTTER_PER_M3 + NEW_PER_M3 * exp(min(by_shape, 50.0)))
-        ratio += _by_clothes(track, others, scene, head)
-    else:
-        ratio = track.expected(scene.time_s).log_density(center) - log(CLUTTER_PER_M3)
-        if ratio < FARTHEST:
-            return -np.inf
-        ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
-    ratio += _by_stature(track, scene, head) + _by_colors(track, others, scene, head)
-    ratio -= ANOTHERS_HEAD * _is_anothers(track, others, scene, head)
-    return ratio - SLIPPED * _slips(track, scene, head)
-
-
-def _by_stature(track: Track, scene: Scene, head: HeadCandidate) -> float:
-    below_m = sunk_m(scene, head.center_camera, track.height)
-    return 0.0 if below_m is None else -0.5 * (min(below_m, 0.0) / TALLER_M) ** 2
-
-
-def _by_colors(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:
-    colors = head_colors_against(track, others, scene)
-    share = None if colors is None else colors.share_at(scene.cloud, head.center_camera)
-    return 0.0 if share is None else HEAD_COLOR_WEIGHT * (share - 0.5)
-
-
-def _by_clothes(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> float:
-    if track.clothes is None:
-        return 0.0
-    near = [other.place_camera for other in others if other.is_seen]
-    worn = clothes_under(scene, head.center_camera, near)
-    if worn is None:
-        return 0.0
-    return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(track.clothes, worn))
-
-
-def _is_anothers(track: Track, others: Sequence[Track], scene: Scene, head: HeadCandidate) -> bool:
-    """Whether a head is a part of another whose head is seen: too near to that, for one that comes
-    back; or on the other's body and not a good one."""
-    seen = [other for other in others if other.is_seen and other.id]
-    if not track.is_seen and is_too_near(head.center_camera, seen, scene):
-        return True
-    if head.confidence >= GOOD_HEAD:
-        return False
-    row, column, in_view = scene.cloud.pixel_at(head.center_camera)
-    return in_view and any(
-        other.body_m is not None and other.body_m[row, column] < OWN_HEAD_M for other in seen
-    )
-
-
-def _slips(track: Track, scene: Scene, head: HeadCandidate) -> bool:
-    """Whether a head seems to move down as something comes before it."""
-    if track.places is not None:
-        return False
-    expected = track.expected(scene.time_s).position_camera
-    down_m = -float((head.center_camera - expected) @ scene.up_camera)
-    step_s = scene.time_s - track.time_s
-    if down_m < SLIP_M + SLIP_M_PER_S * step_s:
-        return False
-    above = head.center_camera + down_m * scene.up_camera
-    return max(scene.covered_share(expected), scene.covered_share(above)) > COVERED
-
-
-def _followed(
-    track: Track,
-    others: Sequence[Track],
-    scene: Scene,
-    heads: Sequence[HeadCandidate],
-    scores: NDArray[np.float64],
-) -> HeadCandidate | None:
-    """The head found again by its shape, where none that was detected is as good."""
-    if track.unseen_s(scene.time_s) > FOLLOWED_S:
-        return None
-    expected = track.expected(scene.time_s).position_camera
-    if heads:
-        best = heads[int(np.argmax(scores[: len(heads)]))]
-        off_m = float(np.linalg.norm(best.center_camera - expected))
-        if off_m < AT_ONCE_M and best.confidence > AT_ONCE:
+    def followed(
+        self, heads: Sequence[HeadCandidate], scores: NDArray[np.float64]
+    ) -> HeadCandidate | None:
+        """The head found again by its shape, where none that was detected is as good."""
+        track, scene, expected_camera = self.track, self.scene, self.expected.position_camera
+        if track.unseen_s(scene.time_s) > FOLLOWED_S:
             return None
-    return track_head(
-        scene.cloud,
-        track.view,
-        expected,
-        scene.up_camera,
-        max(scene.time_s - track.time_s, 0.0),
-        head_colors_against(track, others, scene),
-    )
+        if heads:
+            best = heads[int(np.argmax(scores[: len(heads)]))]
+            off_m = dist(best.center_camera, expected_camera)
+            if off_m < AT_ONCE_M and best.confidence > AT_ONCE:
+                return None
+        return track_head(
+            scene.cloud,
+            track.view,
+            expected_camera,
+            scene.up_camera,
+            max(scene.time_s - track.time_s, 0.0),
+            self.colors,
+        )
 
 
 def assign(scores: NDArray[np.float64], unmatched: float = 0.0) -> dict[int, int]:
@@ -215,5 +227,6 @@ def assign(scores: NDArray[np.float64], unmatched: float = 0.0) -> dict[int, int
     }
 
 
-def _apart_m(one: HeadCandidate, other: HeadCandidate) -> float:
-    return float(np.linalg.norm(one.center_camera - other.center_camera))
+def _is_apart(head: HeadCandidate, others: Iterable[HeadCandidate]) -> bool:
+    """Whether a head is none of the others."""
+    return all(dist(head.center_camera, other.center_camera) > SAME_HEAD_M for other in others)

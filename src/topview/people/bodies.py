@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.segmentation import leave_to_nearer
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.scene import Scene
@@ -84,7 +85,7 @@ def left_of(body: Distance, others: Sequence[Track]) -> Distance:
     own = body.copy()
     for other in others:
         if other.body_m is not None:
-            np.copyto(own, np.inf, where=other.body_m < body)
+            leave_to_nearer(body, other.body_m, own)
     return own
 
 
@@ -172,7 +173,7 @@ def _people_first(tracks: Sequence[Track]) -> list[Distance]:
     """Their bodies; of those that are not confirmed only what nobody who is reaches."""
     bodies = [track.body_m for track in tracks if track.body_m is not None]
     confirmed = [body for track, body in zip(tracks, bodies, strict=True) if track.id]
-    if not confirmed:
+    if len(confirmed) in (0, len(bodies)):
         return bodies
     is_somebodys = np.isfinite(np.minimum.reduce(confirmed))
     return [

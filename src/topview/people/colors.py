@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from topview.detect.beliefs import Kind
 from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import HEAD_RADIUS_M
+from topview.kernels.skin import count_levels
 from topview.people.users import HandCandidate
 from topview.records import Frame
 
@@ -87,22 +88,11 @@ def skin_share(
     across, up = (
         DISC * HEAD_RADIUS_M * focal / (stride * z) for focal in (camera.fx, HIGHER * camera.fy)
     )
-    height, width = detections.skin_probability.shape
-    top, bottom = max(int(v - up), 0), min(int(v + up) + 2, height)
-    left, right = max(int(u - across), 0), min(int(u + across) + 2, width)
-    if bottom <= top or right <= left:
-        return None
-    rows, columns = np.mgrid[top:bottom, left:right]
-    depth_m = frame.depth_m[top * stride : bottom * stride, left * stride : right * stride]
-    offset_m = np.abs(depth_m[::stride, ::stride] - z)
-    is_head = (np.hypot((columns - u) / across, (rows - v) / up) < 1.0) & (
-        offset_m < 2 * HEAD_RADIUS_M
-    )
-    if np.count_nonzero(is_head) < LEAST_HEAD_PIXELS:
-        return None
-    return float(
-        (detections.skin_probability[top:bottom, left:right][is_head] >= SKIN_LEVEL).mean()
-    )
+    seen, skin = count_levels(
+        detections.skin_probability, frame.depth_m, stride, (v, u), (up, across), z,
+        2 * HEAD_RADIUS_M, SKIN_LEVEL,
+    )  # fmt: skip
+    return None if seen < LEAST_HEAD_PIXELS else skin / seen
 
 
 def hands_in(detections: SkinDetections | None) -> tuple[HandCandidate, ...]:

@@ -139,9 +139,9 @@ def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> b
     """Whether a head [3] is so near to another that both cannot be heads, seen from above."""
     if not tracks:
         return False
-    heads_camera = np.array([track.place_camera for track in tracks])
-    aside_m = np.hypot(*scene.overview_of(head_camera - heads_camera).T)
-    return bool(aside_m.min() < HEADS_APART_M)
+    offsets_camera = head_camera - np.array([track.place_camera for track in tracks])
+    aside_m2 = (scene.overview_of(offsets_camera) ** 2).sum(1)
+    return bool(aside_m2.min() < HEADS_APART_M**2)
 
 
 def is_put_out(track: Track, scene: Scene) -> bool:

@@ -5,13 +5,14 @@ Each is about 0 for a person in plain view and has no unit; `Likelihood` weighs 
 
 from __future__ import annotations
 
+from math import log
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, head_evidence
-from topview.kernels.bodies import measure_body, measure_shape, share_within
+from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, upright_confidence
+from topview.kernels.bodies import measure_body
 from topview.people.legs import stands_on_legs
 from topview.people.scene import Scene
 from topview.people.surfaces import jump_of
@@ -82,18 +83,22 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
     else's."""
     if head.torso_is_unread and stands_on_legs(scene, head, own):
         return np.zeros(len(SHAPE))
-    top_m = scene.height_of(head.center_camera) + HEAD_HALF_HEIGHT_M
-    cloud = scene.cloud
-    area_m2, above_m2, bust_m2, bottom_m, edges, torso_m = measure_body(
-        own, cloud.depth_m, scene.heights_m, scene.inset_m, cloud.camera.fx,
-        top_m + OVER_HEAD_M, BUST_REACH_M, TORSO_REACH_M, jump_of(cloud.camera.noise, ROUGH_M),
+    cloud, center = scene.cloud, head.center_camera
+    top_m = scene.height_of(center) + HEAD_HALF_HEIGHT_M
+    noise = cloud.camera.noise
+    right, forward = scene.overview_of(center).tolist()
+    area_m2, above_m2, bust_m2, bottom_m, edges, torso_m, near, chest_m, head_m, kept, seen_m = (
+        measure_body(
+            body, own, cloud.depth_m, scene.heights_m, scene.overview_m, scene.inset_m,
+            cloud.camera.fx, (right, forward, top_m), OVER_HEAD_M, ASIDE_M,
+            (BUST_REACH_M, TORSO_REACH_M), CHEST_BAND_M, HEAD_BAND_M, LEAST_PIXELS,
+            jump_of(noise, ROUGH_M),
+        )
     )  # fmt: skip
-    upright = head_evidence(cloud, head.center_camera[None], scene.up_camera).confidence[0]
-    bust = float(np.log(max(bust_m2, 1e-4) / BUST_M2) / np.log(BUST_FACTOR))
+    relief_m = seen_m - NOISE_LEFT * float(noise.sigma_m(float(center[2])))
+    upright = upright_confidence(cloud, center, scene.up_camera)
+    bust = log(max(bust_m2, 1e-4) / BUST_M2) / log(BUST_FACTOR)
     has_floor = scene.floor is not None
-    is_body = own < np.inf
-    right, forward = scene.overview_of(head.center_camera).tolist()
-    near = share_within(scene.overview_m, is_body, right, forward, ASIDE_M) if area_m2 else 0.0
     values = np.array(
         [
             (1.0 - head.confidence) / 0.2,
@@ -105,28 +110,17 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
             (LOW_M - top_m) / TOP_STEP_M * has_floor,
             (top_m - HIGH_M) / TOP_STEP_M * has_floor,
             above_m2 / RAISED_M2,
-            np.log(max(area_m2, 1e-4) / LARGE_M2),
+            log(max(area_m2, 1e-4) / LARGE_M2),
             (SHORT_M - (top_m - bottom_m)) / 0.2 if area_m2 else MOST,
             (1.0 - near) / 0.1,
-            *_shape(scene, own, top_m, head),
+            (CHEST_SHARE - chest_m / max(head_m, 1e-3)) / 0.3,
+            1.0 - relief_m / PERSON_RELIEF_M,
             float(head.torso_is_unread),
-            1.0 - _to_border_m(scene, head.center_camera) / BORDER_M,
-            1.0 - np.count_nonzero(is_body) / max(np.count_nonzero(body < np.inf), 1),
+            1.0 - _to_border_m(scene, center) / BORDER_M,
+            1.0 - kept,
         ]
     )
-    return np.clip(values, 0.0, MOST)
-
-
-def _shape(scene: Scene, own: Distance, top_m: float, head: HeadCandidate) -> tuple[float, float]:
-    """How slim and how flat it is."""
-    camera = scene.cloud.camera
-    chest_m, head_m, seen_m = measure_shape(
-        own, scene.cloud.depth_m, scene.heights_m, camera.fx, top_m, CHEST_BAND_M, HEAD_BAND_M,
-        TORSO_REACH_M, LEAST_PIXELS,
-    )  # fmt: skip
-    slim = CHEST_SHARE - chest_m / max(head_m, 1e-3)
-    relief_m = seen_m - NOISE_LEFT * float(camera.noise.sigma_m(head.center_camera[2]))
-    return slim / 0.3, 1.0 - relief_m / PERSON_RELIEF_M
+    return np.minimum(np.maximum(values, 0.0), MOST)
 
 
 def _to_border_m(scene: Scene, point_camera: NDArray[np.float64]) -> float:

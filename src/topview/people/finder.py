@@ -20,7 +20,7 @@ from topview.filter.over_time import Turns
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
 from topview.people.background import Background
-from topview.people.bodies import body_of, masks_of, union_of, with_pieces
+from topview.people.bodies import masks_of, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import Existence, Refusal
@@ -129,8 +129,10 @@ class PeopleFinder:
         with self.clock.stage("pixels"):
             frontal = frontal_of(tracks, self._skin, scene.cloud.frame)
             users = users_of(tracks, scene, self.skin_detections, frontal)
-            next_cluster = self._clusters.next
-            self.doubtful = doubtful_of(tracks, scene, self._existence.likelihood, next_cluster)
+            self.doubtful = ()
+            if told.has_network:
+                next_cluster, likelihood = self._clusters.next, self._existence.likelihood
+                self.doubtful = doubtful_of(tracks, scene, likelihood, next_cluster)
             self._clusters.tell(self.doubtful)
         self._learn_room(scene, users)
         doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]
@@ -180,7 +182,7 @@ class PeopleFinder:
             features = step.features_under(head, after) if reason is None else None
             if features is not None and self._existence.may_be(features):
                 track = Track.born(self._next_key, scene.cloud, head, features)
-                body = body_of(scene, track, self.settings, None)
+                body = step.body_under(head).copy()
                 people = [other for other in after if other.id]
                 is_rest = room_left_of(scene, track, body, people)
                 self._background.learn(scene.cloud.depth_m, is_rest)

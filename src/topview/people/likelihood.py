@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 from math import exp, log
 from typing import Final
@@ -35,7 +35,7 @@ MOST_SHAPE_ODDS: Final = 12.0
 BODY_ODDS: Final = log(0.1 / 0.9)
 
 
-class Likelihood(msgspec.Struct, frozen=True):
+class Likelihood(msgspec.Struct, frozen=True, dict=True):
     """Log-likelihood ratios of a person against furniture, fitted by `topview train-people`.
 
     Attributes:
@@ -70,14 +70,9 @@ class Likelihood(msgspec.Struct, frozen=True):
         """The name of the feature that speaks most against a person."""
         return FEATURE_NAMES[int(np.argmax(self._vector[: len(features)] * features))]
 
-    @property
+    @cached_property
     def _vector(self) -> NDArray[np.float64]:
-        return _vector(tuple(self.weights[name] for name in FEATURE_NAMES))
-
-
-@cache
-def _vector(weights: tuple[float, ...]) -> NDArray[np.float64]:
-    return np.array(weights)
+        return np.array([self.weights[name] for name in FEATURE_NAMES])
 
 
 @cache

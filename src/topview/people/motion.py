@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, log, pi
+from math import dist, exp, log, pi
 from typing import Final
 
 import numpy as np
@@ -89,5 +89,5 @@ class Motion:
     def log_density(self, measured_camera: Vector, sigma_m: float = MEASURED_M) -> float:
         """Of a measurement [3], per cubic metre."""
         variance = self.covariance[0] + sigma_m**2
-        innovation = measured_camera - self.position_camera
-        return -0.5 * (float(innovation @ innovation) / variance + 3.0 * log(2.0 * pi * variance))
+        square_m2 = dist(measured_camera, self.position_camera) ** 2
+        return -0.5 * (square_m2 / variance + 3.0 * log(2.0 * pi * variance))

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
+from topview.kernels.heads import covered_share
 from topview.kernels.scene import set_up
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import bulky_surfaces, jump_of
 
 WHOLE = (slice(None), slice(None))
+# Ours, metres: what is so much nearer than a head's centre hides it.
+NEARER_M: Final = 2 * HEAD_RADIUS_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,20 +157,17 @@ class Scene:
 
     def covered_share(self, head_camera: NDArray[np.float64]) -> float:
         """Share of a head at a [3] place that something nearer hides or that is out of view."""
-        right = right_of(self.up_camera)
-        points = head_camera + INSIDE[:, :1] * right + INSIDE[:, 1:] * self.up_camera
-        depth_m, in_view = self.cloud.lookup(points.T)
-        return float((_is_nearer(depth_m, points[:, 2]) | ~in_view).mean())
+        cloud = self.cloud
+        camera = cloud.camera
+        return covered_share(
+            cloud.depth_m, (camera.fx, camera.fy), (camera.cx, camera.cy),
+            tuple(head_camera.tolist()), tuple(self.up_camera.tolist()), INSIDE, NEARER_M,
+        )  # fmt: skip
 
     def is_hidden_at(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether something nearer hides a head's place."""
-        depth_m, in_view = self.cloud.lookup(point_camera)
-        return bool(in_view and _is_nearer(depth_m, point_camera[2]))
-
-
-def _is_nearer(depth_m: NDArray[np.float32], z_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """[...] whether what is seen is so much nearer than heads at depths z that it hides them."""
-    return (depth_m > 0.0) & (depth_m < z_m - 2 * HEAD_RADIUS_M)
+        row, column, in_view = self.cloud.pixel_at(point_camera)
+        return in_view and bool(0.0 < self.cloud.depth_m[row, column] < point_camera[2] - NEARER_M)
 
 
 def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import Final
 
 import numpy as np
@@ -19,9 +20,9 @@ from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
-from topview.kernels.segmentation import full_pixels_of, recall_body, seed_body
+from topview.kernels.segmentation import full_pixels_of, grow_body, share_bodies
 from topview.people.scene import Scene
-from topview.people.surfaces import jump_of, surface_distance
+from topview.people.surfaces import jump_of
 
 # Ours: a limb before or behind its body is no farther from it in depth.
 LIMB_STEP_M: Final = 0.3
@@ -49,6 +50,9 @@ class SegmentationSettings:
 
 BY_OVERVIEW: Final = SegmentationSettings(core_radius=0.26, by_overview=True)
 """As Sec. 5.3.1 has it: about the shoulder breadth (Table 3.1) around the face."""
+
+
+NO_BODY: Final = np.empty((0, 0), np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,35 +96,33 @@ def body_distance(
     height_along_up_m = scene.height_of(head_camera)
     head_height_m = height_along_up_m if scene.floor is not None else 0.7 * height_m
     top_m = height_along_up_m + HEAD_HALF_HEIGHT_M
-    start_m = np.empty(cloud.depth_m.shape, np.float32)
-    seed_body(
+    x, y, z = head_camera.tolist()
+    right, forward = scene.overview_of(head_camera).tolist()
+    stays = jump_of(cloud.camera.noise)
+    distance_m = np.empty(cloud.depth_m.shape, np.float32)
+    grow_body(
         cloud.points_camera,
         scene.overview_m,
         scene.heights_m,
         scene.is_free_standing,
         scene.is_bulky,
-        head_camera.astype(np.float32),
-        scene.overview_of(head_camera).astype(np.float32),
+        cloud.depth_m,
+        cloud.camera.fx,
+        jump or stays,
+        stays,
+        (x, y, z),
+        (right, forward),
         HEAD_HALF_HEIGHT_M + HEAD_RADIUS_M / 2,
-        settings.core_radius * height_m,
-        top_m - 1.1 * height_m,
-        top_m,
+        (settings.core_radius * height_m, top_m - 1.1 * height_m, top_m),
         torso_reach_m(head_height_m, height_m),
-        start_m,
+        settings.reach * height_m,
+        NO_BODY if memory is None else memory.body_m,
+        cloud.depth_m if memory is None else memory.depth_m,
+        0.0 if memory is None else memory.faded_m,
+        from_head,
+        distance_m,
     )
-    if memory is not None:
-        recall_body(
-            memory.body_m,
-            memory.depth_m,
-            cloud.depth_m,
-            memory.faded_m,
-            jump_of(cloud.camera.noise),
-            from_head,
-            start_m,
-        )
-    elif not from_head:
-        return np.full_like(start_m, np.inf)
-    return surface_distance(cloud, start_m, settings.reach * height_m, jump)
+    return distance_m
 
 
 def torso_reach_m(head_height_m: float, height_m: float) -> float:
@@ -130,7 +132,7 @@ def torso_reach_m(head_height_m: float, height_m: float) -> float:
     that leaves less room aside the higher the head is. Half a torso's breadth is added to it.
     """
     below_m = max(head_height_m - 0.53 * height_m, 0.0)
-    return float(np.sqrt(max((0.45 * height_m) ** 2 - below_m**2, 0.0))) + 0.13 * height_m + 0.05
+    return sqrt(max((0.45 * height_m) ** 2 - below_m**2, 0.0)) + 0.13 * height_m + 0.05
 
 
 def split_users(
@@ -147,13 +149,17 @@ def split_users(
     """
     if not distances_m:
         return []
-    nearest = np.minimum.reduce(list(distances_m))
-    masks = [np.isfinite(own) & (own <= nearest + settings.share_m) for own in distances_m]
-    tracked = [index for index, joints in enumerate(joints_camera) if joints is not None]
-    reached = np.sum([np.isfinite(distances_m[index]) for index in tracked], axis=0)
-    is_contested = np.asarray(reached > 1)
-    if not is_contested.any():
+    bodies_m = np.stack(distances_m)
+    is_tracked = np.array([joints is not None for joints in joints_camera])
+    is_own, is_contested = (
+        np.empty(bodies_m.shape, np.bool_),
+        np.empty(bodies_m.shape[1:], np.bool_),
+    )
+    contested = share_bodies(bodies_m, is_tracked, settings.share_m, is_own, is_contested)
+    masks = list(is_own)
+    if not contested:
         return masks
+    tracked = np.flatnonzero(is_tracked).tolist()
     points = scene.cloud.points_camera[is_contested].astype(np.float64)
     to_bones_m = np.full((len(tracked), len(points)), np.inf)
     for row, index in enumerate(tracked):
@@ -161,9 +167,9 @@ def split_users(
         joints = joints_camera[index]
         assert joints is not None
         to_bones_m[row, is_reached] = bone_distance(points[is_reached], joints)
-    is_own = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
+    is_near = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
     for row, index in enumerate(tracked):
-        masks[index][is_contested] = is_own[row]
+        masks[index][is_contested] = is_near[row]
     return masks
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import dist
 from typing import Final
 
 import numpy as np
@@ -97,7 +98,9 @@ def rejoined(
                 for head in left
                 if _is_better(scene, track, head)
                 and reaches(scene, track, head)
-                and all(_away_m(other, head) > SAME_HEAD_M for other in others)
+                and all(
+                    dist(other.place_camera, head.center_camera) > SAME_HEAD_M for other in others
+                )
                 and existence.may_be(features_of(head, others))
             ),
             None,
@@ -119,7 +122,3 @@ def _is_better(scene: Scene, track: Track, head: HeadCandidate) -> bool:
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
     least_m = -LOWER_M * (1.0 - track.confidence)
     return up_m > least_m and head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
-
-
-def _away_m(track: Track, head: HeadCandidate) -> float:
-    return float(np.linalg.norm(track.place_camera - head.center_camera))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.heads import HeadCandidate, head_evidence, torso_is_unread
+from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
 from topview.people.bodies import body_of, left_of, over_body
 from topview.people.existence import is_too_near
 from topview.people.features import Features, features_of
@@ -37,12 +37,14 @@ class Step:
         last: of the last one; None in the first.
         told: what is known of the last frame's bodies.
         settings: how people are found.
+        bodies: [h, w] those under heads (`body_under`), by the heads' identities.
     """
 
     scene: Scene
     last: Scene | None
     told: Told
     settings: PeopleSettings
+    bodies: dict[int, tuple[HeadCandidate, NDArray[np.float32]]] = field(default_factory=dict)
 
     @property
     def elapsed_s(self) -> float:
@@ -93,11 +95,18 @@ class Step:
             after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
         return after
 
+    def body_under(self, head: HeadCandidate) -> NDArray[np.float32]:
+        """[h, w] `body_distance` of a head of which nothing else is known; sought once."""
+        if id(head) not in self.bodies:
+            body = body_distance(
+                self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
+            )
+            self.bodies[id(head)] = head, body
+        return self.bodies[id(head)][1]
+
     def features_under(self, head: HeadCandidate, others: Sequence[Track]) -> Features:
         """[S] of a head and what of the body below it is nobody else's."""
-        body = body_distance(
-            self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
-        )
+        body = self.body_under(head)
         return features_of(self.scene, head, body, left_of(body, others))
 
     def _with_shape(self, track: Track, tracks: Sequence[Track]) -> Evidence:
@@ -133,8 +142,8 @@ class Step:
     def head_at(self, told_camera: Vector) -> HeadCandidate:
         """A head [3] that the joint network tells, and how much it looks like an upright one."""
         scene = self.scene
-        evidence = head_evidence(scene.cloud, told_camera[None], scene.up_camera)
-        return HeadCandidate(told_camera, float(evidence.confidence[0]))
+        confidence = upright_confidence(scene.cloud, told_camera, scene.up_camera)
+        return HeadCandidate(told_camera, confidence)
 
     def _head_in_view(self, track: Track) -> HeadCandidate | None:
         """A track's head as it looks; None where it is not in view."""
@@ -143,9 +152,9 @@ class Step:
         if not track.is_seen:
             if scene.covered_share(center) > IN_VIEW:
                 return None
-            evidence = head_evidence(scene.cloud, center[None], scene.up_camera)
-            confidence = float(evidence.confidence[0])
-        is_unread = torso_is_unread(scene.cloud, center[None], scene.up_camera[None])
+            confidence = upright_confidence(scene.cloud, center, scene.up_camera)
+        up = np.array(scene.up_camera, ndmin=2)
+        is_unread = torso_is_unread(scene.cloud, np.array(center, ndmin=2), up)
         return HeadCandidate(center, confidence, bool(is_unread[0]))
 
 

@@ -72,11 +72,11 @@ def _only_huge(
 
 
 def surface_distance(
-    cloud: Cloud, start_m: NDArray[np.float32], limit_m: float, jump: Law | None = None
+    cloud: Cloud, start_m: NDArray[np.float32], limit_m: float
 ) -> NDArray[np.float32]:
     """[h, w] length of the shortest way over the surface from where `start_m` [h, w] is finite,
     added to it; infinity where there is none up to `limit_m`, none leads where it is minus
     infinity. `start_m` is replaced by it."""
     camera = cloud.camera
-    geodesic_distance(cloud.depth_m, camera.fx, jump or jump_of(camera.noise), limit_m, start_m)
+    geodesic_distance(cloud.depth_m, camera.fx, jump_of(camera.noise), limit_m, start_m)
     return start_m

@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 from topview.detect.ellipses import Ellipse
 from topview.kernels.skin import (
     connected_regions,
+    count_levels,
+    count_lights,
     count_values,
+    cut_at_edges,
+    learn_still,
     look_at_end,
     moments,
     paint,
@@ -150,3 +154,68 @@ def test_the_end_of_a_bar(angle: float) -> None:
     assert median_m == pytest.approx(2.15, abs=0.01)
     nothing = np.zeros_like(depth_m)
     assert look_at_end(pixels_of(bar), nothing, along[0], along[1], 10.0)[2] == 0.0
+
+
+@given(seeds)
+@settings(max_examples=25)
+def test_levels_are_cut_at_edges_and_holes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth = rng.choice([2.0, 2.05, 2.3], (20, 30), p=[0.7, 0.25, 0.05]).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.02] = 0.0
+    level = rng.integers(0, 256, depth.shape, np.uint8)
+    cut = np.empty_like(level)
+    cut_at_edges(level, depth, 0.1, cut)
+    around = np.ones((3, 3), np.uint8)
+    is_edge = (cv2.dilate(depth, around) - cv2.erode(depth, around) > 0.1) | (depth == 0.0)
+    np.testing.assert_array_equal(cut, np.where(is_edge, 0, level))
+    assert is_edge.any()
+
+
+def test_lights_are_counted_where_it_is_not_black() -> None:
+    rng = np.random.default_rng(0)
+    rgb = rng.choice(np.array([0, 30, 252], np.uint8), (40, 50, 3))
+    rgb[rng.random((40, 50)) < 0.2] = 0
+    yuv = cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV)
+    tints = np.empty((2, 256), np.int64)
+    count, dim, clipped = count_lights(rgb, yuv, 40.0, 250, tints)
+    few, colors = rgb.reshape(-1, 3), yuv.reshape(-1, 3)
+    is_there = few.max(1) > 0
+    assert (count, dim) == (is_there.sum(), (colors[is_there, 0] < 40).sum())
+    assert clipped == (few[is_there].min(1) >= 250).sum() > 0
+    for channel, counts in zip((1, 2), tints, strict=True):
+        expected = np.bincount(colors[is_there, channel], minlength=256)
+        np.testing.assert_array_equal(counts, expected)
+
+
+@given(seeds)
+@settings(max_examples=25)
+def test_what_keeps_still_is_learnt(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth = rng.choice([0.0, 2.0, 2.02, 2.5], (6, 7)).astype(np.float32)
+    somebody = rng.random(depth.shape) < 0.2
+    last, nearest = np.full(depth.shape, 2.0, np.float32), np.full(depth.shape, 9.0, np.float32)
+    still_s = rng.choice([0.0, 1.5], depth.shape).astype(np.float32)
+    margin = (0.03, 0.001, 0.002)
+    after = last.copy(), still_s.copy(), nearest.copy()
+    learn_still(depth, somebody, 0.5, 2.0, margin, *after)
+    is_free = (depth > 0.0) & ~somebody
+    margin_m = margin[0] + margin[1] * depth + margin[2] * depth**2
+    now_s = np.where(is_free, (still_s + 0.5) * (np.abs(depth - last) < margin_m), still_s)
+    is_still = is_free & (now_s >= 2.0)
+    np.testing.assert_array_equal(after[0], np.where(is_free, depth, last))
+    np.testing.assert_array_equal(after[1], now_s)
+    np.testing.assert_allclose(after[2], np.where(is_still, depth - margin_m, nearest), rtol=1e-6)
+
+
+@given(seeds)
+@settings(max_examples=25)
+def test_levels_are_counted_in_an_ellipse_at_a_depth(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    level = rng.integers(0, 256, (15, 20), np.uint8)
+    depth = rng.choice([2.0, 2.1, 2.6], (30, 40)).astype(np.float32)
+    v, u = rng.uniform(-2.0, 17.0), rng.uniform(-2.0, 22.0)
+    counts = count_levels(level, depth, 2, (v, u), (5.0, 4.0), 2.05, 0.17, 100)
+    rows, columns = np.mgrid[:15, :20]
+    is_in = np.hypot((columns - u) / 4.0, (rows - v) / 5.0) < 1.0
+    is_in &= np.abs(depth[::2, ::2] - 2.05) < 0.17
+    assert counts == (is_in.sum(), (level[is_in] >= 100).sum())

@@ -14,13 +14,15 @@ from topview.kernels.heads import (
     OUTSIDE,
     THERE,
     below_others,
+    covered_share,
     fit_template,
     look_at,
     lowest,
     median_about,
+    places_of_heads,
     relief_about,
     strongest,
-    tops_of,
+    unread_shares,
 )
 from topview.records import Camera
 
@@ -183,7 +185,54 @@ def test_relief_is_cut_off_and_goes_on_beyond_the_border() -> None:
     np.testing.assert_allclose(relief, expected, atol=1e-6)
 
 
-def test_tops_have_free_space_above_them() -> None:
-    depth_m = np.array([[2.0, 0.0, 3.0], [2.0, 2.0, 2.0], [1.5, 2.1, 9.0]], np.float32)
-    points = np.stack([depth_m] * 3, axis=-1)
-    np.testing.assert_allclose(tops_of(depth_m, points, 7.0, 0.12)[:, 2], [2.0, 2.0, 1.5])
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_shares_of_places_that_are_unread_and_covered(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth_m = a_scene(rng)
+    centers = rng.uniform([-1.0, -1.0, 0.5], [1.0, 1.0, 3.0], (6, 3))
+    angles = rng.uniform(-1.0, 1.0, 6)
+    ups = np.stack([np.sin(angles), -np.cos(angles) * 0.8, -np.cos(angles) * 0.6], axis=1)
+    rights = np.stack([-ups[:, 1], ups[:, 0], np.zeros(6)], axis=1)
+    rights /= np.hypot(ups[:, 0], ups[:, 1])[:, None]
+    offsets_m = rng.uniform(-0.3, 0.3, (9, 2))
+    places = centers[:, None] + offsets_m[:, :1] * rights[:, None] + offsets_m[:, 1:] * ups[:, None]
+    columns, rows = np.rint(project(places, CAMERA)).astype(int).transpose(2, 0, 1)
+    is_in_view = (rows >= 0) & (rows < CAMERA.height) & (columns >= 0) & (columns < CAMERA.width)
+    seen_m = depth_m[np.clip(rows, 0, CAMERA.height - 1), np.clip(columns, 0, CAMERA.width - 1)]
+    focal, principal = (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy)
+    unread = unread_shares(depth_m, focal, principal, centers, ups, offsets_m)
+    np.testing.assert_allclose(unread, (is_in_view & (seen_m == 0.0)).mean(1))
+    is_nearer = (seen_m > 0.0) & (seen_m < places[..., 2] - 0.2)
+    for n in range(6):
+        center, up = tuple(centers[n].tolist()), tuple(ups[n].tolist())
+        covered = covered_share(depth_m, focal, principal, center, up, offsets_m, 0.2)
+        assert covered == (is_nearer | ~is_in_view)[n].mean()
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_heads_are_below_tops_with_free_space_above_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth_m = rng.choice([0.0, 1.0, 1.05, 1.5], (CAMERA.height, CAMERA.width)).astype(np.float32)
+    may_be = rng.random(depth_m.shape) < 0.8
+    rows, columns = np.indices(depth_m.shape)
+    x, y = (columns - CAMERA.cx) / CAMERA.fx * depth_m, (rows - CAMERA.cy) / CAMERA.fy * depth_m
+    points = np.stack([x, y, depth_m], axis=-1).astype(np.float32)
+    ups = np.array([[0.0, -0.8, -0.6], [0.6, -0.8, 0.0]])
+    found, directions = places_of_heads(
+        depth_m, points, may_be, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), ups,
+        1.4, 0.12, 0.11, 0.2,
+    )  # fmt: skip
+    above_m = np.vstack([np.full((1, CAMERA.width), 1e-3, np.float32), depth_m[:-1]])
+    is_top = (depth_m > 0.0) & (depth_m < 1.4)
+    is_top &= (above_m == 0.0) | (above_m > depth_m + np.float32(0.12))
+    expected = []
+    for direction, up in enumerate(ups):
+        for place in points[is_top] - 0.11 * up:
+            column, row = np.rint(project(place, CAMERA)).astype(int)
+            is_in_view = 0 <= row < CAMERA.height and 0 <= column < CAMERA.width
+            if is_in_view and may_be[row, column] and abs(depth_m[row, column] - place[2]) < 0.2:
+                expected.append([direction, *place])
+    assert len(expected) > 20
+    np.testing.assert_allclose(np.column_stack([directions, found]), expected)

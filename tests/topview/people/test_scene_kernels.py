@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from topview.kernels.bodies import measure_body, measure_shape, share_within
+from topview.kernels.bodies import measure_body, share_within
 from topview.kernels.scene import (
     find_cores,
     learn_background,
@@ -150,22 +150,33 @@ def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) ->
 def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
     depth = generator.choice([2.0, 2.06, 2.5], SHAPE).astype(np.float32)
     heights, inset = generator.uniform(0.0, 2.0, (2, *SHAPE)).astype(np.float32)
-    distance = generator.choice([0.1, 0.4, 0.8, np.inf], SHAPE).astype(np.float32)
-    area_m2, over_m2, bust_m2, lowest_m, roughness, radius_m = measure_body(
-        distance, depth, heights, inset, 20.0, 1.5, 0.3, 0.5, JUMP
+    overview = generator.uniform(-1.0, 1.0, (*SHAPE, 2)).astype(np.float32)
+    whole = generator.choice([0.1, 0.4, 0.8, np.inf], SHAPE).astype(np.float32)
+    distance = np.where(generator.random(SHAPE) < 0.2, np.float32(np.inf), whole)
+    measures = measure_body(
+        whole, distance, depth, heights, overview, inset, 20.0, (0.1, -0.2, 1.6), 0.1, 0.6,
+        (0.3, 0.5), (0.5, 0.9), (0.1, 0.3), 8, JUMP,
+    )  # fmt: skip
+    area_m2, over_m2, bust_m2, lowest_m, roughness, radius_m, near, chest_m, head_m, kept = (
+        measures[:-1]
     )
-    body, bust = distance < np.inf, distance < 0.3
-    pixel_m2 = (depth / 20.0) ** 2
+    body, bust, below = distance < np.inf, distance < 0.3, 1.6 - heights
+    pixel_m2 = np.where(body, (depth / 20.0) ** 2, 0.0)
     jump = law(depth, JUMP)
     edge = np.zeros(SHAPE, np.bool_)
     edge[:, 1:] |= np.abs(np.diff(depth, axis=1)) > jump[:, 1:]
     edge[1:] |= np.abs(np.diff(depth, axis=0)) > jump[1:]
-    assert area_m2 == pytest.approx(pixel_m2[body].sum(), rel=1e-5)
-    assert over_m2 == pytest.approx(pixel_m2[body & (heights > 1.5)].sum(), rel=1e-5)
+    aside = np.hypot(overview[..., 0] - 0.1, overview[..., 1] + 0.2)
+    assert area_m2 == pytest.approx(pixel_m2.sum(), rel=1e-5)
+    assert over_m2 == pytest.approx(pixel_m2[below < -0.1].sum(), rel=1e-5)
     assert bust_m2 == pytest.approx(pixel_m2[bust].sum(), rel=1e-5)
     assert lowest_m == heights[body].min()
     assert roughness == pytest.approx((edge & bust).sum() / np.sqrt(bust.sum()))
     assert radius_m == inset[distance < 0.5].max()
+    assert near == pytest.approx((aside[body] < 0.6).mean())
+    assert chest_m == pytest.approx(pixel_m2[(below > 0.5) & (below < 0.9)].sum() / 0.4, rel=1e-5)
+    assert head_m == pytest.approx(pixel_m2[(below > 0.1) & (below < 0.3)].sum() / 0.2, rel=1e-5)
+    assert kept == pytest.approx(body.sum() / (whole < np.inf).sum())
 
 
 def relief_m(depth: NDArray[np.float32], body: NDArray[np.bool_]) -> float:
@@ -189,31 +200,29 @@ BODIES = {
 }
 
 
+def measured_relief_m(distance: NDArray[np.float32], depth: NDArray[np.float32]) -> float:
+    nothing = np.zeros_like(depth)
+    return measure_body(
+        distance, distance, depth, nothing, np.zeros((*depth.shape, 2), np.float32), nothing, 20.0,
+        (0.0, 0.0, 1.6), 0.1, 0.6, (0.3, 0.5), (0.5, 0.9), (0.1, 0.3), 8, JUMP,
+    )[-1]  # fmt: skip
+
+
 @pytest.mark.parametrize("body", BODIES)
-def test_a_shape_is_measured_as_defined(generator: np.random.Generator, body: str) -> None:
+def test_relief_is_what_is_off_the_best_plane(generator: np.random.Generator, body: str) -> None:
     depth = generator.uniform(2.0, 2.2, SHAPE).astype(np.float32)
-    heights = generator.uniform(0.0, 2.0, SHAPE).astype(np.float32)
     distance = np.full(SHAPE, np.inf, np.float32)
     block, hole = BODIES[body]
     distance[block] = generator.choice([0.1, 0.4], distance[block].shape)
     distance[hole] = 0.8
-    chest_m, head_m, seen_m = measure_shape(
-        distance, depth, heights, 20.0, 1.7, (0.25, 0.5), (0.05, 0.2), 0.5, 8
-    )
-    is_body, below_m, pixel_m2 = distance < np.inf, 1.7 - heights, (depth / 20.0) ** 2
-    chest_m2 = pixel_m2[is_body & (below_m > 0.25) & (below_m < 0.5)].sum()
-    assert chest_m == pytest.approx(chest_m2 / 0.25, rel=1e-5)
-    head_m2 = pixel_m2[is_body & (below_m > 0.05) & (below_m < 0.2)].sum()
-    assert head_m == pytest.approx(head_m2 / 0.15, rel=1e-5)
-    assert seen_m == pytest.approx(relief_m(depth, distance < 0.5), rel=1e-6)
+    expected = relief_m(depth, distance < 0.5)
+    assert measured_relief_m(distance, depth) == pytest.approx(expected, rel=1e-6)
 
 
 def test_what_has_few_pixels_or_is_flat_has_no_relief() -> None:
     distance, depth = np.full(SHAPE, 0.1, np.float32), np.empty(SHAPE, np.float32)
     depth[:] = 1.0 / (0.4 + 0.001 * np.arange(SHAPE[1]))
-    bands = (0.25, 0.5), (0.05, 0.2)
-    flat_m = measure_shape(distance, depth, np.zeros_like(depth), 20.0, 1.7, *bands, 0.5, 8)[2]
-    assert flat_m == pytest.approx(0.0, abs=1e-6)
+    assert measured_relief_m(distance, depth) == pytest.approx(0.0, abs=1e-6)
     depth[5, 5] = 2.0
-    few = depth[3:7, 3:7].copy(), distance[3:7, 3:7].copy()
-    assert measure_shape(few[1], few[0], np.zeros_like(few[0]), 20.0, 1.7, *bands, 0.5, 8)[2] == 0.0
+    few = distance[3:7, 3:7].copy(), depth[3:7, 3:7].copy()
+    assert measured_relief_m(*few) == 0.0

@@ -9,7 +9,7 @@ from people_scenes import box, frame, head_of, plane, render, standing_person, w
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.head_template import HeadTemplate, track_head
-from topview.detect.heads import head_evidence
+from topview.detect.heads import upright_confidence
 from topview.people.finder import PeopleFinder
 from topview.people.floor import FloorPlane
 from topview.people.scene import Scene, SceneSettings
@@ -74,7 +74,7 @@ def test_a_head_that_hangs_down_is_followed() -> None:
         for (x, y, z), radius in standing_person(0.0, 2.5, GROUND_Y)
     ]
     cloud = Cloud.from_frame(frame(render(hanging, [np.full_like(FLOOR, 4.9)])))
-    upright = head_evidence(cloud, head[None], UP).confidence[0]
+    upright = upright_confidence(cloud, head, UP)
     found = track_head(cloud, HeadTemplate.of(cloud, head), head + 0.02, UP, 1 / 30)
     assert found is not None
     assert np.linalg.norm(found.center_camera - head) < 0.06

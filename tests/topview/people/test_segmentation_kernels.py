@@ -12,8 +12,9 @@ from topview.kernels.pieces import join_pieces, small_pieces
 from topview.kernels.segmentation import (
     full_pixels_of,
     geodesic_distance,
-    recall_body,
-    seed_body,
+    grow_body,
+    leave_to_nearer,
+    share_bodies,
 )
 
 JUMP = (0.045, 0.002, 0.004)
@@ -80,54 +81,42 @@ def test_geodesic_distance_is_the_shortest_way(generator: np.random.Generator) -
     assert not np.isfinite(out[~allowed]).any()
 
 
-def test_seed_body_is_its_definition(generator: np.random.Generator) -> None:
-    shape = (20, 25)
+@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize("from_head", [True, False])
+def test_a_body_grows_from_the_head_and_from_what_is_remembered(
+    generator: np.random.Generator, from_head: bool, is_known: bool
+) -> None:
+    shape = (30, 40)
+    depth = bumpy_depth(generator, shape)
     points = generator.uniform(-0.5, 0.5, (*shape, 3)).astype(np.float32)
     overview = points[..., [0, 2]].copy()
     heights = (-points[..., 1]).copy()
     free = generator.uniform(size=shape) > 0.2
     bulky = generator.uniform(size=shape) > 0.5
     head = np.array([0.05, -0.1, 0.1], np.float32)
-    start = np.empty(shape, np.float32)
-    seed_body(
-        points,
-        overview,
-        heights,
-        free,
-        bulky,
-        head,
-        head[[0, 2]],
-        0.15,
-        0.25,
-        -0.4,
-        0.2,
-        0.35,
-        start,
-    )
+    last_depth = depth + generator.normal(0.0, 0.08, shape).astype(np.float32)
+    last_body = np.full(shape, np.inf, np.float32)
+    last_body[10:14, 20:25] = generator.choice([0.4, 0.7], (4, 5))
+    out = np.empty(shape, np.float32)
+    grow_body(
+        points, overview, heights, free, bulky, depth, 60.0, JUMP, JUMP,
+        (0.05, -0.1, 0.1), (0.05, 0.1), 0.15, (0.25, -0.4, 0.2), 0.35, 0.8,
+        last_body if is_known else np.empty((0, 0), np.float32), last_depth, 0.05, from_head, out,
+    )  # fmt: skip
     aside = np.hypot(*(overview - head[[0, 2]]).transpose(2, 0, 1))
-    from_head = np.linalg.norm(points - head, axis=-1)
-    expected = free & ~(bulky & (aside >= 0.35))
+    from_head_m = np.linalg.norm(points - head, axis=-1)
+    allowed = free & ~(bulky & (aside >= 0.35))
     core = (aside < 0.25) & (heights > -0.4) & (heights < 0.2)
-    sure = expected & (core | (from_head < 0.15))
-    expected_start = np.where(expected, np.where(sure, from_head, np.inf), -np.inf)
-    np.testing.assert_allclose(start, expected_start, rtol=1e-5)
-
-
-@pytest.mark.parametrize("keeps_seeds", [True, False])
-def test_a_body_is_remembered_where_the_depth_has_stayed(
-    generator: np.random.Generator, keeps_seeds: bool
-) -> None:
-    shape = (12, 15)
-    depth = generator.uniform(1.5, 2.5, shape).astype(np.float32)
-    last = depth + generator.normal(0.0, 0.08, shape).astype(np.float32)
-    body = generator.choice([0.4, 0.7, np.inf], shape).astype(np.float32)
-    start = generator.choice([-np.inf, 0.1, np.inf], shape).astype(np.float32)
-    out = start.copy()
-    recall_body(body, last, depth, 0.25, JUMP, keeps_seeds, out)
-    stays = np.abs(depth - last) < jump_at(depth)
-    known = np.where(stays, body + 0.25, np.inf)
-    expected = np.where(start == np.inf, known, start) if keeps_seeds else known
-    np.testing.assert_allclose(out, np.where(start < 0.0, start, expected), rtol=1e-6)
+    start = np.full(shape, np.inf)
+    if from_head:
+        start = np.where(core | (from_head_m < 0.15), from_head_m, np.inf)
+    if is_known:
+        stays = np.abs(depth - last_depth) < jump_at(depth)
+        start = np.where((start == np.inf) & stays, last_body + 0.05, start)
+    expected = geodesic_by_relaxation(depth, allowed, 60.0, 0.8, start.astype(np.float32))
+    is_clear = ~(np.abs(expected - 0.8) < 1e-4) & ~(np.abs(out - 0.8) < 1e-4)
+    np.testing.assert_allclose(out[is_clear], expected[is_clear], rtol=1e-4)
+    assert np.isfinite(out).any() == (from_head or is_known)
 
 
 def noise_2_at(z: float) -> float:
@@ -164,6 +153,20 @@ def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
                 expected.append(row * full.shape[1] + column)
     np.testing.assert_array_equal(found, expected)
     assert len(found) > 50
+
+
+def test_bodies_are_shared_by_the_nearest(generator: np.random.Generator) -> None:
+    bodies = generator.choice([0.3, 0.34, 0.8, np.inf], (3, 12, 15)).astype(np.float32)
+    is_tracked = np.array([True, False, True])
+    is_own = np.empty(bodies.shape, np.bool_)
+    is_contested = np.empty(bodies.shape[1:], np.bool_)
+    count = share_bodies(bodies, is_tracked, 0.06, is_own, is_contested)
+    np.testing.assert_array_equal(is_own, (bodies < np.inf) & (bodies <= bodies.min(0) + 0.06))
+    np.testing.assert_array_equal(is_contested, (bodies[is_tracked] < np.inf).all(0))
+    assert count == is_contested.sum() > 0
+    left = bodies[0].copy()
+    leave_to_nearer(bodies[0], bodies[1], left)
+    np.testing.assert_array_equal(left, np.where(bodies[1] < bodies[0], np.inf, bodies[0]))
 
 
 def test_only_small_pieces_are_kept() -> None:
