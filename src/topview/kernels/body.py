@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from topview.kernels.pulls import pull, pull_to_joints
+from topview.kernels.pulls import move_together, pull, pull_to_joints
 from topview.kernels.threads import over_threads
 
 # Ours, all of them.
@@ -69,16 +69,29 @@ def surface_distance(x, y, z, length, shapes, k):
 
 @njit(error_model="numpy")
 def nearest_own(nearest, corner, row, column):
-    """Flat index into the image of the user's pixel nearest to one of its pixels, -1 for none.
+    """Row and column of the user's pixel nearest to a place in the image; -1 and -1 for none.
 
     Args:
-        nearest: [h, w] int32, the indices, in a window of the image; outside of it is taken for
-            where it is nearest to.
+        nearest: [h, w] int32, of each pixel of a window that holds all of the user's: the column in
+            the image of the nearest of them in its row, -1 for none.
         corner: row and column of the window's first pixel.
         row, column: of the image.
     """
     h, w = nearest.shape
-    return nearest[min(max(row - corner[0], 0), h - 1), min(max(column - corner[1], 0), w - 1)]
+    start = min(max(row - corner[0], 0), h - 1)
+    j = min(max(column - corner[1], 0), w - 1)
+    best_row, best_column = -1, -1
+    best = np.inf
+    for step in (-1, 1):
+        i = start if step < 0 else start + 1
+        while 0 <= i < h and (corner[0] + i - row) ** 2 < best:
+            across, down = nearest[i, j] - column, corner[0] + i - row
+            squared = across * across + down * down
+            if nearest[i, j] >= 0 and squared < best:
+                best = squared
+                best_row, best_column = corner[0] + i, nearest[i, j]
+            i += step
+    return best_row, best_column
 
 
 @njit(error_model="numpy")
@@ -113,8 +126,10 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
         points: [N, 3] metres, camera frame.
         Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
         reach: metres.
-        labels, distances, normals: [N] int32, [N] metres and [N, 3] of that surface, camera frame,
-            filled; the normal of no surface is left as it is.
+        labels: [N] int32; what they are before, which must be parts or -1, is looked at first: it
+            changes nothing but the time, which is least where they are right.
+        distances, normals: [N] metres and [N, 3] of that surface, camera frame, filled; the normal
+            of no surface is left as it is.
     """
     B = Rs.shape[0]
     across = np.empty(B)
@@ -126,7 +141,11 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
         best = reach
         label = -1
         signed = 0.0
-        for k in range(B):
+        guess = labels[i]
+        for turn in range(-1, B):
+            k = guess if turn < 0 else turn
+            if k < 0 or (k == guess and turn >= 0):
+                continue
             dx, dy, dz = px - origins[k, 0], py - origins[k, 1], pz - origins[k, 2]
             y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
             if y < -best or y > lengths[k] + best:
@@ -137,7 +156,7 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
             if x * x + z * z > widest * widest:
                 continue
             d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
-            if abs(d) >= best:
+            if abs(d) > best or (abs(d) == best and (label < 0 or k > label)):
                 continue
             cx = Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz
             cy = Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz
@@ -461,8 +480,8 @@ def refine_bodies(
         centers = np.zeros((D, 3))
         A = np.empty((D, D))
         g = np.empty(D)
-        J = np.empty(D)
-        labels = np.empty(N, np.int32)
+        sums = np.empty((B, 6, 7))
+        labels = np.full(N, -1, np.int32)
         distances = np.empty(N)
         normals = np.empty((N, 3))
         unexplained = 0.0
@@ -479,6 +498,7 @@ def refine_bodies(
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
+            sums[:] = 0.0
 
             energy = 0.0
             unexplained = 0.0
@@ -491,7 +511,7 @@ def refine_bodies(
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
                 pull(
-                    A, g, J, k, chain, n_chain, axes, centers,
+                    sums, k,
                     points[i, 0], points[i, 1], points[i, 2],
                     normals[i, 0], normals[i, 1], normals[i, 2], d, w * w * point_weight,
                 )  # fmt: skip
@@ -510,7 +530,7 @@ def refine_bodies(
                     free += min(below / FREE_M, 1.0)
                     energy += FLOOR_WEIGHT * free_weight * below * below
                     pull(
-                        A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                        sums, k, x, y, z,
                         floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
                     )  # fmt: skip
                 for s in range(samples):
@@ -537,7 +557,7 @@ def refine_bodies(
                             if gap > 0.0:
                                 energy += collision_weight * gap * gap
                                 pull(
-                                    A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                                    sums, k, x, y, z,
                                     q[0, 0] * nx + q[0, 2] * nz,
                                     q[1, 0] * nx + q[1, 2] * nz,
                                     q[2, 0] * nx + q[2, 2] * nz,
@@ -555,18 +575,17 @@ def refine_bodies(
                         if seen > 0.0 and seen < front + margin:
                             hidden += 1.0
                             continue
-                        target = nearest_own(nearest, corner, v, u)
-                        if target < 0:
+                        row, column = nearest_own(nearest, corner, v, u)
+                        if row < 0:
                             continue
-                        du = (target % W - u) * z / fx
-                        dv = (target // W - v) * z / fy
+                        du, dv = (column - u) * z / fx, (row - v) * z / fy
                         distance = np.sqrt(du * du + dv * dv)
                         gap = distance - INNER_SHARE * radius
                         if gap > 0.0:
                             free += min(gap / FREE_M, 1.0)
                             energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                             pull(
-                                A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                                sums, k, x, y, z,
                                 du / distance, dv / distance, 0.0,
                                 min(gap, LARGEST_GAP_M), free_weight,
                             )  # fmt: skip
@@ -576,7 +595,7 @@ def refine_bodies(
                         energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
                         norm = np.sqrt(x * x + y * y + z * z)
                         pull(
-                            A, g, J, k, chain, n_chain, axes, centers, x, y, z,
+                            sums, k, x, y, z,
                             x / norm, y / norm, z / norm, min(gap, LARGEST_GAP_M), free_weight,
                         )  # fmt: skip
 
@@ -591,15 +610,16 @@ def refine_bodies(
                     w = head_weight / squared
                     energy += head_weight * HEAD_SCALE_M * HEAD_SCALE_M * np.log(squared)
                     pull(
-                        A, g, J, HEAD, chain, n_chain, axes, centers, x, y, z,
+                        sums, HEAD, x, y, z,
                         1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0,
                         gap, w,
                     )  # fmt: skip
 
             apart = pull_to_joints(
-                A, g, J, neck, Rs, origins, places, scales, joint_part, joints_part, chain,
-                n_chain, axes, centers, joint_weight,
+                A, sums, Rs, origins, places, scales, joint_part, joints_part, chain, n_chain,
+                axes, centers, joint_weight,
             )  # fmt: skip
+            move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers)
             energy += 2.0 * joint_weight * apart * 3.0 * places.shape[0]
             energy += add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)

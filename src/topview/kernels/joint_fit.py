@@ -26,7 +26,7 @@ from topview.kernels.body import (
     turn_parts,
     vector,
 )
-from topview.kernels.pulls import pull_to_joints
+from topview.kernels.pulls import move_together, pull_to_joints
 
 TRUSTED_M = 0.3  # scale of a joint by which the start goes half way; ours
 BENT = 0.3  # of its upper part's length that a limb's hidden middle starts aside; ours
@@ -168,7 +168,7 @@ def fit_joints(
     centers = np.empty((D, 3))
     A = np.empty((D, D))
     g = np.empty(D)
-    J = np.empty(D)
+    sums = np.empty((B, 6, 7))
     for m in range(necks.shape[0]):
         neck, Rs = necks[m], Rs_all[m]
         start_at_joints(
@@ -182,12 +182,14 @@ def fit_joints(
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
+            sums[:] = 0.0
             residuals[m] = pull_to_joints(
-                A, g, J, neck, Rs, origins, places[m], scales[m], joint_part, joints_part, chain,
-                n_chain, axes, centers, 1.0,
+                A, sums, Rs, origins, places[m], scales[m], joint_part, joints_part, chain, n_chain,
+                axes, centers, 1.0,
             )  # fmt: skip
             if iteration == iterations:
                 break
+            move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers)
             add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)
             for i in range(3):

@@ -161,11 +161,12 @@ def refine_limbs(
                     front = z - radii[k]
                     along = t if k == 0 else lengths[0]
                     if not mine[v, u]:
-                        target = nearest_own(nearest, corner, v, u)
-                        if target < 0 or (seen > 0.0 and seen < front + margin):
+                        if seen > 0.0 and seen < front + margin:
                             continue
-                        du = (target % W - u) * z / fx
-                        dv = (target // W - v) * z / fy
+                        row, column = nearest_own(nearest, corner, v, u)
+                        if row < 0:
+                            continue
+                        du, dv = (column - u) * z / fx, (row - v) * z / fy
                         distance = np.sqrt(du * du + dv * dv)
                         gap = min(distance - INNER_SHARE * radii[k], LARGEST_GAP_M)
                         if gap > 0.0:

@@ -1,4 +1,10 @@
-"""What pulls at a body: places on its parts, and joints, each towards where it should be."""
+"""What pulls at a body: places on its parts, and joints, each towards where it should be.
+
+How a place moves with the turn of a joint is linear in the six numbers (n, p x n) of the place p
+and the direction n in which it is pulled. So what pulls at a part is summed up as products of
+these, and what hangs from a part pulls at it as well; all degrees of freedom are looked at once,
+at the end.
+"""
 
 from __future__ import annotations
 
@@ -7,37 +13,74 @@ from numba import njit
 
 
 @njit(error_model="numpy")
-def pull(A, g, J, part, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight):
-    """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz)."""
-    n = n_chain[part]
-    for a in range(n):
-        d = chain[part, a]
-        ax, ay, az = axes[d, 0], axes[d, 1], axes[d, 2]
+def pull(sums, part, x, y, z, nx, ny, nz, gap, weight):
+    """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz) to `sums`
+    [B, 6, 7]: of each part the weighted products of (n, p x n) with (n, p x n, gap), of which those
+    on and right of the diagonal are filled."""
+    own = sums[part]
+    wish = (nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx, gap)
+    for a in range(6):
+        weighted = weight * wish[a]
+        for b in range(a, 7):
+            own[a, b] += weighted * wish[b]
+
+
+@njit(error_model="numpy")
+def move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers):
+    """Add what pulls at the parts to the lower triangle of A [D, D] and to g [D].
+
+    Args:
+        A, g: half the cost's Hessian (Gauss-Newton's) and its downward gradient.
+        sums: [B, 6, 7] of `pull`; are changed.
+        tree, dof_part, chain, n_chain: as in `topview.kernels.body.refine_bodies`.
+        axes, centers: as of `topview.kernels.body.place_axes`.
+    """
+    D = dof_part.shape[0]
+    moves = np.zeros((D, 6))  # of a place p: (n, p x n) . moves = how far it goes along n
+    for d in range(D):
         if d < 3:
-            J[a] = ax * nx + ay * ny + az * nz
-        else:
-            rx, ry, rz = x - centers[d, 0], y - centers[d, 1], z - centers[d, 2]
-            J[a] = (ay * rz - az * ry) * nx + (az * rx - ax * rz) * ny + (ax * ry - ay * rx) * nz
-    for a in range(n):
-        wa = weight * J[a]
-        row = chain[part, a]
-        g[row] += wa * gap
-        for b in range(a + 1):
-            A[row, chain[part, b]] += wa * J[b]
+            moves[d, :3] = axes[d]
+            continue
+        moves[d, 3:] = axes[d]
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            moves[d, i] = centers[d, j] * axes[d, k] - centers[d, k] * axes[d, j]
+    for k in range(sums.shape[0] - 1, -1, -1):
+        if tree[k] >= 0:
+            for a in range(6):
+                for b in range(a, 7):
+                    sums[tree[k], a, b] += sums[k, a, b]
+    along = np.empty(6)
+    for k in range(sums.shape[0]):
+        for a in range(6):
+            for b in range(a):
+                sums[k, a, b] = sums[k, b, a]
+        for first in range(n_chain[k]):
+            d = chain[k, first]
+            if dof_part[d] != k:
+                continue
+            for a in range(6):
+                along[a] = 0.0
+                for b in range(6):
+                    along[a] += sums[k, a, b] * moves[d, b]
+                g[d] += sums[k, a, 6] * moves[d, a]
+            for second in range(first + 1):
+                e = chain[k, second]
+                for a in range(6):
+                    A[d, e] += along[a] * moves[e, a]
 
 
 @njit(error_model="numpy")
 def pull_to_joints(
-    A, g, J, neck, Rs, origins, places, scales, joint_part, joints_part, chain, n_chain, axes,
-    centers, joint_weight,
+    A, sums, Rs, origins, places, scales, joint_part, joints_part, chain, n_chain, axes, centers,
+    joint_weight,
 ):  # fmt: skip
-    """Add the wish that every joint lies where it was proposed to the lower triangle of A [D, D]
-    and to g [D], and give the mean robust residual.
+    """Add the wish that every joint lies where it was proposed to `sums` of `pull`, and how it
+    bends to the diagonal of A [D, D]; give the mean robust residual.
 
     Args:
-        A, g: half the cost's Hessian (Gauss-Newton's) and its downward gradient.
-        J: [C] is overwritten.
-        neck, Rs, origins: the pose, [3], [B, 3, 3] and [B, 3].
+        A: as in `move_together`.
+        Rs, origins: the pose, [B, 3, 3] and [B, 3].
         places, scales: [K, 3], metres; a scale is infinite for what is not proposed.
         joint_part, joints_part: [K] the part that carries each joint, and [K, 3] where, metres.
         chain, n_chain, axes, centers: degrees of freedom, as in `topview.kernels.body`.
@@ -73,7 +116,7 @@ def pull_to_joints(
             total += root - 1.0
             count += 1
             weight = joint_weight / (scale * scale * root)
-            pull(A, g, J, k, chain, n_chain, axes, centers, x, y, z, nx, ny, nz, gap, weight)
+            pull(sums, k, x, y, z, nx, ny, nz, gap, weight)
             force[0] += weight * gap * nx
             force[1] += weight * gap * ny
             force[2] += weight * gap * nz

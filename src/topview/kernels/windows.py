@@ -138,3 +138,30 @@ def fill_window(
             out[0, i, j] = offset if z > 0.0 else no_reading
             out[1, i, j] = 1.0 if z > 0.0 and owner == person else 0.0
             out[2, i, j] = 1.0 if owner != 0 and owner != person else 0.0
+
+
+@njit(cache=True, nogil=True)
+def nearest_in_rows(is_own: NDArray[np.bool_], top: int, left: int, out: NDArray[np.int32]) -> None:
+    """Fill a window with the columns of the nearest own pixels in the same rows.
+
+    Args:
+        is_own: [H, W] the whole image.
+        top, left: row and column of the window's first pixel.
+        out: [h, w] column in the image of the nearest own pixel of the window in each pixel's row,
+            the left one of two; -1 where the row has none.
+    """
+    height, width = out.shape
+    for i in range(height):
+        own = is_own[top + i]
+        last = -1
+        for j in range(width):
+            if own[left + j]:
+                last = left + j
+            out[i, j] = last
+        following = -1
+        for j in range(width - 1, -1, -1):
+            column = left + j
+            if own[column]:
+                following = column
+            if following >= 0 and (out[i, j] < 0 or following - column < column - out[i, j]):
+                out[i, j] = following

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView, Pyramid
 from topview.detect.joints.proposals import JointProposals
-from topview.kernels.windows import own_points
+from topview.kernels.windows import nearest_in_rows, own_points
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
@@ -23,44 +22,35 @@ NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
 MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
-NEAREST_MARGIN_M: Final = 0.3  # round the user; parts farther off need not know exactly where to go
 
 Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestPixels:
-    """Which of a user's pixels is nearest, in a window round all of them; a pixel outside of it is
-    taken to be where it is nearest to.
+    """Which of a user's pixels are nearest, row by row, in a window round all of them;
+    `topview.kernels.body.nearest_own` tells from it which is nearest to a place in the image.
 
     Attributes:
-        flat: [h, w] int32, index into the image, flat, of the user's pixel nearest to each pixel of
-            the window; -1 for none.
+        columns: [h, w] int32, column in the image of the user's pixel nearest to each pixel of the
+            window in its row; -1 for none.
         corner: row and column of the window's first pixel.
     """
 
-    flat: NDArray[np.int32]
+    columns: NDArray[np.int32]
     corner: tuple[int, int]
 
     @classmethod
     def of(
-        cls, mask: NDArray[np.bool_], top: int, bottom: int, left: int, right: int, margin: int
+        cls, mask: NDArray[np.bool_], top: int, bottom: int, left: int, right: int
     ) -> NearestPixels:
         """Of [H, W] a mask that is set in some of the rows top to bottom and columns left to right,
-        ends left out, and nowhere else; the window reaches beyond them by a margin."""
+        ends left out, and nowhere else."""
         if bottom <= top:
             return cls(np.full((1, 1), -1, np.int32), (0, 0))
-        height, width = mask.shape
-        top, left = max(top - margin, 0), max(left - margin, 0)
-        window = mask[top : min(bottom + margin, height), left : min(right + margin, width)]
-        _, labels = cv2.distanceTransformWithLabels(
-            (~window).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-        )
-        labels = np.asarray(labels, np.int32)
-        rows, columns = np.nonzero(window)
-        index_of = np.zeros(len(rows) + 1, np.int32)
-        index_of[labels[rows, columns]] = (rows + top) * width + columns + left
-        return cls(np.take(index_of, labels, mode="clip"), (top, left))  # clip: this is faster
+        columns = np.empty((bottom - top, right - left), np.int32)
+        nearest_in_rows(mask, top, left, columns)
+        return cls(columns, (top, left))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +62,7 @@ class Evidence:
         stride: full pixels from one pixel of these images to the next.
         view: the scene's depth.
         user_mask: [H, W] bool, pixels of the user.
-        nearest: which of the user's pixels is nearest to where.
+        nearest: which of the user's pixels are nearest to where.
         coarse_view: the scene's depth at half the resolution.
         all_points_camera: [A, 3] the user's points, metres.
         is_coarse: [A] which of them are in `coarse_view`.
@@ -198,13 +188,12 @@ def gather(
     )  # fmt: skip
     points, is_coarse = points[:count], is_coarse[:count]
     step = max(1, -(-count // MAX_REFINEMENT_POINTS))
-    margin = round(NEAREST_MARGIN_M * min(view.fx, view.fy) / distance_m)
     return Evidence(
         timestamp_s=frame.timestamp_s,
         stride=stride,
         view=view,
         user_mask=user_mask,
-        nearest=NearestPixels.of(user_mask, top, bottom, left, right, margin),
+        nearest=NearestPixels.of(user_mask, top, bottom, left, right),
         coarse_view=image.view(2 * stride),
         all_points_camera=points,
         is_coarse=is_coarse,

@@ -3,9 +3,11 @@ seen before and after (ours).
 
 A Kalman filter goes forward and a smoother back: H. Rauch, F. Tung, C. Striebel, "Maximum
 likelihood estimates of linear dynamic systems" (AIAA Journal 1965). Of a body it takes where the
-neck is, how both parts of the trunk are turned, and the way along each bone of a limb in the
-trunk's frame, each as sure as `joint_covariance_m2` says. Velocities change at random and fade. The
-body is then put together again, so that bones keep their lengths and joints stay on their parts.
+neck is, how both parts of the trunk are turned, and the way along each bone of a limb, each as sure
+as `joint_covariance_m2` says; arms in the frame of the upper torso, which carries them, legs in the
+camera's, as they stand on the floor and a hidden pelvis tells little of them. Velocities change at
+random and fade. The body is then put together again, so that bones keep their lengths and joints
+stay on their parts.
 """
 
 from __future__ import annotations
@@ -47,18 +49,19 @@ DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may
 LASTING_M: Final = 0.015
 FADING_HZ: Final = 2.0  # of velocities; fitted on the same people, as the next three
 PLACE_UNREST_M2_S3: Final = 0.5  # how fast the variance of the neck's velocity grows
-TURN_UNREST_RAD2_S3: Final = 40.0  # of the trunk's turning
-LIMB_UNREST_M2_S3: Final = 10.0  # of the far end of a bone against its near end
+TURN_UNREST_RAD2_S3: Final = 10.0  # of the trunk's turning
+LIMB_UNREST_M2_S3: Final = 3.0  # of the far end of a bone against its near end
 UNKNOWN_M2: Final = 1e6  # ours; the variance of what is not known
 START_M2: Final = 1.0  # ours; variance of a place and of a velocity, in m2/s2, at first
 
 
 @dataclass(frozen=True, slots=True)
 class _Bone:
-    """A part of a limb: the trunk's part that it hangs from, and its ends."""
+    """A part of a limb: the part in whose frame its way is smoothed, None for the camera's, and its
+    ends."""
 
     part: int
-    trunk: int
+    frame: int | None
     near: int
     far: int
     is_first: bool
@@ -66,9 +69,9 @@ class _Bone:
 
 def _bones() -> tuple[_Bone, ...]:
     arms = (UPPER_TORSO, ("shoulder", "elbow", "hand"))
-    legs = (LOWER_TORSO, ("hip", "knee", "ankle"))
+    legs = (None, ("hip", "knee", "ankle"))
     bones = []
-    for side, (trunk, names), parts in (
+    for side, (frame, names), parts in (
         ("left", arms, (LEFT_UPPER_ARM, LEFT_FOREARM)),
         ("right", arms, (RIGHT_UPPER_ARM, RIGHT_FOREARM)),
         ("left", legs, (LEFT_UPPER_LEG, LEFT_LOWER_LEG)),
@@ -76,7 +79,7 @@ def _bones() -> tuple[_Bone, ...]:
     ):
         joints = [JOINT_NAMES.index(f"{side}_{name}") for name in names]
         for k, part in enumerate(parts):
-            bones.append(_Bone(part, trunk, joints[k], joints[k + 1], k == 0))
+            bones.append(_Bone(part, frame, joints[k], joints[k + 1], k == 0))
     return tuple(bones)
 
 
@@ -168,7 +171,7 @@ def _lasting(covariances: Array, lasting_m: float) -> Array:
 
 def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Array, Array]:
     """[T, K, 3] what is smoothed: the neck's place, the axes of the trunk's parts, the way along
-    each bone in the trunk's frame; [T, K, 3, 3] how noisy it is; [K] its unrest."""
+    each bone in its frame; [T, K, 3, 3] how noisy it is; [K] its unrest."""
     values, noise = [Ts[:, UPPER_TORSO, :3, 3]], [covariances[:, _NECK]]
     unrest = [PLACE_UNREST_M2_S3]
     for part, told_by in _TRUNK.items():
@@ -178,7 +181,7 @@ def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Arra
             noise.append((variances / LEVER_M**2)[:, None, None] * np.eye(3))
             unrest.append(TURN_UNREST_RAD2_S3)
     for bone in _BONES:
-        R = Ts[:, bone.trunk, :3, :3]
+        R = _frame_of(bone, Ts)
         of_ends = covariances[:, bone.far]
         if not bone.is_first:
             of_ends = of_ends + covariances[:, bone.near]
@@ -190,6 +193,13 @@ def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Arra
     measured[is_unknown] = 0.0
     of_all[is_unknown] = UNKNOWN_M2 * np.eye(3)
     return measured, of_all, np.array(unrest)
+
+
+def _frame_of(bone: _Bone, Ts: Array) -> Array:
+    """[..., 3, 3] `R_camera_frame` of what a bone's way is smoothed in, of [..., B, 4, 4]."""
+    if bone.frame is None:
+        return np.broadcast_to(np.eye(3), (*Ts.shape[:-3], 3, 3))
+    return Ts[..., bone.frame, :3, :3]
 
 
 def _both_ways(times_s: Array, measured: Array, noise: Array, unrest: Array) -> Array:
@@ -242,12 +252,13 @@ def _body(Ts: Array, measured: Array, ways: Array) -> Array:
     Rs = shape.Rs_camera_part.copy()
     for first, part in ((1, UPPER_TORSO), (4, LOWER_TORSO)):
         Rs[part] = _nearest_rotation(ways[first : first + 3].T)
-    turns = {part: Rs[part] @ Ts[part, :3, :3].T for part in _TRUNK}
-    Rs[HEAD] = turns[UPPER_TORSO] @ Rs[HEAD]
+    turn = Rs[UPPER_TORSO] @ Ts[UPPER_TORSO, :3, :3].T
+    Rs[HEAD] = turn @ Rs[HEAD]
     for bone, seen, smooth in zip(_BONES, measured[7:], ways[7:], strict=True):
-        R_trunk = Ts[bone.trunk, :3, :3]
-        bend = shortest_turns(unit(R_trunk @ seen), unit(R_trunk @ smooth))
-        Rs[bone.part] = turns[bone.trunk] @ bend @ Rs[bone.part]
+        R = _frame_of(bone, Ts)
+        bend = shortest_turns(unit(R @ seen), unit(R @ smooth))
+        carried = np.eye(3) if bone.frame is None else turn
+        Rs[bone.part] = carried @ bend @ Rs[bone.part]
     return replace(shape, neck_camera=ways[0], Rs_camera_part=Rs).transforms()
 
 

@@ -21,10 +21,13 @@ from topview.kernels.body import (
     align_hinges,
     assign_points,
     beyond_limits,
+    place_axes,
     relative_rotations,
     solve_lower,
     surface_distance,
 )
+from topview.kernels.pulls import move_together, pull
+from topview.track.degrees_of_freedom import CHAIN, DOF_AXIS, DOF_PART, N_CHAIN, N_DOFS, TREE
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
 MODEL = BodyModel.of(1.75, ANATOMICAL)
@@ -121,17 +124,46 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
     is_reached = np.isfinite(np.abs(defined).min(0))
     expected = np.where(is_reached, nearest, -1)
 
-    labels, distances = np.empty(len(points), np.int32), np.empty(len(points))
+    labels, distances = np.full(len(points), -1, np.int32), np.empty(len(points))
     normals = np.empty((len(points), 3))
-    assign_points(
-        points, Rs, origins, MODEL.lengths_m, shapes_m, REACH_M, labels, distances, normals
-    )
+    body = MODEL.lengths_m, shapes_m, REACH_M
+    assign_points(points, Rs, origins, *body, labels, distances, normals)
     assert_array_equal(labels, expected)
+    guessed = rng.integers(-1, len(PARTS), len(points)).astype(np.int32)
+    assign_points(points, Rs, origins, *body, guessed, np.empty_like(distances), normals)
+    assert_array_equal(guessed, expected)
     chosen = defined[nearest, np.arange(len(points))]
     assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)
     chosen_normals = normals_of[nearest, np.arange(len(points))]
     assert_allclose(normals[is_reached], chosen_normals[is_reached], atol=1e-9)
     assert 0.2 < is_reached.mean() < 0.9
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_what_pulls_at_parts_pulls_at_all_that_moves_them(seed):
+    rng = np.random.default_rng(seed)
+    pose = Pose(rng.normal((0.0, 0.0, 3.0)), rotations(seed))
+    origins = pose.origins(MODEL)
+    axes, centers = np.empty((2, N_DOFS, 3))
+    place_axes(pose.neck_camera, pose.Rs, origins, DOF_PART, DOF_AXIS, axes, centers)
+
+    A, g = np.zeros((N_DOFS, N_DOFS)), np.zeros(N_DOFS)
+    sums = np.zeros((len(PARTS), 6, 7))
+    for part in rng.integers(0, len(PARTS), 30):
+        place, way = origins[part] + rng.normal(0.0, 0.2, 3), rng.normal(0.0, 1.0, 3)
+        gap, weight = rng.normal(), rng.uniform(0.1, 2.0)
+        (x, y, z), (nx, ny, nz) = place, way
+        pull(sums, part, x, y, z, nx, ny, nz, gap, weight)
+        J = np.zeros(N_DOFS)
+        for d in CHAIN[part, : N_CHAIN[part]]:
+            J[d] = way @ (axes[d] if d < 3 else np.cross(axes[d], place - centers[d]))
+        A += weight * np.outer(J, J)
+        g += weight * gap * J
+
+    moved_A, moved_g = np.zeros_like(A), np.zeros_like(g)
+    move_together(moved_A, moved_g, sums, TREE, DOF_PART, CHAIN, N_CHAIN, axes, centers)
+    assert_allclose(moved_A, np.tril(A), atol=1e-9)
+    assert_allclose(moved_g, g, atol=1e-9)
 
 
 @given(st.floats(-np.pi, 0.0), st.floats(0.0, np.pi), st.floats(-np.pi, np.pi))

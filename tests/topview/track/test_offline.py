@@ -13,7 +13,8 @@ import pytest
 from moving_bodies import pose
 from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
 from topview.body import PART_NAMES
-from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG
+from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG, LOWER_TORSO
+from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera, Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track.offline import AWAY_S, CHUNK_S, LAG_S, looked_at_both_ways
@@ -114,6 +115,20 @@ def test_bones_keep_their_lengths_and_parts_stay_rotations():
     assert (np.linalg.det(Rs) > 0.0).all()
     ends = np.stack([frame.people["Ts_camera_part"][0, LEFT_FOREARM, :3, 3] for frame in both])
     np.testing.assert_allclose(ends, joints_of(both)[:, ELBOW], atol=1e-9)
+
+
+def test_how_a_pelvis_is_turned_does_not_turn_the_legs():
+    frames = hidden_from(swinging(40), 10, 30)
+    turned = []
+    for f, frame in enumerate(frames):
+        Ts = frame.people["Ts_camera_part"][0].copy()
+        Ts[LOWER_TORSO, :3, :3] @= rotations_from_angles(np.array([0.0, 0.5 * np.sin(f), 0.1]))
+        turned.append(changed(frame, Ts_camera_part=Ts))
+    legs, of_turned = (
+        np.stack([own.people["Ts_camera_part"][0, LEFT_UPPER_LEG:, :3, 1] for own in both_ways(of)])
+        for of in (frames, turned)
+    )
+    np.testing.assert_allclose(of_turned, legs, atol=1e-9)
 
 
 def test_where_nothing_was_proposed_doubt_counts_for_less():

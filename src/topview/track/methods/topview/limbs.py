@@ -341,7 +341,7 @@ class LimbSearch:
         view = evidence.view
         limb_kernel.refine_limbs(
             refined, limb.joint_camera, limb.lengths_m, limb.radii_m, limb.open_points,
-            view.depth_m, evidence.user_mask, evidence.nearest.flat, evidence.nearest.corner,
+            view.depth_m, evidence.user_mask, evidence.nearest.columns, evidence.nearest.corner,
             view.fx, view.fy, view.cx, view.cy, evidence.floor, s.reach_m, s.scale_m,
             s.free_space_margin_m, s.free_space_weight, s.prior_weight, s.samples_per_part,
             s.refine_iterations,

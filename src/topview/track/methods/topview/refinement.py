@@ -143,7 +143,7 @@ def refine(
         evidence.points_camera,
         view.depth_m,
         evidence.user_mask,
-        evidence.nearest.flat,
+        evidence.nearest.columns,
         evidence.nearest.corner,
         view.fx,
         view.fy,
@@ -177,7 +177,7 @@ def label_points(
 ) -> tuple[NDArray[np.int32], Array]:
     """[N, 3] points to the part whose visible surface is nearest, -1 beyond `reach_m`, and the
     signed distance from it in metres."""
-    labels = np.empty(len(points_camera), np.int32)
+    labels = np.full(len(points_camera), -1, np.int32)
     distances = np.empty(len(points_camera))
     kernel.assign_points(
         points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels,
