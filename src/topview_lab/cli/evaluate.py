@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
@@ -18,7 +17,9 @@ from topview_lab.cli.evaluate_mirror import mirror
 from topview_lab.cli.evaluate_people import mounts, people, returns
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.cli.tracked import (
+    DEFAULT_OPTIONS,
     TRACKED_OPTIONS,
+    EvaluateOptions,
     Told,
     TrackedOptions,
     check_output,
@@ -49,7 +50,6 @@ from topview_lab.evaluate.starts import (
     starts_by_pose,
     starts_table,
 )
-from topview_lab.metrics import Offsets
 
 evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
 evaluate.command(people)
@@ -57,37 +57,6 @@ evaluate.command(mounts)
 evaluate.command(returns)
 evaluate.command(mirror)
 evaluate.command(facing)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class EvaluateOptions(TrackedOptions):
-    """What every data set with skeletons takes.
-
-    Attributes:
-        detail: add tables by cause of occlusion, part, action and body, and of the confidences.
-        offsets: one constant offset per joint for the whole set, or for each person of each
-            recording.
-        offline: look both ways in time, as `topview track --offline` does.
-        predictions: measure the skeletons of these files instead of the tracker: a folder with
-            NAME.npz or NAME/skeletons.npz of each sequence, or one file.
-        map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
-    """
-
-    detail: Annotated[bool, Parameter(negative="")] = False
-    offsets: Offsets = "set"
-    offline: Annotated[bool, Parameter(negative="")] = False
-    predictions: Path | None = None
-    map: str = ""
-
-    def made_by(self) -> dict[str, Any]:
-        """What the measured skeletons come from, for the file of numbers."""
-        if self.predictions is None:
-            return self.settings.as_json() | ({"offline": True} if self.offline else {})
-        return {"predictions": str(self.predictions), "map": self.map}
-
-
-DEFAULT_OPTIONS = EvaluateOptions()
 
 
 @evaluate.command
@@ -103,7 +72,7 @@ def simulated(
 
     Args:
         scenes: all of them if none is named; sequences are named like pass_by_1.
-        seeds: of people, motions and noise, separated by commas.
+        seeds: of people, motions and noise, separated by commas, or 1-20.
         people: how many; more than a scene asks for stand in the background.
         frames: of each scene, at 30 a second.
         size: of the images, in pixels; both show the same.
@@ -209,7 +178,7 @@ def starts(
 
     Args:
         poses: all 20 of them if none is named; sequences are named like squatting_left_1.
-        seeds: of bodies, rooms and noise, separated by commas.
+        seeds: of bodies, rooms and noise, separated by commas, or 1-20.
         size: of the images, in pixels; both show the same.
     """
     made = make_starts(poses, numbers("--seeds", seeds), CAMERAS[size], options.sequences)

@@ -22,6 +22,7 @@ from topview.io import write_atomically
 from topview.records import InputError
 from topview.track import Tracker, TrackerSettings
 from topview_lab.evaluate.run import run_all
+from topview_lab.metrics import Offsets
 
 DEFAULTS = TrackerSettings()
 
@@ -62,7 +63,36 @@ class TrackedOptions:
         )
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class EvaluateOptions(TrackedOptions):
+    """What every data set with skeletons takes.
+
+    Attributes:
+        detail: add tables by cause of occlusion, part, action and body, and of the confidences.
+        offsets: one constant offset per joint for the whole set, or for each person of each
+            recording.
+        offline: look both ways in time, as `topview track --offline` does.
+        predictions: measure the skeletons of these files instead of the tracker: a folder with
+            NAME.npz or NAME/skeletons.npz of each sequence, or one file.
+        map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
+    """
+
+    detail: Annotated[bool, Parameter(negative="")] = False
+    offsets: Offsets = "set"
+    offline: Annotated[bool, Parameter(negative="")] = False
+    predictions: Path | None = None
+    map: str = ""
+
+    def made_by(self) -> dict[str, Any]:
+        """What the measured skeletons come from, for the file of numbers."""
+        if self.predictions is None:
+            return self.settings.as_json() | ({"offline": True} if self.offline else {})
+        return {"predictions": str(self.predictions), "map": self.map}
+
+
 TRACKED_OPTIONS = TrackedOptions()
+DEFAULT_OPTIONS = EvaluateOptions()
 
 
 class Outcome(Protocol):
