@@ -126,7 +126,7 @@ class DepthAndSkinHeads(SkinHeads):
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
         """The heads of both; one that both detect has a higher confidence."""
-        heads = self._depth.detect(cloud, up_camera, hints)
+        heads = self._depth.detect(cloud, up_camera)
         centers = [head.center_camera for head in heads]
         known = Hints([*hints.heads_camera, *centers], hints.is_candidate)
         for face, center in self.faces(cloud, known):

@@ -247,13 +247,11 @@ class DepthHeadDetector:
     def detect(
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
-        """Heads in the frame, best first; of the hints only the candidates are used."""
+        """Heads in the frame, best first; the hints are not used."""
         ups, camera = tilted_ups(up_camera, TILTS_RAD), cloud.camera
-        may_be = hints.is_candidate
         centers, tilt = places_of_heads(
             cloud.depth_m,
             cloud.points_camera,
-            np.ones(cloud.depth_m.shape, np.bool_) if may_be is None else may_be,
             (camera.fx, camera.fy),
             (camera.cx, camera.cy),
             ups,

@@ -212,7 +212,6 @@ def covered_share(
 def places_of_heads(
     depth_m: NDArray[np.float32],
     points_camera: NDArray[np.float32],
-    is_candidate: NDArray[np.bool_],
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
     ups_camera: NDArray[np.float64],
@@ -226,7 +225,7 @@ def places_of_heads(
 
     A top is a point, nearer than `max_depth_m`, whose upper neighbour in the image has no reading
     or is further away by more than `step_m`. What is `below_m` below it counts where the depth
-    seen there, of a candidate [h, w], differs from its own by less than `surface_m`.
+    seen there differs from its own by less than `surface_m`.
     """
     height, width = depth_m.shape
     tops = np.empty(height * width, np.int64)
@@ -248,9 +247,8 @@ def places_of_heads(
                 places[found, axis] = top_m - below_m * ups_camera[t, axis]
             x, y, z = places[found]
             i, j, is_in_view = _pixel_of(depth_m.shape, focal_px, principal_px, x, y, z)
-            is_surface = is_in_view and is_candidate[i, j] and abs(depth_m[i, j] - z) < surface_m
             directions[found] = t
-            found += is_surface
+            found += is_in_view and abs(depth_m[i, j] - z) < surface_m
     return places[:found].copy(), directions[:found].copy()
 
 

@@ -215,13 +215,12 @@ def test_shares_of_places_that_are_unread_and_covered(seed: int) -> None:
 def test_heads_are_below_tops_with_free_space_above_them(seed: int) -> None:
     rng = np.random.default_rng(seed)
     depth_m = rng.choice([0.0, 1.0, 1.05, 1.5], (CAMERA.height, CAMERA.width)).astype(np.float32)
-    may_be = rng.random(depth_m.shape) < 0.8
     rows, columns = np.indices(depth_m.shape)
     x, y = (columns - CAMERA.cx) / CAMERA.fx * depth_m, (rows - CAMERA.cy) / CAMERA.fy * depth_m
     points = np.stack([x, y, depth_m], axis=-1).astype(np.float32)
     ups = np.array([[0.0, -0.8, -0.6], [0.6, -0.8, 0.0]])
     found, directions = places_of_heads(
-        depth_m, points, may_be, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), ups,
+        depth_m, points, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), ups,
         1.4, 0.12, 0.11, 0.2,
     )  # fmt: skip
     above_m = np.vstack([np.full((1, CAMERA.width), 1e-3, np.float32), depth_m[:-1]])
@@ -232,7 +231,7 @@ def test_heads_are_below_tops_with_free_space_above_them(seed: int) -> None:
         for place in points[is_top] - 0.11 * up:
             column, row = np.rint(project(place, CAMERA)).astype(int)
             is_in_view = 0 <= row < CAMERA.height and 0 <= column < CAMERA.width
-            if is_in_view and may_be[row, column] and abs(depth_m[row, column] - place[2]) < 0.2:
+            if is_in_view and abs(depth_m[row, column] - place[2]) < 0.2:
                 expected.append([direction, *place])
     assert len(expected) > 20
     np.testing.assert_allclose(np.column_stack([directions, found]), expected)
