@@ -54,6 +54,7 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "without the torso ahead": UtvrSettings(torso_ahead=0.0),
     "without the free neck": UtvrSettings(neck=None),
     "without the torso of Sec. 5.1": UtvrSettings(torso_turn_rad=None),
+    "without the torso's lean": UtvrSettings(torso_lean_rad=None),
     "clothing 3 cm": UtvrSettings(clothing_m=0.03),
     "torso_turn_rad 0.15": UtvrSettings(torso_turn_rad=0.15),
     "torso_turn_rad 0.6": UtvrSettings(torso_turn_rad=0.6),

@@ -167,7 +167,7 @@ OTHER_DATA: Final = (
     "Weights of front against back: a logistic regression on simulated people and on UTD-MHAD. The "
     "history tells neither the seeds nor the sequences, so UTD-MHAD is no unseen data.",
     "Yaw and start of --method utvr, yaw of btvr: rendered people, even seeds 0 to 16, seeds 1, 23 "
-    "and 122.",
+    "and 122; the lean of its torso, seeds 100 to 103.",
     "Heads of people who bend: 65 of 97 simulated bends were used while this was built; their "
     "seeds are not recorded.",
     "People hidden by others: a rendered recording that is not part of the project, b3_stand60, is "

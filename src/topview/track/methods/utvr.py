@@ -36,7 +36,12 @@ from topview.records import InputError, check_range, shown
 from topview.score.utvr import FACTORS, MIN_POINTS_INSIDE, Factor, placed_parts, score_hypotheses
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
-from topview.track.methods.btvr.torso import NO_PARTS, TorsoFilter, TorsoSettings
+from topview.track.methods.btvr.torso import (
+    NO_PARTS,
+    VIEW_SHARPNESS,
+    TorsoFilter,
+    TorsoSettings,
+)
 from topview.track.methods.btvr.yaw_cues import YawCues
 from topview.track.pose import HALF_ROUND, HINGE_BENDS, OTHER_SIDE, FittedBody, Pose
 from topview.track.stances import STANDING, stand
@@ -83,6 +88,10 @@ class UtvrSettings:
         torso_turn_rad: a turn of the torso about its own axis, from what its ellipses tell (Sec.
             5.1.4), that doubles the score; 0.01 to pi. f_uTVR is flat in that turn. The torso of
             Sec. 5.1 is then a hypothesis of each frame. None leaves both out, as printed.
+        torso_lean_rad: a lean of the torso from upright that doubles the score; 0.01 to pi. A head
+            and a torso that is seen from the side tell little of it. The torso is then the mean of
+            all hypotheses, weighted by their scores, as that of Sec. 5.1 is. None leaves both out:
+            the torso is the best hypothesis, as printed.
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
             those of Sec. 6.1.3, which `topview.body.parts` holds.
@@ -101,6 +110,7 @@ class UtvrSettings:
     torso_ahead: float = 0.025
     neck: tuple[float, float] | None = (0.07, 0.03)
     torso_turn_rad: float | None = 0.3
+    torso_lean_rad: float | None = 0.7
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
     coarse_first: bool = True
@@ -112,8 +122,9 @@ class UtvrSettings:
         check_range(self, 1, 10, "rounds")
         check_range(self, 0.0, 1.0, "tolerance_m")
         check_range(self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_ahead")
-        if self.torso_turn_rad is not None:
-            check_range(self, LEAST_TURN_RAD, np.pi, "torso_turn_rad")
+        for name in ("torso_turn_rad", "torso_lean_rad"):
+            if getattr(self, name) is not None:
+                check_range(self, LEAST_TURN_RAD, np.pi, name)
         if self.neck is not None and not _are_shares(self.neck):
             raise InputError(
                 f"neck is {shown(self.neck)}; it must be two shares of 0 to 0.2, or None"
@@ -147,6 +158,7 @@ AS_PRINTED: Final = UtvrSettings(
     torso_ahead=0.0,
     neck=None,
     torso_turn_rad=None,
+    torso_lean_rad=None,
     coarse_first=False,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
@@ -169,6 +181,11 @@ class _Particles:
     def turned(self, R: Array) -> _Particles:
         """All turned in their own frames."""
         return replace(self, Rs=self.Rs @ R)
+
+    def headed_by(self, R: Array, most: int) -> _Particles:
+        """One before all others, `most` altogether; it becomes a parent as often as the best."""
+        Rs = np.concatenate([R[None], self.Rs])[:most]
+        return replace(self, Rs=Rs, scores=np.append(self.scores.min(), self.scores)[:most])
 
     def with_one(self, R: Array) -> _Particles:
         """One more, which becomes a parent as often as the best."""
@@ -234,6 +251,8 @@ class UtvrTracker:
                 self._particles[part] = self._filtered(part, body, cloud, evidence, frames)
                 body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud.points_camera)]
+        if self.settings.neck is not None:
+            body.turn_head()
         return Pose(body.origins[UPPER_TORSO], body.Rs)
 
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
@@ -289,6 +308,8 @@ class UtvrTracker:
                 return _Particles(allowed, np.ones(len(allowed)), spread)
             best = n_best(scores, most)
             particles = _Particles(known[best], scores[best], 1.0)
+            if part in _TORSO and s.torso_lean_rad is not None:
+                particles = particles.headed_by(_mean_rotation(known, scores), most)
         return particles
 
     def _starts(self, part: int, evidence: Evidence) -> bool:
@@ -337,6 +358,9 @@ class UtvrTracker:
         if part in _TORSO and s.torso_turn_rad is not None:
             turns_rad = _turns_rad(self._particles[part].Rs[0], Rs)
             scores = scores * (1.0 + (turns_rad / s.torso_turn_rad) ** 2)
+        if part in _TORSO and s.torso_lean_rad is not None:
+            leans_rad = np.arccos(np.clip(-Rs[:, :, 1] @ body.up_camera, -1.0, 1.0))
+            scores = scores * (1.0 + (leans_rad / s.torso_lean_rad) ** 2)
         return Rs, scores
 
     def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
@@ -353,7 +377,7 @@ class _Body:
         self.model = model
         self.head_camera = evidence.head_camera
         self._settings = settings
-        self._up_camera = evidence.up_camera
+        self.up_camera = evidence.up_camera
         self._nearer_parts = np.concatenate(
             [NO_PARTS, *(_parts_of(body) for body in evidence.nearer_bodies)]
         )
@@ -368,7 +392,7 @@ class _Body:
         parent = PARTS[part].parent
         if part == UPPER_TORSO and self._settings.neck is not None:
             below, behind = self._settings.neck
-            downwards = unit(Rs[:, :, 1] - self._up_camera)
+            downwards = unit(Rs[:, :, 1] - self.up_camera)
             away = below * downwards - behind * Rs[:, :, 2]
             return self.head_camera + self.model.stature_m * away
         joint = place_part(self.model, part, self.Rs[parent], self.origins[parent])
@@ -388,6 +412,12 @@ class _Body:
         if PARTS[part].is_hinge:
             upper = PARTS[part].parent
             self.Rs[[upper, part]] = self._bent(part, R[None])[0]
+
+    def turn_head(self) -> None:
+        """Let the head face where the torso does, on an axis from its measured centre to the
+        neck."""
+        to_neck = unit(self.origins[UPPER_TORSO] - self.head_camera)[None]
+        self.Rs[HEAD] = _frames(_across(self.Rs[UPPER_TORSO, :, 0][None], to_neck), to_neck)[0]
 
     def anywhere(self, part: int, count: int, rng: np.random.Generator) -> Array:
         """[M, 3, 3] hypotheses of a limb's part from all over the limits of Table 3.2, `count` at
@@ -474,6 +504,13 @@ def _turns_rad(R: Array, Rs: Array) -> Array:
     """[M] how far rotations [M, 3, 3] are turned from `R` about its y."""
     turns = R.T @ Rs
     return np.arctan2(turns[:, 0, 2] - turns[:, 2, 0], turns[:, 0, 0] + turns[:, 2, 2])
+
+
+def _mean_rotation(Rs: Array, scores: Array) -> Array:
+    """[3, 3] the mean of rotations [M, 3, 3] of one part, weighted by their scores."""
+    weights = (scores.min() / scores) ** VIEW_SHARPNESS
+    y = unit(weights @ Rs[:, :, 1])[None]
+    return _frames(_across((weights @ Rs[:, :, 0])[None], y), y)[0]
 
 
 def _across(xs: Array, ys: Array) -> Array:

@@ -13,7 +13,7 @@ from topview.body.model import BodyModel
 from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO
 from topview.body.proportions import THESIS
 from topview.camera.pyramid import DepthView
-from topview.geometry.rotations import rotations_from_angles
+from topview.geometry.rotations import rotations_from_angles, unit
 from topview.people.floor import CAMERA_UP
 from topview.records import Camera
 from topview.score.definition import Cylinder
@@ -22,7 +22,7 @@ from topview.track import Tracker, TrackerSettings, track_recording
 from topview.track.evidence import columns
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
 from topview.track.pose import Pose
-from topview.track.stances import STANDING, stand
+from topview.track.stances import STANDING, Stance, stand
 from topview_lab.datasets.simulated import SimulatedScene
 from topview_lab.metrics import ALL, evaluate_sequence, summarise
 from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth
@@ -149,6 +149,25 @@ def test_the_torso_that_a_camera_sees_lies_in_its_cylinders_only_ahead_of_the_jo
     assert visible_share_inside(AS_PRINTED, name, seed=3) < 0.5
 
 
+def test_who_bends_is_found_bent_although_a_lean_costs():
+    bent = stand(MODEL, HEAD_CAMERA, Stance(lean=40, hip=40), 0.0, CAMERA_UP)
+    pose = tracked(bent, frames=3)
+    lean_rad = np.arccos(-pose.Rs[UPPER_TORSO, :, 1] @ CAMERA_UP)
+    assert abs(lean_rad - np.radians(40)) < np.radians(3)
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.8, -0.8])
+def test_the_head_that_is_told_faces_where_the_torso_does(yaw_rad):
+    """Its axis goes from the measured centre to the neck."""
+    truth = stand(MODEL, HEAD_CAMERA, STANDING, yaw_rad, CAMERA_UP)
+    evidence = evidence_of(truth, MODEL, CAMERA)
+    pose = tracked(truth, frames=6)
+    np.testing.assert_allclose(
+        pose.Rs[HEAD, :, 1], unit(pose.neck_camera - evidence.head_camera), atol=1e-9
+    )
+    assert pose.Rs[HEAD, :, 2] @ pose.Rs[UPPER_TORSO, :, 2] > np.cos(np.radians(25))
+
+
 @pytest.mark.slow
 def test_what_is_added_to_the_recipe_earns_its_place():
     """A boxer of the simulator; 5.9 cm instead of 13.0 when this was written."""
@@ -184,7 +203,9 @@ def test_a_part_without_evidence_keeps_its_prediction():
         seen, all_points_camera=np.empty((0, 3)), head_camera=seen.head_camera + step
     )  # fmt: skip
     after = tracker.update(at_frame(hidden, 1))
-    np.testing.assert_array_equal(after.Rs, before.Rs)
+    below = slice(HEAD + 1, None)
+    np.testing.assert_array_equal(after.Rs[below], before.Rs[below])
+    np.testing.assert_allclose(after.Rs[HEAD], before.Rs[HEAD], atol=1e-12)  # told by two places
     np.testing.assert_allclose(after.neck_camera - before.neck_camera, step, atol=1e-12)
 
 
