@@ -175,7 +175,7 @@ def test_lights_are_counted_where_it_is_not_black() -> None:
     rng = np.random.default_rng(0)
     rgb = rng.choice(np.array([0, 30, 252], np.uint8), (40, 50, 3))
     rgb[rng.random((40, 50)) < 0.2] = 0
-    yuv = cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV)
+    yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
     tints = np.empty((2, 256), np.int64)
     count, dim, clipped = count_lights(rgb, yuv, 40.0, 250, tints)
     few, colors = rgb.reshape(-1, 3), yuv.reshape(-1, 3)

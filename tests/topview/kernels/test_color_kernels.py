@@ -26,7 +26,8 @@ def test_shares_are_means_of_what_the_histograms_say(pixel: tuple[int, int], str
         np.clip(np.arange(at - radius - about, at + radius + about + 1), 0, size - 1)
         for at, size in zip(pixel, (height, width), strict=True)
     )
-    yuv = cv2.cvtColor(color[np.ix_(rows * stride, columns * stride)], cv2.COLOR_RGB2YUV)
+    rgb = color[np.ix_(rows * stride, columns * stride)]
+    yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
     bins = tuple(yuv[..., k] >> SHIFTS[k] for k in range(3))
     expected = (one[bins] + RARE) / (one[bins] + other[bins] + 2 * RARE)
     expected[np.abs(depth[np.ix_(rows, columns)] - 2.1) > 0.35] = 0.5
