@@ -245,7 +245,12 @@ def _cut(
     joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ A_turned_camera.T
     halves_m, is_used = np.array([half_m]), np.ones(1, bool)
     window = Windows(
-        image[None], turned[None], halves_m, is_used, *recording.intrinsics, np.zeros(1, np.bool_)
+        image[None],
+        turned[None],
+        halves_m,
+        is_used,
+        *recording.intrinsics,
+        is_mirrored=np.zeros(1, np.bool_),
     )
     places = window.from_camera(joints[None])[0]
     return _Cut(image, half_m, places, is_known, np.asarray(recording.hidden[frame, person]))
