@@ -40,7 +40,7 @@ def _parts_of(points_camera: NDArray[np.float64], body: FittedBody) -> NDArray[n
     """[N] 1 + the index of each point's part, 0 for none."""
     tracked = np.flatnonzero(np.isfinite(body.Ts_camera_part).all(axis=(1, 2)))
     Ts = body.Ts_camera_part[tracked]
-    nearest = np.empty(len(points_camera), np.int32)
+    nearest = np.full(len(points_camera), -1, np.int32)
     kernel.assign_points(
         points_camera,
         np.ascontiguousarray(Ts[:, :3, :3]),
