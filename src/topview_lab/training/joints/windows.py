@@ -38,6 +38,10 @@ from topview_lab.training.joints.recordings import DEPTH_UNITS, Samples
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 Generator = np.random.Generator
+Region = tuple[slice, slice]
+"""Rows and columns of an image."""
+
+EVERYTHING: Final[Region] = np.s_[:, :]
 
 SHOULDERS_AND_HIPS: Final = np.array(
     [
@@ -69,8 +73,8 @@ class Variation:
             the floor, up to that height.
         thing_share: a thing is put in front.
         edge_share: the image ends within the window.
-        border_share, border_hidden: it ends within the person, at a side, and so much of the
-            person at the most lies outside.
+        border_share, border_hidden: it ends within the person, at a side or below, and so much of
+            the person at the most lies outside.
         other_room_share: people stand in the room of another recording.
         no_background_share, far_background_share: nothing but people is seen; nothing farther away.
         ragged_share: of those without a background: something of it is left round the person.
@@ -91,7 +95,7 @@ class Variation:
     company_share: float = 0.2
     thing_share: float = 0.1
     edge_share: float = 0.08
-    border_share: float = 0.08
+    border_share: float = 0.12
     border_hidden: float = 0.7
     relief_share: float = 0.5
     relief_m: float = 0.02
@@ -215,11 +219,11 @@ def _cut(
     labels = recording.masks[frame]
     view = DepthView(depth_m, *recording.intrinsics)
     own = int(recording.ids[person])
-    first, last = _borders((labels == own) & (depth_m > 0.0), rng, how)
-    if last - first < len(labels[0]):
-        depth_m, labels = depth_m.copy(), labels.copy()
-        for outside in (np.s_[:, :first], np.s_[:, last:]):
-            depth_m[outside], labels[outside] = 0.0, 0
+    in_image = _borders((labels == own) & (depth_m > 0.0), rng, how)
+    if in_image != EVERYTHING:
+        whole_m, all_labels = depth_m, labels
+        depth_m, labels = np.zeros_like(depth_m), np.zeros_like(labels)
+        depth_m[in_image], labels[in_image] = whole_m[in_image], all_labels[in_image]
         view = DepthView(depth_m, *recording.intrinsics)
     box = box_of(view, labels, own)
     if box is None:
@@ -241,7 +245,7 @@ def _cut(
     image = np.empty((3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
     encode((seen_m * deeper).astype(np.float32), owners, own, turned[2], half_m, image)
     joints = recording.joints_camera[frame, person].astype(np.float64)
-    is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view, first, last)
+    is_known = np.isfinite(joints).all(axis=1) & _in_image(joints, view, in_image)
     joints = np.where(is_known[:, None], joints, [0.0, 0.0, 1.0]) @ A_turned_camera.T
     halves_m, is_used = np.array([half_m]), np.ones(1, bool)
     window = Windows(
@@ -281,26 +285,30 @@ def _sources(
     )
 
 
-def _in_image(points_camera: Array, view: DepthView, first: int, last: int) -> NDArray[np.bool_]:
-    """[N] whether [N, 3] points, NaN for unknown ones, lie inside of the image's edges, from the
-    first column to before the last."""
-    _, columns, is_inside = view.nearest_pixels(np.nan_to_num(points_camera, nan=-1e6), 0.1)
-    return is_inside & (columns >= first) & (columns < last)
+def _in_image(points_camera: Array, view: DepthView, in_image: Region) -> NDArray[np.bool_]:
+    """[N] whether [N, 3] points, NaN for unknown ones, lie inside of that part of the image."""
+    rows, columns, is_inside = view.nearest_pixels(np.nan_to_num(points_camera, nan=-1e6), 0.1)
+    is_in = np.zeros(view.depth_m.shape, np.bool_)
+    is_in[in_image] = True
+    return is_inside & is_in[rows, columns]
 
 
-def _borders(is_own: NDArray[np.bool_], rng: Generator, how: Variation) -> tuple[int, int]:
-    """The image's first column, and the one after its last; some of somebody's [H, W] pixels may
-    lie beyond, if enough are left to look at."""
-    width = is_own.shape[1]
+def _borders(is_own: NDArray[np.bool_], rng: Generator, how: Variation) -> Region:
+    """Where the image is; some of somebody's [H, W] pixels may lie beyond one of its sides or
+    below, if enough are left to look at."""
     if rng.random() >= how.border_share:
-        return 0, width
-    columns = np.sort(np.nonzero(is_own)[1])
+        return EVERYTHING
+    rows, columns = np.nonzero(is_own)
     gone = int(rng.uniform(0.0, how.border_hidden) * len(columns))
-    first, last = int(columns[gone]), width
-    if rng.random() < 0.5:
-        first, last = 0, int(columns[len(columns) - 1 - gone]) + 1
-    is_left = (columns >= first) & (columns < last)
-    return (first, last) if is_left.sum() >= LEAST_WINDOW_PIXELS else (0, width)
+    if len(columns) - gone < LEAST_WINDOW_PIXELS:
+        return EVERYTHING
+    left, right = np.partition(columns, (gone, len(columns) - 1 - gone))[[gone, -1 - gone]]
+    below = np.partition(rows, len(rows) - 1 - gone)[-1 - gone]
+    return (
+        np.s_[:, int(left) :],
+        np.s_[:, : int(right) + 1],
+        np.s_[: int(below) + 1, :],
+    )[int(rng.integers(3))]
 
 
 def _look_at_something_else(image: Image, rng: Generator) -> bool:
