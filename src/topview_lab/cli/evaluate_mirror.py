@@ -12,11 +12,11 @@ from topview_lab.datasets.base import select_by_name
 from topview_lab.evaluate.mirror import (
     MirrorJob,
     MirrorOutcome,
-    apart_as_json,
     apart_by_joint,
     apart_by_sequence,
     apart_table,
 )
+from topview_lab.evaluate.tables import rows_as_json
 from topview_lab.metrics.mirror import pooled_apart
 
 
@@ -61,5 +61,5 @@ def told_of_mirrors(outcomes: Sequence[MirrorOutcome]) -> Told:
         len(mirrored),
         [apart_table(f"distance {title}", "joint", own) for title, own in rows.items()],
         [apart_table("per sequence, worst first", "sequence", apart_by_sequence(mirrored))],
-        {title: apart_as_json(own) for title, own in rows.items()},
+        {title: rows_as_json(own) for title, own in rows.items()},
     )

@@ -17,17 +17,16 @@ from topview_lab.evaluate.people import (
     PeopleOutcome,
     count_by_kind,
     count_each,
-    counts_as_json,
     found_people_table,
 )
 from topview_lab.evaluate.returns import (
     ReturnJob,
     ReturnOutcome,
     each_return_table,
-    returns_as_json,
     returns_by_cover,
     returns_table,
 )
+from topview_lab.evaluate.tables import rows_as_json
 from topview_lab.metrics.splits import ALL
 from topview_lab.sim.scenes.hiding import HIDERS
 
@@ -107,7 +106,7 @@ def told_of_returns(outcomes: Sequence[ReturnOutcome]) -> Told:
         rows[ALL].count if rows else 0,
         [returns_table(rows)],
         [each_return_table(outcomes)],
-        {"returns": returns_as_json(rows)},
+        {"returns": rows_as_json(rows)},
     )
 
 
@@ -118,5 +117,5 @@ def told_of_people(outcomes: Sequence[PeopleOutcome]) -> Told:
         counts[ALL_KINDS].recordings,
         [found_people_table("people found", counts)],
         [found_people_table("per sequence, worst first", count_each(outcomes))],
-        {"counts": counts_as_json(counts)},
+        {"counts": rows_as_json(counts)},
     )

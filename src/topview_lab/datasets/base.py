@@ -9,6 +9,7 @@ from typing import Protocol, TypeVar, runtime_checkable
 
 from topview.records import InputError, Recording
 from topview_lab.metrics import ReferenceSequence
+from topview_lab.sim import Scene
 
 
 class EvaluatedRecording(Protocol):
@@ -45,6 +46,17 @@ class Named(Protocol):
 AnyNamed = TypeVar("AnyNamed", bound=Named)
 
 
+class Simulated(Named, Protocol):
+    """A scene of the simulator; small, nothing is made before it is needed."""
+
+    def make(self) -> Scene:
+        """Raises InputError where a name or a number is wrong."""
+        ...
+
+
+AnySimulated = TypeVar("AnySimulated", bound=Simulated)
+
+
 def lacking(root: Path, kinds: Mapping[str, str]) -> list[str]:
     """The kinds of file, each with a glob, that a data set's folder lacks."""
     return [kind for kind, glob in kinds.items() if next(root.glob(glob), None) is None]
@@ -64,6 +76,21 @@ def select_by_name(recordings: Sequence[AnyNamed], pattern: str, source: str) ->
             f"{recordings[0].name} to {recordings[-1].name}"
         )
     return chosen
+
+
+def select_simulated(
+    made: Sequence[AnySimulated], seeds: Sequence[int], pattern: str, source: str
+) -> list[AnySimulated]:
+    """As `select_by_name`; the seeds are the innermost of what they were made of.
+
+    Raises:
+        InputError: there is no seed, a name or a number is wrong, or no name matches.
+    """
+    if not seeds:
+        raise InputError("no seed given; give at least one, such as 1,2,3")
+    for simulated in made[:: len(seeds)]:
+        simulated.make()  # not to find out after the first were tracked
+    return select_by_name(made, pattern, source)
 
 
 def check_same_frames(recording: Recording, reference: ReferenceSequence) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from topview.records import Camera, InputError
-from topview_lab.datasets.base import select_by_name
+from topview_lab.datasets.base import select_simulated
 from topview_lab.datasets.simulated import RecordingWithTruth
 from topview_lab.sim import Scene
 from topview_lab.sim.scenes import KINECT_V1_HALF
@@ -53,14 +53,12 @@ def make_hidings(
     Raises:
         InputError: a name or a number is wrong, or no name matches.
     """
-    if not seconds or not seeds:
-        raise InputError("no seconds or no seed given; give at least one of each")
+    if not seconds:
+        raise InputError("no seconds given; give at least one number, such as 2,5,10")
     made = [
         SimulatedHiding(one, hidden_s, seed, camera)
         for one in behind or HIDERS
         for hidden_s in seconds
         for seed in seeds
     ]
-    for hiding in made[:: len(seeds)]:
-        hiding.make()  # not to find out after the first were tracked
-    return select_by_name(made, pattern, "returns")
+    return select_simulated(made, seeds, pattern, "returns")

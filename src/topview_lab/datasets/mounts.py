@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from math import radians
 from typing import Final
 
-from topview.records import Camera, InputError
-from topview_lab.datasets.base import select_by_name
+from topview.records import Camera
+from topview_lab.datasets.base import select_simulated
 from topview_lab.datasets.simulated import RecordingWithTruth
 from topview_lab.datasets.true_heads import true_heads_from
 from topview_lab.metrics.heads import TrueHeads
@@ -73,14 +73,10 @@ def make_mounted(
     Raises:
         InputError: a name or a number is wrong, or no name matches.
     """
-    if not seeds:
-        raise InputError("no seed given; give at least one, such as 1,2,3")
     made = [
         MountedScene(mount, scene, seed, frames, camera)
         for mount in MOUNTS
         for scene in scenes or MOUNTED_SCENES
         for seed in seeds
     ]
-    for mounted in made[:: len(seeds)]:
-        mounted.make()  # not to find out after the first were tracked
-    return select_by_name(made, pattern, "mounts")
+    return select_simulated(made, seeds, pattern, "mounts")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from topview.records import Camera, InputError
-from topview_lab.datasets.base import select_by_name
+from topview.records import Camera
+from topview_lab.datasets.base import select_simulated
 from topview_lab.datasets.groundtruth import reference_from
 from topview_lab.datasets.true_heads import true_heads_from
 from topview_lab.metrics import ReferenceSequence
@@ -103,13 +103,9 @@ def make_simulated(
     Raises:
         InputError: a name or a number is wrong, or no name matches.
     """
-    if not seeds:
-        raise InputError("no seed given; give at least one, such as 1,2,3")
     made = [
         SimulatedScene(scene, seed, people, frames, camera)
         for scene in scenes or SCENES
         for seed in seeds
     ]
-    for simulated in made:
-        simulated.make()  # not to find out after the first scenes were tracked
-    return select_by_name(made, pattern, "simulated")
+    return select_simulated(made, seeds, pattern, "simulated")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from topview.records import Camera, InputError
-from topview_lab.datasets.base import select_by_name
+from topview.records import Camera
+from topview_lab.datasets.base import select_simulated
 from topview_lab.datasets.groundtruth import reference_from
 from topview_lab.datasets.simulated import RecordingWithTruth
 from topview_lab.metrics import ReferenceSequence
@@ -63,14 +63,10 @@ def make_starts(
     Raises:
         InputError: a name or a number is wrong, or no name matches.
     """
-    if not seeds:
-        raise InputError("no seed given; give at least one, such as 1,2,3")
     made = [
         SimulatedStart(pose, direction, seed, camera)
         for pose in poses or START_POSES
         for direction in START_DIRECTIONS
         for seed in seeds
     ]
-    for start in made[:: len(START_DIRECTIONS) * len(seeds)]:
-        start.make()  # not to find out after the first were tracked
-    return select_by_name(made, pattern, "starts")
+    return select_simulated(made, seeds, pattern, "starts")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -178,8 +177,3 @@ def apart_table(title: str, what: str, rows: Mapping[str, ApartRow]) -> Table:
             style="bold" if name == ALL else None,
         )
     return table
-
-
-def apart_as_json(rows: Mapping[str, ApartRow]) -> dict[str, Any]:
-    """JSON types."""
-    return {name: asdict(row) for name, row in rows.items()}

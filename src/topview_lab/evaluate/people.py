@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,8 +179,3 @@ def found_people_table(title: str, counts: dict[str, PeopleCount]) -> Table:
             style="bold" if name == ALL_KINDS else None,
         )
     return table
-
-
-def counts_as_json(counts: dict[str, PeopleCount]) -> dict[str, Any]:
-    """JSON types."""
-    return {name: {k: getattr(c, k) for k in c.__slots__} for name, c in counts.items()}

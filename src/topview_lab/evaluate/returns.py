@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from rich.table import Table
 
@@ -103,8 +102,3 @@ def each_return_table(outcomes: Sequence[ReturnOutcome]) -> Table:
     for name, score in sorted(scored, key=lambda row: (row[1].kept, -row[1].wait_s)):
         table.add_row(name, "yes" if score.kept else "no", number(score.wait_s, digits=2))
     return table
-
-
-def returns_as_json(rows: Mapping[str, ReturnsSummary]) -> dict[str, Any]:
-    """JSON types."""
-    return {name: asdict(row) for name, row in rows.items()}

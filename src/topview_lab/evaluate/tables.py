@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from math import isfinite
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rich import box
 from rich.table import Table
@@ -22,6 +23,9 @@ from topview_lab.metrics import (
     Summary,
     WithinLimit,
 )
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 STATE_HEADS: Final = dict(
     zip(JOINT_STATE_NAMES, ("absent", "visible", "self", "person", "object", "out"), strict=True)
@@ -175,6 +179,11 @@ def number(value: float, digits: int = 1) -> str:
 
 def percent(share: float, digits: int = 1) -> str:
     return f"{share:.{digits}%}" if isfinite(share) else "–"
+
+
+def rows_as_json(rows: Mapping[str, DataclassInstance]) -> dict[str, Any]:
+    """JSON types."""
+    return {name: asdict(row) for name, row in rows.items()}
 
 
 def _badness(sequence: SequenceSummary) -> float:
