@@ -36,7 +36,7 @@ def test_surer_joints_tell_a_surer_yaw_and_none_tell_none():
 
 def test_whoever_turns_round_goes_on_turning_though_the_weights_say_otherwise():
     """The first mode is the mirror image of the true yaw from the side view on."""
-    belief = YawBelief(EVIDENCE)
+    belief, likely = YawBelief(EVIDENCE), np.zeros(2)
     for yaw_deg in np.arange(0.0, 160.0, 4.0):
         past = yaw_deg > 90.0
         yaws_rad = np.radians((180.0 - yaw_deg if past else yaw_deg, yaw_deg))
