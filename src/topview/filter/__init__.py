@@ -1,1 +1,1 @@
-"""The particle filter; it knows no bodies."""
+"""The particle filter, and filters over time; it knows no bodies."""

@@ -14,21 +14,22 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.filter.turning import (
+    EVIDENCE_SHARE,
+    N_YAWS,
+    RATES_RAD,
+    YAWS_RAD,
+    normalised,
+    turned_on,
+    wrapped,
+)
 from topview.track.methods.btvr.ellipses import CENTRE_SIGMA_M, fit_ellipses
 from topview.track.methods.btvr.torso_shape import TorsoShape
 
 Array = NDArray[np.float64]
 
-N_YAWS: Final = 60
-YAWS_RAD: Array = np.linspace(-np.pi, np.pi, N_YAWS, endpoint=False, dtype=np.float64)
-
 # All ours.
 FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
-RATES_RAD: Array = np.linspace(-0.135, 0.135, 7)  # by which somebody may turn within `FRAME_S`
-CHANGE_SHARE: Final = 0.1  # of how often, within `FRAME_S`, the next faster or slower one follows
-STEP_RAD: Final = 0.03  # standard deviation of how far somebody turns besides, within `FRAME_S`
-FORGOTTEN_SHARE: Final = 1e-3  # of the belief within `FRAME_S`: it may be wrong altogether
-EVIDENCE_SHARE: Final = 0.2  # of the log likelihood in `FRAME_S`: frames in a row err alike
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
@@ -61,7 +62,7 @@ class YawFilter:
 
     def __init__(self) -> None:
         yaws = np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2)
-        self._belief = _normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))  # [rates, yaws]
+        self._belief = normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))  # [rates, yaws]
 
     @property
     def yaw_rad(self) -> float:
@@ -69,9 +70,9 @@ class YawFilter:
         belief = self._belief.sum(0)
         near = np.convolve(np.tile(belief, 3), np.ones(5), "same")[N_YAWS : 2 * N_YAWS]
         middle = YAWS_RAD[int(np.argmax(near))]
-        off = _wrapped(YAWS_RAD - middle)
+        off = wrapped(YAWS_RAD - middle)
         weights = np.where(np.abs(off) < MEAN_WITHIN_RAD, belief, 0.0)
-        return float(_wrapped(middle + (weights @ off) / weights.sum()))
+        return float(wrapped(middle + (weights @ off) / weights.sum()))
 
     def update(self, points: Array, stature_m: float, behind: float, frames: float = 1.0) -> float:
         """The yaw in the next frame.
@@ -83,30 +84,18 @@ class YawFilter:
             behind: share of it by which the torso's axis is behind the head.
             frames: of `FRAME_S` that have gone by.
         """
-        self._belief = self._predicted(frames)
+        self._belief = turned_on(self._belief, frames)
         costs = np.zeros(N_YAWS)
         for section in (SHOULDER_SECTION, TRUNK_SECTION):
             costs += _costs(points, stature_m, behind, section)
         log_likelihood = -0.5 * min(EVIDENCE_SHARE * frames, 1.0) * (costs - costs.min())
         alike = np.maximum(log_likelihood, np.roll(log_likelihood, N_YAWS // 2))
-        self._belief = _normalised(self._belief * (np.exp(alike) + OUTLIER_LIKELIHOOD))
+        self._belief = normalised(self._belief * (np.exp(alike) + OUTLIER_LIKELIHOOD))
         return self.yaw_rad
 
     def fuse(self, log_likelihood: Array) -> None:
         """Multiply the belief by the likelihood of other evidence, [N_YAWS] for `YAWS_RAD`."""
-        self._belief = _normalised(self._belief * np.exp(log_likelihood))
-
-    def _predicted(self, frames: float) -> Array:
-        """The belief before the frame is seen: everybody turns on, like a random walk besides, and
-        may turn faster or slower."""
-        off = YAWS_RAD - YAWS_RAD[0] - frames * RATES_RAD[:, None]
-        sigma_rad = STEP_RAD * np.sqrt(max(frames, 0.1))
-        kernels = np.exp(-0.5 * (_wrapped(off) / sigma_rad) ** 2)
-        kernels /= kernels.sum(1, keepdims=True)
-        moved = np.fft.ifft(np.fft.fft(self._belief) * np.fft.fft(kernels))
-        changed = _rate_changes(frames) @ np.maximum(np.real(moved), 0.0)
-        forgotten = min(FORGOTTEN_SHARE * frames, 1.0)
-        return (1.0 - forgotten) * changed + forgotten / changed.size
+        self._belief = normalised(self._belief * np.exp(log_likelihood))
 
 
 class EllipseYaw:
@@ -127,7 +116,7 @@ class EllipseYaw:
         section = Section(0.0, shape.length, shape.semi_axes, shape.half_width)
         costs = _costs(points, stature_m, behind - shape.ahead, section, FREE_CENTRE_SIGMA_M)
         if costs.any():
-            self.yaw_rad = float(_wrapped(2.0 * YAWS_RAD[costs.argmin()]) / 2.0)
+            self.yaw_rad = float(wrapped(2.0 * YAWS_RAD[costs.argmin()]) / 2.0)
         return self.yaw_rad
 
     def fuse(self, log_likelihood: Array) -> None:
@@ -158,22 +147,3 @@ def points_of(points: Array, stature_m: float, section: Section) -> Array:
     inside = (y > section.top) & (y < section.bottom) & (np.hypot(x, z) < section.reach)
     chosen = points[inside][:, [0, 2]]
     return chosen[:: max(1, len(chosen) // MOST_SECTION_POINTS)]
-
-
-def _rate_changes(frames: float) -> Array:
-    """[rates, rates] how likely each rate follows each other one, column by column, `frames` of
-    `FRAME_S` later: one of its neighbours follows it, or itself, at the ends as well."""
-    R = len(RATES_RAD)
-    share = min(CHANGE_SHARE * frames, 0.5)
-    neighbours = np.eye(R, k=1) + np.eye(R, k=-1)
-    neighbours[[0, -1], [0, -1]] = 1.0
-    return (1.0 - share) * np.eye(R) + 0.5 * share * neighbours
-
-
-def _normalised(belief: Array) -> Array:
-    return belief / belief.sum()
-
-
-def _wrapped(angles_rad: Array) -> Array:
-    """The same angles in -180..180 degrees."""
-    return (angles_rad + np.pi) % (2 * np.pi) - np.pi

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import FRAME_S
+from topview.filter.turning import N_YAWS, YAWS_RAD
 from topview.geometry.rotations import horizontal, unit
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.ellipses import fit_ellipses
 from topview.track.methods.btvr.yaw import (
     FREE_CENTRE_SIGMA_M,
     LEAST_SECTION_POINTS,
-    N_YAWS,
     TRUNK_SECTION,
-    YAWS_RAD,
     Section,
     points_of,
 )
