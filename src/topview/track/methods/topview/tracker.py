@@ -216,8 +216,9 @@ class TopviewTracker:
         the proposed joints."""
         stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
-            proposals = self._guide.filtered(proposals, look.elapsed_s)
-            belief = self._guide.believe(proposals, look.elapsed_s)
+            elapsed_s = self._guide.elapsed_s(look.evidence.timestamp_s)
+            proposals = self._guide.filtered(proposals, elapsed_s)
+            belief = self._guide.believe(proposals, elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
             bodies = self._guide.bodies(proposals, belief, look.model)
         moving = None if self.pose is None else self._extrapolated(self.pose, look.elapsed_s)
