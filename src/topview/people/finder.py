@@ -82,6 +82,7 @@ class PeopleFinder:
         self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
+        self._steady = Background(np.inf)  # of all that is seen, people too
         self._clusters = Clusters()
         kind = ReturningPeople if self.settings.reidentify else Existence
         self._existence = kind(self.settings.people)
@@ -150,6 +151,9 @@ class PeopleFinder:
         cloud = Cloud.of(image)
         is_background = self._background.is_seen_in(cloud.depth_m, cloud.camera.noise)
         scene = Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
+        noise, nobody = cloud.camera.noise, np.zeros(cloud.depth_m.shape, np.bool_)
+        self._steady.update(cloud.depth_m, nobody, scene.time_s, noise)
+        scene = replace(scene, steady_s=self._steady.steady_s_in(cloud.depth_m, noise))
         is_looked_at = self.settings.areas.looked_at(scene)
         if is_looked_at is None:
             return scene
