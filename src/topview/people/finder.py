@@ -192,7 +192,7 @@ class PeopleFinder:
                 self._background.learn(scene.cloud.depth_m, is_rest)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
-                after.append(replace(track, body_m=body))
+                after.append(self._existence.taken_up(replace(track, body_m=body), scene))
                 self._next_key += 1
             elif features is not None:
                 reason = self._existence.likelihood.worst_of(features)
@@ -223,15 +223,13 @@ class PeopleFinder:
 
     def _ended(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that go on; what is probably furniture is learnt as the room's."""
-        after = []
-        for track in tracks:
-            if self._existence.is_room(track, scene):
-                people = [other for other in tracks if other.id]
-                is_body = union_of(scene, [track]) & ~union_of(scene, people)
-                self._background.learn(scene.cloud.depth_m, is_body)
-            elif not self._existence.has_ended(track, scene):
-                after.append(track)
-        return after
+        room = [track for track in tracks if self._existence.is_room(track, scene)]
+        others = [track for track in tracks if track not in room]
+        people = [track for track in others if track.id]
+        if room:
+            is_room = union_of(scene, room) & ~union_of(scene, people)
+            self._background.learn(scene.cloud.depth_m, is_room)
+        return self._existence.left_of(others, scene)
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""
