@@ -37,12 +37,12 @@ KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
 ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 UNSEEN_S: Final = 0.3
-# A confirmed one that is so new, and of which the network is asked, ends below this.
+# A confirmed one that is so new, or has not moved yet, and of which the network is asked, ends
+# below this.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
-# What is probably no person, and has neither moved nor been confirmed for so long, is the room's;
-# so is what was, and is seen to have stood still until it ended.
+# What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
 ROOM_S, ROOM_BELOW = 5.0, 0.5
 # So many tracks are remembered that have ended.
 MOST_REMEMBERED: Final = 20
@@ -124,8 +124,8 @@ class Existence:
             # What was refused and stands still is kept, so that it is not asked about as if new.
             is_kept = is_asked and track.evidence.still == 1.0
             return track.existence(self.likelihood) < REFUSED and not is_kept
-        is_new = scene.time_s - track.born_s < NEW_S and is_asked
-        return track.existence(self.likelihood) < (DOUBTED if is_new else ENDED)
+        is_new = scene.time_s - track.born_s < NEW_S or track.evidence.still > 0.0
+        return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
 
     def left_of(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
@@ -149,11 +149,8 @@ class Existence:
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
-        if scene.time_s - track.born_s < ROOM_S:
-            return False
-        has_stood = track.is_seen and track.evidence.still > 0.0
-        below = (ENDED if has_stood else 0.0) if track.id else ROOM_BELOW
-        return track.existence(self.likelihood) < below
+        is_old = scene.time_s - track.born_s > ROOM_S
+        return not track.id and is_old and track.existence(self.likelihood) < ROOM_BELOW
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""

@@ -77,7 +77,7 @@ def test_whom_the_network_has_looked_at_for_long_needs_less(odds: float) -> None
 @given(odds=log_odds, is_confirmed=st.booleans())
 def test_who_is_hardly_a_person_ends(odds: float, is_confirmed: bool) -> None:
     track = track_with(odds, id=int(is_confirmed), seen_s=LATER.time_s)
-    track = replace(track, evidence=replace(track.evidence, still=0.5))
+    track = replace(track, evidence=replace(track.evidence, still=0.5 * (not is_confirmed)))
     least = ENDED if is_confirmed else REFUSED
     assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == (probability(odds) < least)
 
@@ -164,16 +164,12 @@ def test_what_is_long_no_person_is_the_rooms() -> None:
     assert not existence.is_room(track_with(-1.0), LATER)
 
 
-def test_who_turns_out_to_have_stood_still_as_furniture_does_is_the_rooms_too() -> None:
-    existence = Existence(None, LIKE_A_PERSON)
-    old_s = LATER.time_s - ROOM_S - FRAME_S
-    seen: dict[str, Any] = {"born_s": old_s, "id": 1, "seen_s": LATER.time_s}
-    seen["time_s"] = LATER.time_s
-    assert existence.is_room(track_with(-2.0, **seen), LATER)
-    assert not existence.is_room(track_with(-1.0, **seen), LATER)
-    moved = track_with(-2.0, **seen)
-    assert not existence.is_room(replace(moved, evidence=replace(moved.evidence, still=0.0)), LATER)
-    assert not existence.is_room(replace(moved, seen_s=FIRST.time_s), LATER)
+@pytest.mark.parametrize(("still", "ends"), [(0.5, True), (0.0, False)])
+def test_who_has_not_moved_is_believed_no_longer_than_likely(still: float, ends: bool) -> None:
+    """The network has looked, and finds it less likely than not."""
+    track = track_with(-0.5, id=1, seen_s=LATER.time_s)
+    track = replace(track, evidence=replace(track.evidence, still=still))
+    assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
 
 
 def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
