@@ -37,8 +37,8 @@ KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
 ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 UNSEEN_S: Final = 0.3
-# A confirmed one that is so new, or has not moved yet, and of which the network is asked, ends
-# below this.
+# A confirmed one that is so new, or that stands and has not moved yet, and of which the network is
+# asked, ends below this.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
@@ -124,7 +124,8 @@ class Existence:
             # What was refused and stands still is kept, so that it is not asked about as if new.
             is_kept = is_asked and track.evidence.still == 1.0
             return track.existence(self.likelihood) < REFUSED and not is_kept
-        is_new = scene.time_s - track.born_s < NEW_S or track.evidence.still > 0.0
+        has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
+        is_new = has_stood or scene.time_s - track.born_s < NEW_S
         return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
 
     def left_of(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
