@@ -24,7 +24,7 @@ EVIDENCE_MEMORY_S: Final = 2.0
 FLICKER, MOVED = 0.15, 0.25
 # Some people move often, some seldom: that somebody has not yet is by this power law of the time.
 # After the longest nothing more is learnt; of who lies that is so after the shortest.
-STILL_S, LONG_S = 1.0, 15.0
+RESTLESS_S, LONG_S = 1.0, 15.0
 # What is cut by the border of the picture tells the less, but never less than so much as in view.
 CUT: Final = FEATURE_NAMES.index("cut by the border")
 LEAST_CLEAR: Final = 0.1
@@ -121,7 +121,7 @@ class Evidence:
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
         still = min(self.still, float(np.clip(1.0 - (changed - FLICKER) / MOVED, 0.0, 1.0)))
         seen_s = self.seen_s + elapsed_s
-        features = np.append(mean, still * log1p(min(seen_s, LONG_S) / STILL_S))
+        features = np.append(mean, still * log1p(min(seen_s, LONG_S) / RESTLESS_S))
         return replace(
             self, features=features, still=still, seen_s=seen_s, looked_s=time_s, clear=clear
         )

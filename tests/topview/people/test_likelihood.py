@@ -16,7 +16,7 @@ from topview.people.likelihood import (
     LONG_S,
     MOST_LOG_ODDS,
     MOVED,
-    STILL_S,
+    RESTLESS_S,
     Evidence,
     probability,
     shipped_likelihood,
@@ -85,7 +85,7 @@ def test_the_mean_forgets_and_does_not_depend_on_the_rate_of_frames() -> None:
 @given(changed=st.floats(0.0, 1.0), seconds=st.floats(0.1, 20.0))
 def test_what_has_not_moved_is_furniture_by_and_by(changed: float, seconds: float) -> None:
     evidence = watched(np.zeros(len(SHAPE)), changed, seconds, fps=2)
-    longest = np.log1p(min(evidence.seen_s, LONG_S) / STILL_S)
+    longest = np.log1p(min(evidence.seen_s, LONG_S) / RESTLESS_S)
     if changed <= FLICKER:
         assert evidence.features[-1] == pytest.approx(longest)
     if changed >= FLICKER + MOVED:
@@ -95,7 +95,7 @@ def test_what_has_not_moved_is_furniture_by_and_by(changed: float, seconds: floa
 
 def test_of_who_lies_stillness_tells_no_more_after_the_first_second() -> None:
     odds = []
-    for seconds in (STILL_S, 10.0 * STILL_S):
+    for seconds in (RESTLESS_S, 10.0 * RESTLESS_S):
         evidence = watched(np.zeros(len(SHAPE)), 0.0, seconds).with_network(MOST_LOG_ODDS, 1.0)
         lies = replace(evidence, by_body=True)
         odds.append([each.log_odds(LIKELIHOOD) for each in (evidence, lies)])
