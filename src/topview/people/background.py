@@ -20,7 +20,8 @@ TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
 class Background:
     """The farthest steady depth of each pixel of the small cloud; users are never learnt."""
 
-    def __init__(self) -> None:
+    def __init__(self, longest_gap_s: float = LONGEST_GAP_S) -> None:
+        self._longest_gap_s = longest_gap_s
         self._mean_m = np.zeros((0, 0), np.float32)
         self._steady_s = np.zeros((0, 0), np.float32)
         self._last_s: float | None = None
@@ -40,7 +41,7 @@ class Background:
             depth_m,
             is_somebodys,
             share_after(elapsed_s, MEMORY_S),
-            min(elapsed_s, LONGEST_GAP_S),
+            min(elapsed_s, self._longest_gap_s),
             noise.times(TOLERANCE_NOISES, TOLERANCE_M),
             self._mean_m,
             self._steady_s,
@@ -66,6 +67,13 @@ class Background:
         tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
         shows_background(depth_m, self._mean_m, self._steady_s, KNOWN_S, tolerance, is_seen)
         return is_seen
+
+    def steady_s_in(
+        self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
+    ) -> NDArray[np.float32]:
+        """[h, w] for how long a frame's depths, which it has learnt from, have been the same."""
+        nearest_m = self._mean_m - TOLERANCE_M - TOLERANCE_NOISES * noise.sigma_m(depth_m)
+        return np.where(depth_m > nearest_m, self._steady_s, np.float32(0.0))
 
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
+from math import dist
 from typing import Final
 
 import numpy as np
@@ -12,7 +13,13 @@ from numpy.typing import NDArray
 from topview.detect.heads import HeadCandidate
 from topview.people.bodies import SHOWN_M2
 from topview.people.features import Features
-from topview.people.likelihood import Evidence, Likelihood, probability, shipped_likelihood
+from topview.people.likelihood import (
+    FLICKER,
+    Evidence,
+    Likelihood,
+    probability,
+    shipped_likelihood,
+)
 from topview.people.scene import Scene
 from topview.people.track import Track
 
@@ -30,12 +37,15 @@ KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
 ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 UNSEEN_S: Final = 0.3
-# A confirmed one that is so new, and of which the network is asked, ends below this.
+# A confirmed one that is so new, or that stands and has not moved yet, and of which the network is
+# asked, ends below this.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
 # What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
 ROOM_S, ROOM_BELOW = 5.0, 0.5
+# So many tracks are remembered that have ended.
+MOST_REMEMBERED: Final = 20
 # Somebody is put out while near to the place that is told with this probability.
 TOLD: Final = 0.9
 # Why heads are refused, besides what their bodies lack.
@@ -63,6 +73,7 @@ class Existence:
         self._most = most
         self._next_id = 1
         self._is_first = True
+        self._remembered: list[Track] = []  # that ended though the network was asked about them
 
     def confirmed(
         self, tracks: Sequence[Track], scene: Scene, free: Set[int], has_network: bool
@@ -113,8 +124,29 @@ class Existence:
             # What was refused and stands still is kept, so that it is not asked about as if new.
             is_kept = is_asked and track.evidence.still == 1.0
             return track.existence(self.likelihood) < REFUSED and not is_kept
-        is_new = scene.time_s - track.born_s < NEW_S and is_asked
-        return track.existence(self.likelihood) < (DOUBTED if is_new else ENDED)
+        has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
+        is_new = has_stood or scene.time_s - track.born_s < NEW_S
+        return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
+
+    def left_of(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
+        """Those that have not ended; what the network said of the others is kept for their places,
+        but of who has gone."""
+        after = [track for track in tracks if not self.has_ended(track, scene)]
+        keys, left = {track.key for track in tracks}, {track.key for track in after}
+        before = [track for track in self._remembered if track.key not in keys]
+        ended = [track for track in tracks if track.key not in left and _is_there(track)]
+        self._remembered = [*before, *ended][-MOST_REMEMBERED:]
+        return after
+
+    def taken_up(self, born: Track, scene: Scene) -> Track:
+        """A track that has just been born; or the one that ended there, if nothing has changed."""
+        for track in self._remembered:
+            assert track.body_m is not None
+            is_here = dist(track.place_camera, born.place_camera) < HEADS_APART_M
+            if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
+                own = replace(track, id=0, height=born.height, face=born.face)
+                return replace(own.restarted(scene.cloud, born.head), body_m=born.body_m)
+        return born
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
@@ -133,6 +165,12 @@ class Existence:
         is_person = track.existence(self.likelihood) > CONFIRMED
         reason = NEW if is_person else self.likelihood.worst_of(track.evidence.features)
         return Refusal(HeadCandidate(track.place_camera, track.confidence), reason)
+
+
+def _is_there(track: Track) -> bool:
+    """Whether what has ended is a thing that the network was asked about and that has not gone."""
+    is_there = track.is_seen or not track.id
+    return is_there and track.evidence.asked_s > 0.0 and track.shadow_since_s is None
 
 
 def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> bool:

@@ -39,10 +39,9 @@ FEATURE_NAMES: Final = (
     "cut by the border",
     "somebody else's",
     "has not moved",
-    "has not moved for long",
 )
 """What is wrong where a feature is large, in their order; those of one frame are `SHAPE`."""
-SHAPE: Final = FEATURE_NAMES[:-2]
+SHAPE: Final = FEATURE_NAMES[:-1]
 
 # Sizes of people: NASA-STD-3000 and Table 3.1, ours where not said. How far over the surface from
 # the head's centre the bust and the torso reach.

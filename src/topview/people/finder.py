@@ -82,6 +82,7 @@ class PeopleFinder:
         self._skin = self._detector.colors
         self._floor = FloorTracker(self.settings.floor)
         self._background = Background()
+        self._steady = Background(np.inf)  # of all that is seen, people too
         self._clusters = Clusters()
         kind = ReturningPeople if self.settings.reidentify else Existence
         self._existence = kind(self.settings.people)
@@ -150,6 +151,9 @@ class PeopleFinder:
         cloud = Cloud.of(image)
         is_background = self._background.is_seen_in(cloud.depth_m, cloud.camera.noise)
         scene = Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
+        noise, nobody = cloud.camera.noise, np.zeros(cloud.depth_m.shape, np.bool_)
+        self._steady.update(cloud.depth_m, nobody, scene.time_s, noise)
+        scene = replace(scene, steady_s=self._steady.steady_s_in(cloud.depth_m, noise))
         is_looked_at = self.settings.areas.looked_at(scene)
         if is_looked_at is None:
             return scene
@@ -188,7 +192,7 @@ class PeopleFinder:
                 self._background.learn(scene.cloud.depth_m, is_rest)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
-                after.append(replace(track, body_m=body))
+                after.append(self._existence.taken_up(replace(track, body_m=body), scene))
                 self._next_key += 1
             elif features is not None:
                 reason = self._existence.likelihood.worst_of(features)
@@ -219,15 +223,13 @@ class PeopleFinder:
 
     def _ended(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that go on; what is probably furniture is learnt as the room's."""
-        after = []
-        for track in tracks:
-            if self._existence.is_room(track, scene):
-                people = [other for other in tracks if other.id]
-                is_body = union_of(scene, [track]) & ~union_of(scene, people)
-                self._background.learn(scene.cloud.depth_m, is_body)
-            elif not self._existence.has_ended(track, scene):
-                after.append(track)
-        return after
+        room = [track for track in tracks if self._existence.is_room(track, scene)]
+        others = [track for track in tracks if track not in room]
+        people = [track for track in others if track.id]
+        if room:
+            is_room = union_of(scene, room) & ~union_of(scene, people)
+            self._background.learn(scene.cloud.depth_m, is_room)
+        return self._existence.left_of(others, scene)
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""

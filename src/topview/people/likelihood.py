@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
-from math import exp, log
+from math import exp, log, log1p
 from typing import Final
 
 import msgspec
@@ -13,16 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.people.features import FEATURE_NAMES, SHAPE, Features
+from topview.people.features import FEATURE_NAMES, Features
 from topview.people.motion import PAUSE_S
 
 LIKELIHOOD_FILE: Final = "likelihood.json"
-# All ours. Over how many seconds evidence is averaged, and how far the head of somebody who moves
-# has gone, besides some jitter.
+# All ours. Over how many seconds evidence is averaged.
 EVIDENCE_MEMORY_S: Final = 2.0
-JITTER_M, MOVED_M = 0.06, 0.25
-# After so long a person has moved, likely and almost surely.
-MOVED_SOON_S, LONG_S = 1.0, 8.0
+# Of what stands still so much changes by noise at its outline; who has moved has changed by so much
+# more.
+FLICKER, MOVED = 0.15, 0.25
+# Some people move often, some seldom: that somebody has not yet is by this power law of the time.
+# After the longest nothing more is learnt; of who lies that is so after the shortest.
+RESTLESS_S, LONG_S = 1.0, 15.0
 # What is cut by the border of the picture tells the less, but never less than so much as in view.
 CUT: Final = FEATURE_NAMES.index("cut by the border")
 LEAST_CLEAR: Final = 0.1
@@ -44,6 +46,7 @@ class Likelihood(msgspec.Struct, frozen=True, dict=True):
         weights: of `FEATURE_NAMES`: by how much each lowers the log-odds.
         joint_bias, by_shape, by_network: log-odds where the joint network has looked at the window:
             the bias, and what those by shape and those of the network (`p_person`) count.
+        by_stillness: by how much the last feature lowers them there.
     """
 
     source: str
@@ -52,6 +55,7 @@ class Likelihood(msgspec.Struct, frozen=True, dict=True):
     joint_bias: float
     by_shape: float
     by_network: float
+    by_stillness: float
 
     def log_odds_of(self, features: Features) -> float:
         """By shape and motion, of [F] `FEATURE_NAMES`."""
@@ -60,11 +64,6 @@ class Likelihood(msgspec.Struct, frozen=True, dict=True):
     def log_odds_of_shape(self, shape: Features) -> float:
         """By shape alone, of [S] features."""
         return self.bias - float(self._vector[: len(shape)] @ shape)
-
-    def log_odds_of_motion(self, features: Features) -> float:
-        """By motion alone, of [F] features; 0 for who has moved."""
-        still = len(SHAPE)
-        return -float(self._vector[still:] @ features[still:])
 
     def worst_of(self, features: Features) -> str:
         """The name of the feature that speaks most against a person."""
@@ -88,7 +87,7 @@ class Evidence:
 
     Attributes:
         features: [F] mean of `FEATURE_NAMES`.
-        still: 1 while the head has not moved, 0 once it has gone some way.
+        still: 1 while what is seen of the body has not changed, 0 once it has.
         seen_s: how long it has been looked at; what is cut counts less.
         looked_s: when it was last looked at.
         clear: how much that look counts, 0..1.
@@ -111,19 +110,18 @@ class Evidence:
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
         """With [S] features of the first frame."""
-        return cls(np.append(shape, (0.0, 0.0)), looked_s=time_s, clear=_clear(shape))
+        return cls(np.append(shape, 0.0), looked_s=time_s, clear=_clear(shape))
 
-    def with_shape(self, shape: Features, way_m: float, time_s: float) -> Evidence:
-        """With [S] features of another frame, and how far the head is from where it was first
-        seen."""
+    def with_shape(self, shape: Features, changed: float, time_s: float) -> Evidence:
+        """With [S] features of another frame, and the share of the body that has changed since it
+        was first seen."""
         clear = _clear(shape)
         elapsed_s = clear * min(max(time_s - self.looked_s, 0.0), PAUSE_S)
-        before = self.features[:-2]
+        before = self.features[:-1]
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
-        still = min(self.still, float(np.clip(1.0 - (way_m - JITTER_M) / MOVED_M, 0.0, 1.0)))
+        still = min(self.still, float(np.clip(1.0 - (changed - FLICKER) / MOVED, 0.0, 1.0)))
         seen_s = self.seen_s + elapsed_s
-        waited = [min(seen_s / wait_s, 1.0) for wait_s in (MOVED_SOON_S, LONG_S)]
-        features = np.append(mean, still * np.array(waited))
+        features = np.append(mean, still * log1p(min(seen_s, LONG_S) / RESTLESS_S))
         return replace(
             self, features=features, still=still, seen_s=seen_s, looked_s=time_s, clear=clear
         )
@@ -138,15 +136,16 @@ class Evidence:
 
     def log_odds(self, likelihood: Likelihood) -> float:
         """That it is a person's."""
-        by_shape = likelihood.log_odds_of(self.features)
         if not self.asked_s:
-            return by_shape
+            return likelihood.log_odds_of(self.features)
+        by_shape = likelihood.log_odds_of_shape(self.features[:-1])
         shape = likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
+        unmoved = float(self.features[-1])
         if self.by_body:
-            still = likelihood.by_shape * likelihood.log_odds_of_motion(self.features)
-            least = BODY_ODDS + still
-            shape = max(shape, least) if self.was_upright else least
-        return likelihood.joint_bias + shape + likelihood.by_network * self.network
+            shape = max(shape, BODY_ODDS) if self.was_upright else BODY_ODDS
+            unmoved = min(unmoved, log(2.0))
+        said = likelihood.by_network * self.network - likelihood.by_stillness * unmoved
+        return likelihood.joint_bias + shape + said
 
 
 def _clear(shape: Features) -> float:

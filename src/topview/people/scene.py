@@ -18,6 +18,8 @@ from topview.people.surfaces import bulky_surfaces, jump_of
 WHOLE = (slice(None), slice(None))
 # Ours, metres: what is so much nearer than a head's centre hides it.
 NEARER_M: Final = 2 * HEAD_RADIUS_M
+# Ours: sums of times are less exact.
+CLOCK_S: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class Scene:
         inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
         is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
             but no limb.
+        steady_s: [h, w] for how long each depth has been the same; None where it is not known.
     """
 
     cloud: Cloud
@@ -66,6 +69,7 @@ class Scene:
     is_free_standing: NDArray[np.bool_]
     inset_m: NDArray[np.float32]
     is_bulky: NDArray[np.bool_]
+    steady_s: NDArray[np.float32] | None = None
 
     @classmethod
     def of(
@@ -117,6 +121,15 @@ class Scene:
     def time_s(self) -> float:
         """Of the frame."""
         return self.cloud.frame.timestamp_s
+
+    def changed_share(self, is_own: NDArray[np.bool_], since_s: float) -> float:
+        """Share of the pixels [h, w] of a thing that have changed since a moment, but for those on
+        edges; 1 where that is not known."""
+        is_inner = is_own & (self.inset_m > 0.0)
+        if self.steady_s is None or not is_inner.any():
+            return 1.0
+        gone_s = self.time_s - since_s - CLOCK_S
+        return float((self.steady_s[is_inner] < gone_s).mean())
 
     def aside_of(
         self, point_camera: NDArray[np.float64], window: tuple[slice, slice] = WHOLE

@@ -115,8 +115,8 @@ class Step:
             return track.evidence
         own = left_of(track.body_m, [other for other in tracks if other.key != track.key])
         shape = features_of(self.scene, head, track.body_m, own)
-        way_m = float(np.linalg.norm(track.place_camera - track.born_camera))
-        return track.evidence.with_shape(shape, way_m, self.scene.time_s)
+        changed = self.scene.changed_share(track.body_m < np.inf, track.born_s)
+        return track.evidence.with_shape(shape, changed, self.scene.time_s)
 
     def _by_body(
         self,

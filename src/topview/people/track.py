@@ -43,7 +43,6 @@ class Track:
         view: what the head looked like then.
         evidence: what tells whether it is a person.
         height, face: stature, and how much of the face is seen of late.
-        born_camera: [3] where the head was first seen.
         born_s, seen_s, time_s, motion_s: when the head was first and last seen; time of this state,
             and of `motion`.
         id: of the person, from 1; 0 while it is not confirmed.
@@ -67,7 +66,6 @@ class Track:
     evidence: Evidence
     height: HeightEstimate
     face: FaceMemory
-    born_camera: Vector
     born_s: float
     seen_s: float
     time_s: float
@@ -97,7 +95,6 @@ class Track:
             Evidence.starting_with(features, time_s),
             HeightEstimate(),
             FaceMemory(),
-            center,
             time_s,
             time_s,
             time_s,

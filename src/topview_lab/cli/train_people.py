@@ -179,7 +179,8 @@ def _weights_table(likelihood: Likelihood, rows: TrackRows) -> Table:
     for name, value in (
         ("bias", likelihood.bias),
         ("with the network: bias", likelihood.joint_bias),
-        ("what the log-odds above count", likelihood.by_shape),
+        ("what the log-odds by shape count", likelihood.by_shape),
+        (f"what {FEATURE_NAMES[-1]!r} weighs", likelihood.by_stillness),
     ):
         table.add_row(name, number(value, WRITTEN_DIGITS), "", "")
     said = [rows.network[rows.is_asked & is_kind] for is_kind in (is_person, ~is_person)]

@@ -38,7 +38,9 @@ IN_CLUSTER_M, APART_FROM_M = 0.15, 1.0
 # A confirmed track that is farther from all true heads follows nobody any more.
 LOST_M: Final = 0.6
 
-NOTHING_KNOWN: Final = Likelihood("nothing", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 1.0, 0.0)
+NOTHING_KNOWN: Final = Likelihood(
+    "nothing", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 1.0, 0.0, 0.0
+)
 """Tells nothing: what is collected does not depend on what was fitted before."""
 
 

@@ -41,7 +41,8 @@ MOST_SEEDS: Final = 6
 
 def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     """Two logistic regressions, in which each row counts the same: of the features, which may only
-    speak against a person; and of the log-odds that come of it and the network's.
+    speak against a person; and of the log-odds by shape that come of it, the network's, and
+    stillness.
 
     Raises:
         InputError: there are no people, or no furniture, or the network has looked at none of them.
@@ -51,10 +52,11 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     bias, against = _logistic(
         rows.features, rows.is_person, SHAPE_PENALTY, SHAPE_PRIOR, may_speak_for=False
     )
-    by_shape = np.clip(bias + rows.features @ against, -MOST_SHAPE_ODDS, MOST_SHAPE_ODDS)
     asked = rows.is_asked
+    by_shape = bias + rows.features[asked, :-1] @ against[:-1]
+    by_shape = np.clip(by_shape, -MOST_SHAPE_ODDS, MOST_SHAPE_ODDS)
     joint_bias, counts = _logistic(
-        np.stack([by_shape, rows.network], axis=1)[asked],
+        np.stack([by_shape, rows.network[asked], -rows.features[asked, -1]], axis=1),
         rows.is_person[asked],
         JOINT_PENALTY,
     )
@@ -153,8 +155,10 @@ class CalledPeople:
 def called_people(likelihood: Likelihood, rows: TrackRows) -> tuple[CalledPeople, CalledPeople]:
     """Of people, and of furniture."""
     by_shape = np.array([likelihood.log_odds_of(features) for features in rows.features])
-    joint = likelihood.joint_bias + likelihood.by_shape * by_shape
-    joint += likelihood.by_network * rows.network
+    still = rows.features[:, -1]
+    joint = by_shape + likelihood.weights[FEATURE_NAMES[-1]] * still
+    joint = likelihood.joint_bias + likelihood.by_shape * joint
+    joint += likelihood.by_network * rows.network - likelihood.by_stillness * still
     least = np.log(CONFIRMED / (1.0 - CONFIRMED))
     people, furniture = (
         CalledPeople(

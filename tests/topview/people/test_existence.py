@@ -26,7 +26,7 @@ from topview.people.existence import (
     Existence,
     is_too_near,
 )
-from topview.people.features import FEATURE_NAMES
+from topview.people.features import FEATURE_NAMES, SHAPE
 from topview.people.likelihood import Evidence, Likelihood, probability
 from topview.people.places import Places
 from topview.people.track import Track
@@ -37,7 +37,7 @@ SCENES = [
     scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 30)
 ]
 FIRST, LATER = SCENES
-LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 0.0, 1.0)
+LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 0.0, 1.0, 0.0)
 """Whose log-odds are those of the network."""
 log_odds = st.floats(-4.9, 4.9)
 
@@ -77,7 +77,7 @@ def test_whom_the_network_has_looked_at_for_long_needs_less(odds: float) -> None
 @given(odds=log_odds, is_confirmed=st.booleans())
 def test_who_is_hardly_a_person_ends(odds: float, is_confirmed: bool) -> None:
     track = track_with(odds, id=int(is_confirmed), seen_s=LATER.time_s)
-    track = replace(track, evidence=replace(track.evidence, still=0.5))
+    track = replace(track, evidence=replace(track.evidence, still=0.5 * (not is_confirmed)))
     least = ENDED if is_confirmed else REFUSED
     assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == (probability(odds) < least)
 
@@ -112,7 +112,7 @@ def test_an_id_is_given_once_and_kept() -> None:
 def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_is_one() -> None:
     existence = Existence(None, LIKE_A_PERSON)
     sure, born_s = log_odds_of(0.99), LATER.time_s - 0.5 * NEW_TRACK_S
-    unasked = Evidence.starting_with(np.zeros(len(FEATURE_NAMES) - 2), 0.0)
+    unasked = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0)
     shape = Existence(None, replace_bias(sure))
     for each in (existence, shape):
         confirmed(each)  # the first frame, of nobody
@@ -123,7 +123,7 @@ def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_
 
 
 def replace_bias(bias: float) -> Likelihood:
-    return Likelihood("made up", bias, LIKE_A_PERSON.weights, 0.0, 1.0, 1.0)
+    return Likelihood("made up", bias, LIKE_A_PERSON.weights, 0.0, 1.0, 1.0, 0.0)
 
 
 def test_what_may_be_a_part_of_somebody_is_not_confirmed() -> None:
@@ -161,16 +161,40 @@ def test_what_is_long_no_person_is_the_rooms() -> None:
     old_s = LATER.time_s - ROOM_S - FRAME_S
     assert existence.is_room(track_with(-1.0, born_s=old_s), LATER)
     assert not existence.is_room(track_with(1.0, born_s=old_s), LATER)
-    assert not existence.is_room(track_with(-1.0, born_s=old_s, id=1), LATER)
     assert not existence.is_room(track_with(-1.0), LATER)
+
+
+@pytest.mark.parametrize(("still", "ends"), [(0.5, True), (0.0, False)])
+def test_who_has_not_moved_is_believed_no_longer_than_likely(still: float, ends: bool) -> None:
+    """The network has looked, and finds it less likely than not."""
+    track = track_with(-0.5, id=1, seen_s=LATER.time_s)
+    track = replace(track, evidence=replace(track.evidence, still=still))
+    assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
+
+
+def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
+    is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
+    body_m = np.where(is_own, np.float32(0.0), np.float32(np.inf))
+    since_s = FIRST.time_s + 10 * FRAME_S
+    refused = track_with(-4.0, key=7, seen_s=since_s, time_s=since_s, body_m=body_m)
+    refused = replace(refused, evidence=replace(refused.evidence, still=0.5))
+    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=body_m)
+    for steady_s, key in ((2.0, 7), (0.1, 9)):
+        existence = Existence(None, LIKE_A_PERSON)
+        assert existence.left_of([refused], LATER) == []
+        steady = np.full(body_m.shape, steady_s, np.float32)
+        assert existence.taken_up(born, replace(LATER, steady_s=steady)).key == key
+    assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
+    elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))
+    assert existence.taken_up(elsewhere, replace(LATER, steady_s=steady + 2.0)).key == 9
 
 
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
     worst = "too low"
     likelihood = Likelihood(
-        "made up", 0.0, {n: float(n == worst) for n in FEATURE_NAMES}, 0.0, 1.0, 1.0
+        "made up", 0.0, {n: float(n == worst) for n in FEATURE_NAMES}, 0.0, 1.0, 1.0, 0.0
     )
-    shape = np.ones(len(FEATURE_NAMES) - 2)
+    shape = np.ones(len(SHAPE))
     track = replace(BORN, evidence=Evidence.starting_with(shape, 0.0))
     assert Existence(None, likelihood).refusal_of(track).reason == worst
 

@@ -124,6 +124,18 @@ def test_the_background_learns_the_room_but_nobody() -> None:
     assert not background.is_seen_in(depth).any()
 
 
+def test_how_long_a_depth_has_been_the_same() -> None:
+    steady, nobody = Background(np.inf), np.zeros((4, 6), np.bool_)
+    depth = np.full((4, 6), 3.0, np.float32)
+    steady.update(depth, nobody, 0.0)
+    depth[:, 0] += 0.5  # farther away: what was there has gone
+    steady.update(depth, nobody, 2.0)
+    depth[:, 1] -= 0.5  # nearer: something has come before it
+    steady.update(depth, nobody, 5.0)
+    for column, seconds in ((0, 3.0), (1, 0.0), (2, 5.0)):
+        np.testing.assert_allclose(steady.steady_s_in(depth)[:, column], seconds)
+
+
 def test_by_overview_who_is_near_a_head_is_one_user_and_what_touches_both_is_both() -> None:
     ground_y = 1.1
     xs = (-0.45, 0.45)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,32 +12,31 @@ from hypothesis.extra.numpy import arrays
 
 from topview.people.features import FEATURE_NAMES, MOST, SHAPE
 from topview.people.likelihood import (
-    JITTER_M,
+    FLICKER,
     LONG_S,
     MOST_LOG_ODDS,
-    MOVED_M,
-    MOVED_SOON_S,
+    MOVED,
+    RESTLESS_S,
     Evidence,
     probability,
     shipped_likelihood,
 )
 
 LIKELIHOOD = shipped_likelihood()
-STILL = [name for name in FEATURE_NAMES if name not in SHAPE]
 shapes = arrays(np.float64, len(SHAPE), elements=st.floats(0.0, MOST))
 
 
-def watched(shape: np.ndarray, way_m: float, seconds: float, fps: int = 10) -> Evidence:
-    """The same shape for so long; the head goes its way at once."""
+def watched(shape: np.ndarray, changed: float, seconds: float, fps: int = 10) -> Evidence:
+    """The same shape for so long; a share of it changes at once."""
     evidence = Evidence.starting_with(shape, 0.0)
     for k in range(1, round(fps * seconds) + 1):
-        evidence = evidence.with_shape(shape, way_m, k / fps)
+        evidence = evidence.with_shape(shape, changed, k / fps)
     return evidence
 
 
 def test_the_shipped_file_weighs_all_features_and_no_others() -> None:
     assert tuple(LIKELIHOOD.weights) == FEATURE_NAMES
-    assert len(FEATURE_NAMES) + 4 <= 30
+    assert len(FEATURE_NAMES) + 5 <= 30
     assert LIKELIHOOD.source
 
 
@@ -81,21 +82,31 @@ def test_the_mean_forgets_and_does_not_depend_on_the_rate_of_frames() -> None:
     assert max(means) < 0.2
 
 
-@given(way_m=st.floats(0.0, 1.0), seconds=st.floats(0.1, 12.0))
-def test_what_has_not_moved_is_furniture_by_and_by(way_m: float, seconds: float) -> None:
-    evidence = watched(np.zeros(len(SHAPE)), way_m, seconds, fps=2)
-    soon, long = evidence.features[-len(STILL) :]
-    if way_m <= JITTER_M:
-        assert soon == pytest.approx(min(evidence.seen_s / MOVED_SOON_S, 1.0))
-        assert long == pytest.approx(min(evidence.seen_s / LONG_S, 1.0))
-    if way_m >= JITTER_M + MOVED_M:
-        assert soon == long == 0.0
-    assert 0.0 <= long <= soon <= 1.0
+@given(changed=st.floats(0.0, 1.0), seconds=st.floats(0.1, 20.0))
+def test_what_has_not_moved_is_furniture_by_and_by(changed: float, seconds: float) -> None:
+    evidence = watched(np.zeros(len(SHAPE)), changed, seconds, fps=2)
+    longest = np.log1p(min(evidence.seen_s, LONG_S) / RESTLESS_S)
+    if changed <= FLICKER:
+        assert evidence.features[-1] == pytest.approx(longest)
+    if changed >= FLICKER + MOVED:
+        assert evidence.features[-1] == 0.0
+    assert 0.0 <= evidence.features[-1] <= longest + 1e-9
+
+
+def test_of_who_lies_stillness_tells_no_more_after_the_first_second() -> None:
+    odds = []
+    for seconds in (RESTLESS_S, 10.0 * RESTLESS_S):
+        evidence = watched(np.zeros(len(SHAPE)), 0.0, seconds).with_network(MOST_LOG_ODDS, 1.0)
+        lies = replace(evidence, by_body=True)
+        odds.append([each.log_odds(LIKELIHOOD) for each in (evidence, lies)])
+    (upright, lies), (longer, lies_longer) = odds
+    assert longer < upright
+    assert lies_longer == pytest.approx(lies)
 
 
 def test_who_has_moved_once_may_stand_still() -> None:
     shape = np.zeros(len(SHAPE))
-    there = watched(shape, 0.5, 1.0).with_shape(shape, 0.0, 1.1)
+    there = watched(shape, 0.9, 1.0).with_shape(shape, 0.0, 1.1)
     assert there.still == 0.0
 
 
