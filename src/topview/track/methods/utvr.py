@@ -114,7 +114,8 @@ class UtvrSettings:
             one thing, is best.
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
-            those of Sec. 6.1.3, which `topview.body.parts` holds.
+            those of Sec. 6.1.3, which `topview.body.parts` holds. What `limbs_as_one` chooses
+            goes on besides.
         coarse_first: whether all rounds but the last, and the torso of Sec. 5.1, look at half the
             resolution, which is faster.
         proportions: of the body. Table 3.1's torso ends where the trunk does, but the joints of the
@@ -342,10 +343,10 @@ class UtvrTracker:
         self, part: int, body: _Body, cloud: _Cloud, evidence: Evidence, frames: float
     ) -> tuple[_Particles, Array]:
         """One part's filter: sample, evaluate, keep the N best; and the hypotheses of the first
-        round, [M, 3, 3], best first. Without evidence, keep those of the
-        last frame that the part above allows, and search wider in the next frame. `frames` of
-        `FRAME_S` have gone by: a part turns like a random walk. All rounds but the last look at
-        half the resolution, unless that shows too little of the part."""
+        round, [M, 3, 3], best first. Without evidence, keep those of the last frame that the part
+        above allows, and search wider in the next frame. `frames` of `FRAME_S` have gone by: a part
+        turns like a random walk. All rounds but the last look at half the resolution, unless that
+        shows too little of the part."""
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
