@@ -1,11 +1,12 @@
 """What does each thing bring that `--method utvr` adds to the thesis's recipe?
 
-    python scripts/ablate_recipe.py [--frames N] [--workers N] [FOLDER...]
+    python scripts/ablate_recipe.py [--frames N] [--workers N] [--only WORD...] [FOLDER...]
 
 Tracks the scenes that the additions were chosen on, and recordings in folders besides, with all
 additions, without any, without each of them, and with other values; prints the mean distance of
-joints, with offsets out, the share within 10 cm and the mean angle of the bones. A second table has
-the limbs of the first variant by how foreshortened they are.
+joints, with offsets out, the share within 10 cm and the mean angle of the bones. With `--only`, the
+variants alone whose names have one of the words, beside the default. A second table has the limbs
+of the default by how foreshortened they are.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from topview.body import JOINT_NAMES
+from topview.body.proportions import ANATOMICAL, THESIS
 from topview.geometry.rotations import unit
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings
 from topview_lab.datasets import EvaluatedRecording, FolderRecording
@@ -55,6 +57,12 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "without the free neck": UtvrSettings(neck=None),
     "without the torso of Sec. 5.1": UtvrSettings(torso_turn_rad=None),
     "without the torso's lean": UtvrSettings(torso_lean_rad=None),
+    "with the hips of Table 3.1": UtvrSettings(proportions=THESIS, torso_below_hips=0.0),
+    "with anatomical arms": UtvrSettings(proportions=ANATOMICAL),
+    "each part of a limb by itself": UtvrSettings(limbs_as_one=False),
+    "torso_lean_rad 0.35": UtvrSettings(torso_lean_rad=0.35),
+    "torso_lean_rad 0.5": UtvrSettings(torso_lean_rad=0.5),
+    "torso_lean_rad 1.0": UtvrSettings(torso_lean_rad=1.0),
     "clothing 3 cm": UtvrSettings(clothing_m=0.03),
     "torso_turn_rad 0.15": UtvrSettings(torso_turn_rad=0.15),
     "torso_turn_rad 0.6": UtvrSettings(torso_turn_rad=0.6),
@@ -69,6 +77,7 @@ def main() -> None:
     parser.add_argument("folders", nargs="*", type=Path)
     parser.add_argument("--frames", type=int, default=90)
     parser.add_argument("--workers", type=int, default=0)
+    parser.add_argument("--only", nargs="+", metavar="WORD", default=[""])
     options = parser.parse_args()
     recordings: list[EvaluatedRecording] = [
         SimulatedScene(scene, seed, frames=options.frames)
@@ -79,6 +88,7 @@ def main() -> None:
     runs = {
         name: [Run(Variant(settings), recording) for recording in recordings]
         for name, settings in VARIANTS.items()
+        if name == DEFAULT or any(word in name for word in options.only)
     }
     done = track_runs([run for each in runs.values() for run in each], options.workers)
     for problem in done.problems:

@@ -31,6 +31,7 @@ class UtvrTerms:
     """The factors of Eq. 5.7 - 5.9 of M hypotheses, [M] each; lower is better throughout.
 
     Attributes:
+        counts: [M, 7] of the kernel, which all else follows from.
         n_points: N_3D, the user's points inside.
         n_pixels: N_Dcyl, pixels of the rendered cylinder.
         n_inliers, n_occluded, n_outliers: what the pixels turned out to be (Sec. 5.2.1).
@@ -38,6 +39,7 @@ class UtvrTerms:
         score: their product f_uTVR.
     """
 
+    counts: NDArray[np.int32]
     n_points: NDArray[np.int32]
     n_pixels: NDArray[np.int32]
     n_inliers: NDArray[np.int32]
@@ -70,6 +72,10 @@ class UtvrTerms:
         covered by other users, 0 to 1 (Eq. 5.3)."""
         return self.reproj * self.align * (2.0 - hidden_share)
 
+    def together_with(self, other: UtvrTerms) -> UtvrTerms:
+        """Each hypothesis as one thing with that of another part: their counts are added."""
+        return self.from_counts(self.counts + other.counts)
+
     @classmethod
     def from_counts(cls, counts: NDArray[np.int32]) -> UtvrTerms:
         """[M, 7] counts of the kernel, or of the definition, to factors."""
@@ -82,7 +88,9 @@ class UtvrTerms:
         occl = 2.0 - n_occl / pixels  # Eq. 5.9
         coll = 1.0 + n_coll / pixels  # Eq. 5.9
         score = reproj * align * occl * ovl * coll  # Eq. 5.7, 5.8
-        return cls(n_points, n_pixels, n_in, n_occl, n_out, reproj, align, occl, ovl, coll, score)
+        return cls(
+            counts, n_points, n_pixels, n_in, n_occl, n_out, reproj, align, occl, ovl, coll, score
+        )
 
 
 def score_hypotheses(

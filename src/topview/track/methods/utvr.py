@@ -25,7 +25,7 @@ from topview.body.kinematics import place_part
 from topview.body.limits import LIMITS_RAD
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
-from topview.body.proportions import THESIS
+from topview.body.proportions import THESIS, THESIS_ABOVE_HIPS, Proportions
 from topview.camera.pyramid import DepthView
 from topview.filter.over_time import Pace
 from topview.filter.particles import importance_weights, n_best, systematic_resample
@@ -33,7 +33,14 @@ from topview.geometry.rotations import rotations_from_angles, unit
 from topview.kernels.limits import hinge_excess, part_excess
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError, check_range, shown
-from topview.score.utvr import FACTORS, MIN_POINTS_INSIDE, Factor, placed_parts, score_hypotheses
+from topview.score.utvr import (
+    FACTORS,
+    MIN_POINTS_INSIDE,
+    Factor,
+    UtvrTerms,
+    placed_parts,
+    score_hypotheses,
+)
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence, columns
 from topview.track.methods.btvr.torso import (
@@ -41,6 +48,8 @@ from topview.track.methods.btvr.torso import (
     VIEW_SHARPNESS,
     TorsoFilter,
     TorsoSettings,
+    turned_to,
+    views_around,
 )
 from topview.track.methods.btvr.yaw_cues import YawCues
 from topview.track.pose import HALF_ROUND, HINGE_BENDS, OTHER_SIDE, FittedBody, Pose
@@ -61,6 +70,12 @@ COLLISION_SHARE: Final = 0.8
 START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
 LEAST_TURN_RAD: Final = 0.01
 KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
+# Of an upper limb that is judged together with the part below it: hypotheses that point elsewhere
+# by this angle at least, and how many of them.
+ELSEWHERE_RAD: Final = 0.4
+MOST_ELSEWHERE: Final = 4
+
+NO_ROTATIONS: Final = np.empty((0, 3, 3))
 
 _TORSO = (UPPER_TORSO, LOWER_TORSO)
 _HEAD_AND_TORSO = (HEAD, *_TORSO)
@@ -79,6 +94,8 @@ class UtvrSettings:
         clothing_m: added to the radii, so that points on the surface, with their noise, lie inside;
             0 to 0.2 metres.
         torso_reach_m: points so near to the placed torso's surface are no limb's; 0 to 0.2 metres.
+        torso_below_hips: how far the torso's cylinders reach below the hips' joints, as the seat
+            does; share of the stature, 0 to 0.2.
         torso_ahead: how far the torso's cylinders lie before the line of its joints, as the spine
             is in the back; share of the stature, 0 to 0.2.
         neck: how far the neck's joint is below the head's centre, halfway between upright and the
@@ -92,11 +109,17 @@ class UtvrSettings:
             and a torso that is seen from the side tell little of it. The torso is then the mean of
             all hypotheses, weighted by their scores, as that of Sec. 5.1 is. None leaves both out:
             the torso is the best hypothesis, as printed.
+        limbs_as_one: whether an upper limb is judged together with the part below it: of its best
+            hypothesis and the best that point elsewhere, the one for which f_uTVR of both parts, as
+            one thing, is best.
         factors: of Eq. 5.7 that choose hypotheses; Table 6.3 leaves one out to show its share.
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
-            those of Sec. 6.1.3, which `topview.body.parts` holds.
+            those of Sec. 6.1.3, which `topview.body.parts` holds. What `limbs_as_one` chooses
+            goes on besides.
         coarse_first: whether all rounds but the last, and the torso of Sec. 5.1, look at half the
             resolution, which is faster.
+        proportions: of the body. Table 3.1's torso ends where the trunk does, but the joints of the
+            hips lie higher, and knees with them.
 
     Raises:
         InputError: a value out of range, or no factors.
@@ -107,13 +130,16 @@ class UtvrSettings:
     tolerance_m: float = 0.05
     clothing_m: float = 0.015
     torso_reach_m: float = 0.05
+    torso_below_hips: float = 0.05
     torso_ahead: float = 0.025
     neck: tuple[float, float] | None = (0.07, 0.03)
     torso_turn_rad: float | None = 0.3
     torso_lean_rad: float | None = 0.7
+    limbs_as_one: bool = True
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
     coarse_first: bool = True
+    proportions: Proportions = THESIS_ABOVE_HIPS
 
     needs: ClassVar[Needs] = Needs()
 
@@ -121,7 +147,9 @@ class UtvrSettings:
         check_range(self, 1, 100_000, "hypotheses")
         check_range(self, 1, 10, "rounds")
         check_range(self, 0.0, 1.0, "tolerance_m")
-        check_range(self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_ahead")
+        check_range(
+            self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_below_hips", "torso_ahead"
+        )
         for name in ("torso_turn_rad", "torso_lean_rad"):
             if getattr(self, name) is not None:
                 check_range(self, LEAST_TURN_RAD, np.pi, name)
@@ -155,11 +183,14 @@ def _are_shares(neck: object) -> bool:
 
 AS_PRINTED: Final = UtvrSettings(
     torso_reach_m=0.015,
+    torso_below_hips=0.0,
     torso_ahead=0.0,
     neck=None,
     torso_turn_rad=None,
     torso_lean_rad=None,
+    limbs_as_one=False,
     coarse_first=False,
+    proportions=THESIS,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
 
@@ -227,7 +258,7 @@ class UtvrTracker:
     def __init__(self, subject: Subject, settings: UtvrSettings) -> None:
         self.subject = subject
         self.settings = settings
-        self.model = BodyModel.of(PRIOR_HEIGHT_M, THESIS)
+        self.model = BodyModel.of(PRIOR_HEIGHT_M, settings.proportions)
         self._particles: list[_Particles] = []
         self._torso = TorsoFilter(TorsoSettings(is_coarse=settings.coarse_first), subject.threads)
         self._yaw_cues = YawCues()
@@ -237,7 +268,7 @@ class UtvrTracker:
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         if evidence.stature_m is not None:
-            self.model = BodyModel.of(evidence.stature_m, THESIS)
+            self.model = BodyModel.of(evidence.stature_m, self.settings.proportions)
         if not self._particles:
             self._first_s = evidence.timestamp_s
             self._particles = self._roughly_standing(evidence)
@@ -248,7 +279,12 @@ class UtvrTracker:
         cloud = _Cloud.of(evidence)
         with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
-                self._particles[part] = self._filtered(part, body, cloud, evidence, frames)
+                particles, tried = self._filtered(part, body, cloud, evidence, frames)
+                if self.settings.limbs_as_one and part in _UPPER_LIMBS:
+                    rivals = _elsewhere(particles.Rs[0], tried)
+                    best = self._best_with_next(part, rivals, body, cloud, evidence, frames)
+                    particles = particles.headed_by(rivals[best], len(particles.Rs) + 1)
+                self._particles[part] = particles
                 body.place(part, self._particles[part].Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud.points_camera)]
         if self.settings.neck is not None:
@@ -279,24 +315,50 @@ class UtvrTracker:
         pose = stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         return [_Particles(R[None], np.ones(1), WIDEST) for R in pose.Rs]
 
+    def _best_with_next(
+        self,
+        part: int,
+        Rs: Array,
+        body: _Body,
+        cloud: _Cloud,
+        evidence: Evidence,
+        frames: float,
+    ) -> int:
+        """Which hypothesis [M, 3, 3] of an upper limb is best together with the best one of the
+        part below it."""
+        if len(Rs) == 1:
+            return 0
+        scores = np.empty(len(Rs))
+        for index, R in enumerate(Rs):
+            body.place(part, R)
+            left = cloud[~body.has_inside(part, cloud.points_camera)]
+            below, _ = self._filtered(part + 1, body, left, evidence, frames)
+            both = self._terms(part, R[None], cloud, body).together_with(
+                self._terms(part + 1, below.Rs[:1], left, body)
+            )
+            scores[index] = both.product(self.settings.factors)[0]
+        return int(scores.argmin())
+
     def _filtered(
         self, part: int, body: _Body, cloud: _Cloud, evidence: Evidence, frames: float
-    ) -> _Particles:
-        """One part's filter: sample, evaluate, keep the N best. Without evidence, keep those of the
-        last frame that the part above allows, and search wider in the next frame. `frames` of
-        `FRAME_S` have gone by: a part turns like a random walk. All rounds but the last look at
-        half the resolution, unless that shows too little of the part."""
+    ) -> tuple[_Particles, Array]:
+        """One part's filter: sample, evaluate, keep the N best; and the hypotheses of the first
+        round, [M, 3, 3], best first. Without evidence, keep those of the last frame that the part
+        above allows, and search wider in the next frame. `frames` of `FRAME_S` have gone by: a part
+        turns like a random walk. All rounds but the last look at half the resolution, unless that
+        shows too little of the part."""
         s = self.settings
         rng = self.subject.rng(part, evidence)
         before = particles = self._particles[part]
         if part == HEAD and s.neck is not None:
-            return self._roughly_standing(evidence)[HEAD]
+            return self._roughly_standing(evidence)[HEAD], NO_ROTATIONS
         most = s.n_best or PARTS[part].n_best
         width = min(before.spread * sqrt(frames), max(before.spread, WIDEST))
+        tried = NO_ROTATIONS
         for halvings in range(s.rounds):
             Rs = self._sampled(part, particles, width / 2**halvings, body, rng)
             if self._starts(part, evidence):
-                Rs = np.concatenate([Rs, body.anywhere(part, s.hypotheses, rng)])
+                Rs = np.concatenate([Rs, self._anywhere(part, body, rng)])
             known, scores = Rs[:0], np.empty(0)
             if s.coarse_first and halvings < s.rounds - 1:
                 known, scores = self._evaluated(part, Rs, cloud.coarse(evidence), body)
@@ -305,17 +367,27 @@ class UtvrTracker:
             if not len(known):
                 allowed = Rs[: min(len(before.Rs), most)]
                 spread = min(SPREADING**frames * before.spread, WIDEST)
-                return _Particles(allowed, np.ones(len(allowed)), spread)
+                return _Particles(allowed, np.ones(len(allowed)), spread), NO_ROTATIONS
             best = n_best(scores, most)
             particles = _Particles(known[best], scores[best], 1.0)
+            if halvings == 0:
+                tried = known[n_best(scores, len(scores))]
             if part in _TORSO and s.torso_lean_rad is not None:
                 particles = particles.headed_by(_mean_rotation(known, scores), most)
-        return particles
+        return particles, tried
 
     def _starts(self, part: int, evidence: Evidence) -> bool:
-        """Whether a part is a limb's whose first place may be anywhere: standing is only the
-        likeliest one."""
-        return part not in _HEAD_AND_TORSO and evidence.timestamp_s - self._first_s < START_S
+        """Whether a part's first place may be anywhere: standing is only the likeliest one."""
+        return part != HEAD and evidence.timestamp_s - self._first_s < START_S
+
+    def _anywhere(self, part: int, body: _Body, rng: np.random.Generator) -> Array:
+        """[M, 3, 3] hypotheses of a part from all over its configurations: within Table 3.2, and of
+        a torso that hangs from a free neck, over the half sphere below it."""
+        count = self.settings.hypotheses
+        if part == UPPER_TORSO and self.settings.neck is not None:
+            axes = views_around(-body.up_camera, count, np.pi / 2)
+            return turned_to(axes, self._particles[part].Rs[0])
+        return body.anywhere(part, count, rng)
 
     def _sampled(
         self, part: int, kept: _Particles, spread: float, body: _Body, rng: np.random.Generator
@@ -338,20 +410,7 @@ class UtvrTracker:
     def _evaluated(self, part: int, Rs: Array, cloud: _Cloud, body: _Body) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
         s = self.settings
-        origins = body.cylinders_of(part, Rs, body.joints_of(part, Rs))
-        points = cloud.points_camera
-        near = points[self._is_near(part, origins, points)]
-        terms = score_hypotheses(
-            Rs,
-            origins,
-            self.model.lengths_m[part],
-            self.model.radii_m[part] + s.clothing_m,
-            columns(near),
-            cloud.view,
-            body.obstacles(part),
-            s.tolerance_m,
-            self.subject.threads,
-        )
+        terms = self._terms(part, Rs, cloud, body)
         products = terms.product(s.factors)
         is_known = (terms.n_points >= MIN_POINTS_INSIDE) & np.isfinite(products)
         Rs, scores = Rs[is_known], products[is_known]
@@ -363,18 +422,41 @@ class UtvrTracker:
             scores = scores * (1.0 + (leans_rad / s.torso_lean_rad) ** 2)
         return Rs, scores
 
-    def _is_near(self, part: int, origins: Array, cloud: Array) -> NDArray[np.bool_]:
+    def _terms(self, part: int, Rs: Array, cloud: _Cloud, body: _Body) -> UtvrTerms:
+        """Of hypotheses [M, 3, 3] of one part that hangs from those placed."""
+        origins = body.cylinders_of(part, Rs, body.joints_of(part, Rs))
+        points = cloud.points_camera
+        near = points[self._is_near(part, origins, points, body)]
+        return score_hypotheses(
+            Rs,
+            origins,
+            body.lengths_m[part],
+            self.model.radii_m[part] + self.settings.clothing_m,
+            columns(near),
+            cloud.view,
+            body.obstacles(part),
+            self.settings.tolerance_m,
+            self.subject.threads,
+        )
+
+    def _is_near(self, part: int, origins: Array, cloud: Array, body: _Body) -> NDArray[np.bool_]:
         """[N] points that may lie inside some hypothesis."""
-        reach_m = self.model.lengths_m[part] + self.model.radii_m[part].max()
+        reach_m = body.lengths_m[part] + self.model.radii_m[part].max()
         reach_m += self.settings.clothing_m + np.ptp(origins, axis=0).max()
         return ((cloud - origins[0]) ** 2).sum(1) < reach_m**2
 
 
 class _Body:
-    """The parts that are placed in this frame, from the head down."""
+    """The parts that are placed in this frame, from the head down.
+
+    Attributes:
+        lengths_m: [11] of the cylinders.
+    """
 
     def __init__(self, model: BodyModel, evidence: Evidence, settings: UtvrSettings) -> None:
         self.model = model
+        self.lengths_m = np.array(model.lengths_m)
+        self.lengths_m[LOWER_TORSO] += settings.torso_below_hips * model.stature_m
         self.head_camera = evidence.head_camera
         self._settings = settings
         self.up_camera = evidence.up_camera
@@ -420,8 +502,8 @@ class _Body:
         self.Rs[HEAD] = _frames(_across(self.Rs[UPPER_TORSO, :, 0][None], to_neck), to_neck)[0]
 
     def anywhere(self, part: int, count: int, rng: np.random.Generator) -> Array:
-        """[M, 3, 3] hypotheses of a limb's part from all over the limits of Table 3.2, `count` at
-        the most."""
+        """[M, 3, 3] hypotheses of a part from all over the limits of Table 3.2, `count` at the
+        most."""
         low, high = LIMITS_RAD[part].T
         Rs = self.Rs[PARTS[part].parent]
         if PARTS[part].is_hinge:  # whichever way the part above it is turned about its own axis
@@ -471,7 +553,7 @@ class _Body:
         own = placed_parts(
             self.Rs[others],
             self.origins[others],
-            self.model.lengths_m[others],
+            self.lengths_m[others],
             COLLISION_SHARE * self.model.radii_m[others],
         )
         return np.concatenate([own, self._nearer_parts])
@@ -484,7 +566,7 @@ class _Body:
         x, y, z = ((points - origin) @ R).T
         s = self._settings
         rx, rz = self.model.radii_m[part] + (s.torso_reach_m if part in _TORSO else s.clothing_m)
-        is_between = (y >= 0.0) & (y <= self.model.lengths_m[part])
+        is_between = (y >= 0.0) & (y <= self.lengths_m[part])
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
 
 
@@ -504,6 +586,17 @@ def _turns_rad(R: Array, Rs: Array) -> Array:
     """[M] how far rotations [M, 3, 3] are turned from `R` about its y."""
     turns = R.T @ Rs
     return np.arctan2(turns[:, 0, 2] - turns[:, 2, 0], turns[:, 0, 0] + turns[:, 2, 2])
+
+
+def _elsewhere(R: Array, Rs: Array) -> Array:
+    """[K, 3, 3] a rotation, and those of [M, 3, 3] that point elsewhere than it and each other."""
+    chosen = [R]
+    for other in Rs:
+        if max(other[:, 1] @ each[:, 1] for each in chosen) < cos(ELSEWHERE_RAD):
+            chosen.append(other)
+        if len(chosen) == MOST_ELSEWHERE:
+            break
+    return np.array(chosen)
 
 
 def _mean_rotation(Rs: Array, scores: Array) -> Array:

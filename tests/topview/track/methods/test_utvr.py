@@ -10,7 +10,15 @@ from hypothesis import strategies as st
 from rendered_bodies import at_frame, evidence_of, joints_of, subject
 from topview.body.limits import excess_rad
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO
+from topview.body.parts import (
+    HEAD,
+    JOINT_NAMES,
+    LEFT_UPPER_ARM,
+    LOWER_TORSO,
+    PART_NAMES,
+    PARTS,
+    UPPER_TORSO,
+)
 from topview.body.proportions import THESIS
 from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, unit
@@ -20,7 +28,14 @@ from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording
 from topview.track.evidence import columns
-from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
+from topview.track.methods.utvr import (
+    AS_PRINTED,
+    UtvrSettings,
+    UtvrTracker,
+    _Body,
+    _Cloud,
+    _Particles,
+)
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, Stance, stand
 from topview_lab.datasets.simulated import SimulatedScene
@@ -166,6 +181,30 @@ def test_the_head_that_is_told_faces_where_the_torso_does(yaw_rad):
         pose.Rs[HEAD, :, 1], unit(pose.neck_camera - evidence.head_camera), atol=1e-9
     )
     assert pose.Rs[HEAD, :, 2] @ pose.Rs[UPPER_TORSO, :, 2] > np.cos(np.radians(25))
+
+
+def test_who_bends_from_the_first_frame_on_is_found_bent():
+    """The torso's first place is searched over the half sphere below the neck."""
+    bent = stand(MODEL, HEAD_CAMERA, Stance(lean=60, hip=60), 0.0, CAMERA_UP)
+    axis = tracked(bent).Rs[UPPER_TORSO, :, 1]
+    assert axis @ bent.Rs[UPPER_TORSO, :, 1] > np.cos(np.radians(12))
+
+
+def test_an_upper_arm_is_judged_together_with_its_forearm():
+    """Of two directions, the one with which the forearm also fits is taken."""
+    truth = posed(left_upper_arm=(0, 0, 80), left_forearm=(60, 0, 0))
+    evidence = evidence_of(truth, MODEL, CAMERA)
+    tracker = UtvrTracker(subject(), UtvrSettings(proportions=THESIS, torso_below_hips=0.0))
+    body = _Body(MODEL, evidence, tracker.settings)
+    tracker._particles = [_Particles(R[None], np.ones(1), 1.0) for R in truth.Rs]
+    for part in (HEAD, UPPER_TORSO, LOWER_TORSO):
+        body.place(part, truth.Rs[part])
+    arm = truth.Rs[LEFT_UPPER_ARM]
+    wrong = arm @ rotations_from_angles(np.radians([0.0, 0.0, -40.0]))
+    best = tracker._best_with_next(
+        LEFT_UPPER_ARM, np.stack([wrong, arm]), body, _Cloud.of(evidence), evidence, 1.0
+    )
+    assert best == 1
 
 
 @pytest.mark.slow

@@ -103,7 +103,7 @@ class TorsoFilter:
             axis = self._best_axis(R_yaw, stature_m, evidence)
         else:
             axis = self._smoothed_axis(R_yaw, stature_m, evidence, frames)
-        R = _turned_to(axis, facing(0.0, evidence.up_camera))
+        R = turned_to(axis, facing(0.0, evidence.up_camera))
         neck = self._necks((R @ R_yaw)[None], stature_m, evidence)[0]
         below_head = neck + shape.neck_behind * stature_m * (R @ R_yaw)[:, 2]
         points = (evidence.all_points_camera - below_head) @ R
@@ -148,7 +148,7 @@ class TorsoFilter:
 
     def _scores(self, axes: Array, R_yaw: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M] as `view_scores`, of cylinders along the axes."""
-        Rs = _turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
+        Rs = turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
         points, view = evidence.all_points_camera, evidence.view
         if self.settings.is_coarse:
             points, view = points[evidence.is_coarse], evidence.coarse_view
@@ -239,11 +239,12 @@ def views_around(middle: Array, count: int, reach_rad: float) -> Array:
     across = np.sqrt(1.0 - along**2)
     turns = GOLDEN_RAD * k
     local = np.stack([across * np.cos(turns), along, across * np.sin(turns)], axis=1)
-    return local @ _turned_to(middle, np.eye(3)).T
+    return local @ turned_to(middle, np.eye(3)).T
 
 
-def _turned_to(axes: Array, R: Array) -> Array:
-    """[..., 3, 3] the rotation `R`, turned by the least angle until its y points along `axes`."""
+def turned_to(axes: Array, R: Array) -> Array:
+    """[..., 3, 3] the [3, 3] rotation `R`, turned by the least angle until its y points along
+    `axes` [..., 3]."""
     y = R[:, 1]
     cross = np.cross(y, axes)
     sine, cosine = np.linalg.norm(cross, axis=-1, keepdims=True), axes @ y
