@@ -40,6 +40,11 @@ def turned_on(belief: Array, frames: float) -> Array:
     return (1.0 - forgotten) * changed + forgotten / changed.size
 
 
+def evidence_share(frames: float) -> float:
+    """Of the log likelihood of a frame that comes so many `FRAME_S` after the one before."""
+    return min(EVIDENCE_SHARE * frames, 1.0)
+
+
 def normalised(belief: Array) -> Array:
     """The same, with a sum of 1."""
     return belief / belief.sum()

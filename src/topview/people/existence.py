@@ -128,7 +128,7 @@ class Existence:
         is_new = has_stood or scene.time_s - track.born_s < NEW_S
         return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
 
-    def left_of(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
+    def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
         but of who has gone."""
         after = [track for track in tracks if not self.has_ended(track, scene)]

@@ -229,7 +229,7 @@ class PeopleFinder:
         if room:
             is_room = union_of(scene, room) & ~union_of(scene, people)
             self._background.learn(scene.cloud.depth_m, is_room)
-        return self._existence.left_of(others, scene)
+        return self._existence.going_on(others, scene)
 
     def _learn_room(self, scene: Scene, users: Sequence[User]) -> None:
         """Tell the eye for colours what is nobody's."""

@@ -88,7 +88,7 @@ def select_simulated(
     """
     if not seeds:
         raise InputError("no seed given; give at least one, such as 1,2,3")
-    for simulated in made[:: len(seeds)]:
+    for simulated in (*made[:: len(seeds)], *made[: len(seeds)]):
         simulated.make()  # not to find out after the first were tracked
     return select_by_name(made, pattern, source)
 

@@ -181,7 +181,7 @@ def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
     born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=body_m)
     for steady_s, key in ((2.0, 7), (0.1, 9)):
         existence = Existence(None, LIKE_A_PERSON)
-        assert existence.left_of([refused], LATER) == []
+        assert existence.going_on([refused], LATER) == []
         steady = np.full(body_m.shape, steady_s, np.float32)
         assert existence.taken_up(born, replace(LATER, steady_s=steady)).key == key
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed

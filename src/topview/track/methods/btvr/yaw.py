@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.turning import (
-    EVIDENCE_SHARE,
     N_YAWS,
     RATES_RAD,
     YAWS_RAD,
+    evidence_share,
     normalised,
     turned_on,
     wrapped,
@@ -88,7 +88,7 @@ class YawFilter:
         costs = np.zeros(N_YAWS)
         for section in (SHOULDER_SECTION, TRUNK_SECTION):
             costs += _costs(points, stature_m, behind, section)
-        log_likelihood = -0.5 * min(EVIDENCE_SHARE * frames, 1.0) * (costs - costs.min())
+        log_likelihood = -0.5 * evidence_share(frames) * (costs - costs.min())
         alike = np.maximum(log_likelihood, np.roll(log_likelihood, N_YAWS // 2))
         self._belief = normalised(self._belief * (np.exp(alike) + OUTLIER_LIKELIHOOD))
         return self.yaw_rad

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from topview.body.parts import JOINT_NAMES
 from topview.filter.over_time import FRAME_S, PAUSE_FRAMES
 from topview.filter.turning import (
-    EVIDENCE_SHARE,
     N_YAWS,
     RATES_RAD,
     YAWS_RAD,
+    evidence_share,
     normalised,
     turned_on,
     wrapped,
@@ -46,7 +46,7 @@ class YawBelief:
     """One person's yaw over time."""
 
     def __init__(self, evidence: float) -> None:
-        """`evidence`: as `GuideSettings.mode_evidence`."""
+        """`evidence`: as `GuideSettings.yaw_evidence`."""
         self._evidence = evidence
         self._belief: Array | None = None  # [rates, yaws]
 
@@ -70,7 +70,7 @@ class YawBelief:
         doubted = (1.0 - MODE_DOUBT) * weights + MODE_DOUBT / len(weights)
         laws = _laws(yaws_rad, sigmas_rad)
         told = doubted ** min(self._evidence * frames, 1.0) @ laws
-        self._belief = normalised(belief * told ** min(EVIDENCE_SHARE * frames, 1.0))
+        self._belief = normalised(belief * told ** evidence_share(frames))
         by_mode = likely[:, None] * laws
         return by_mode / by_mode.sum(0) @ self._belief.sum(0)
 
