@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
-from math import exp, log, log1p
+from math import exp, inf, log, log1p
 from typing import Final
 
 import msgspec
@@ -28,6 +28,8 @@ RESTLESS_S, LONG_S = 1.0, 15.0
 # What is cut by the border of the picture tells the less, but never less than so much as in view.
 CUT: Final = FEATURE_NAMES.index("cut by the border")
 LEAST_CLEAR: Final = 0.1
+# The network is asked again about who is in doubt when the answer can change the mean by so much.
+NEWS: Final = 0.1
 # The network's log-odds count no more than this, frame by frame.
 MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
@@ -93,6 +95,7 @@ class Evidence:
         clear: how much that look counts, 0..1.
         network: mean log-odds of `p_person`.
         asked_s: how long the network has looked; what is cut counts less.
+        answered_s: when it last answered.
         by_body: whether no upright head is to be expected, so that the lack of one tells little.
         was_upright: whether one was followed before, so that what its body looks like counts.
     """
@@ -104,6 +107,7 @@ class Evidence:
     clear: float = 1.0
     network: float = 0.0
     asked_s: float = 0.0
+    answered_s: float = -inf
     by_body: bool = False
     was_upright: bool = True
 
@@ -126,13 +130,23 @@ class Evidence:
             self, features=features, still=still, seen_s=seen_s, looked_s=time_s, clear=clear
         )
 
-    def with_network(self, log_odds: float, elapsed_s: float) -> Evidence:
-        """With what the network said of another frame."""
+    def with_network(self, log_odds: float, elapsed_s: float, time_s: float) -> Evidence:
+        """With what the network said of another frame, and of those since it was last asked, if
+        nothing new was to be expected of them."""
         now = min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
-        clear_s = self.clear * elapsed_s
+        since_s = min(time_s - self.answered_s, self._answer_holds_s + elapsed_s)
+        clear_s = self.clear * max(since_s, elapsed_s)
         share = share_of_new(self.asked_s, clear_s) if self.asked_s else 1.0
         mean = self.network + share * (now - self.network)
-        return replace(self, network=mean, asked_s=self.asked_s + clear_s)
+        return replace(self, network=mean, asked_s=self.asked_s + clear_s, answered_s=time_s)
+
+    def is_to_be_asked(self, time_s: float) -> bool:
+        """Whether another answer of the network would be news."""
+        return time_s - self.answered_s >= self._answer_holds_s
+
+    @property
+    def _answer_holds_s(self) -> float:
+        return NEWS * min(self.asked_s, EVIDENCE_MEMORY_S)
 
     def log_odds(self, likelihood: Likelihood) -> float:
         """That it is a person's."""

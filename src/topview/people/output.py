@@ -52,10 +52,15 @@ def users_of(
 def doubtful_of(
     tracks: Sequence[Track], scene: Scene, likelihood: Likelihood, next_cluster: Cluster | None
 ) -> tuple[User, ...]:
-    """Who may be people, and has a body; first who probably is, then of whom the network was asked
-    least. A cluster, `next_cluster`, has its turn among them."""
+    """Who may be people, has a body, and of whom the network may have news; first who probably is,
+    then of whom it was asked least. A cluster, `next_cluster`, has its turn among them."""
     doubts = [
-        t for t in tracks if not t.id and (t.is_seen or t.by_body) and area_m2(scene, t) > SHOWN_M2
+        t
+        for t in tracks
+        if not t.id
+        and (t.is_seen or t.by_body)
+        and t.evidence.is_to_be_asked(scene.time_s)
+        and area_m2(scene, t) > SHOWN_M2
     ]
     turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
     doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))

@@ -85,7 +85,7 @@ class Step:
                 evidence = self._with_shape(track, tracks)
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
-                evidence = evidence.with_network(log_odds, self.elapsed_s)
+                evidence = evidence.with_network(log_odds, self.elapsed_s, self.scene.time_s)
             is_upright = self.told.is_upright(track, self.scene.up_camera)
             if track.id and is_upright is False and self.told.is_near(track):
                 evidence = replace(evidence, by_body=True)

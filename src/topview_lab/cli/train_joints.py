@@ -17,6 +17,7 @@ from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
 from topview.cli.progress import progress_bar
 from topview.detect.joints import PROPOSED_JOINTS
+from topview.detect.joints.network import opened
 from topview.io import write_atomically
 from topview.records import InputError
 from topview_lab.training.joints.measuring import INTERVALS, JointScores, Network, measure
@@ -41,6 +42,7 @@ def train_joints(
     out: Path,
     measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
     start_from: Path | None = None,
+    widths: tuple[int, int, int, int] | None = None,
     postures: int = 0,
     windows: int = 600_000,
     seed: int = 0,
@@ -58,7 +60,10 @@ def train_joints(
         out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
-        start_from: weights to go on from, such as those that ship; at half the rate.
+        start_from: weights to go on from, such as those that ship; at half the rate. With --windows
+            0 they are only written anew, and measured.
+        widths: of the network: channels at 64, 32, 16 and 8 pixels a side; of one to go on from, as
+            many as it has or more, and what is new begins by saying nothing.
         postures: so many of our simulator's people to learn from besides, each in 40 postures that
             no capture shows: lying, sitting on the floor, kneeling, bent, on all fours.
         windows: to learn from, each varied anew.
@@ -66,8 +71,10 @@ def train_joints(
         threads: of torch, 0 for all cores.
         force: replace the files that are there.
     """
-    if not 1 <= windows <= MOST_WINDOWS:
-        raise InputError(f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}")
+    if not (windows > 0 or (windows == 0 and start_from is not None)) or windows > MOST_WINDOWS:
+        raise InputError(
+            f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}, or 0 with --start-from"
+        )
     check_postures(postures)
     if threads < 0:
         raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
@@ -82,8 +89,9 @@ def train_joints(
     how = replace(LearningSettings(), windows=windows, seed=seed)
     if start_from is not None:
         how = replace(how, rate=how.rate * STARTED_RATE)
-    network = _learn(samples, how, out, threads, start_from)
-    print(f"trained on {windows} windows of {len(samples.recordings)} recordings; {out} written")
+    network = _learn(samples, how, out, threads, start_from, widths)
+    learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
+    print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
         scores = _scores(network, measured)
         _report(scores, len(measured.recordings))
@@ -128,23 +136,33 @@ def _read(sources: Sequence[Path], out: Path, what_for: str, postures: int = 0) 
 
 
 def _learn(
-    samples: Samples, how: LearningSettings, out: Path, threads: int, start_from: Path | None
+    samples: Samples,
+    how: LearningSettings,
+    out: Path,
+    threads: int,
+    start_from: Path | None,
+    widths: tuple[int, int, int, int] | None,
 ) -> Network:
     """Train, write the weights and the losses; what the network says of windows."""
     import torch
 
     from topview_lab.training.joints.export import exported
+    from topview_lab.training.joints.growing import grown
     from topview_lab.training.joints.imported import imported
-    from topview_lab.training.joints.learning import first_windows, learn, proposed
+    from topview_lab.training.joints.learning import first_windows, learn
     from topview_lab.training.joints.net import NetSettings
     from topview_lab.training.joints.windows import Variation
 
     if threads:
         torch.set_num_threads(threads)
     varied, begun = Variation(), None
+    images = first_windows(samples, varied, how.seed, START_WINDOWS)
     if start_from is not None:
-        begun = imported(start_from, first_windows(samples, varied, how.seed, START_WINDOWS))
-    settings = NetSettings() if begun is None else begun.settings
+        begun = imported(start_from, images)
+        begun = begun if widths is None else grown(begun, widths)
+        if how.windows == 0:
+            return _written(exported(begun.eval(), images), out)
+    settings = NetSettings(widths or NetSettings().widths) if begun is None else begun.settings
     history = _beside(out, "losses.json")
     checkpoint = _beside(out, "checkpoint")
     rows = json.loads(history.read_text()) if checkpoint.exists() and history.exists() else []
@@ -162,9 +180,14 @@ def _learn(
             progress.update(bar, completed=step.step, said=said)
 
         net = learn(samples, settings, how, varied, checkpoint, told, begun=begun)
-    write_atomically(out, exported(net))
     draw_losses(rows, _beside(out, "losses.png"))
-    return lambda images: proposed(net, images)
+    return _written(exported(net, images), out)
+
+
+def _written(weights: bytes, out: Path) -> Network:
+    """Write weights; what they say of windows."""
+    write_atomically(out, weights)
+    return opened(weights).answers
 
 
 def _scores(network: Network, samples: Samples) -> JointScores:

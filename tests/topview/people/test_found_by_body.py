@@ -219,12 +219,12 @@ def test_who_lies_has_no_upright_head() -> None:
 
 def test_the_lack_of_an_upright_head_counts_no_more_than_a_cluster_does() -> None:
     likelihood, unlike = shipped_likelihood(), np.full(len(SHAPE), 4.0)
-    by_head = Evidence.starting_with(unlike, 0.0).with_network(3.0, 0.1)
+    by_head = Evidence.starting_with(unlike, 0.0).with_network(3.0, 0.1, 0.1)
     by_body = replace(by_head, by_body=True)
     said = likelihood.joint_bias + likelihood.by_network * 3.0
     assert by_body.log_odds(likelihood) == pytest.approx(said + BODY_ODDS)
     assert by_head.log_odds(likelihood) < by_body.log_odds(likelihood)
-    upright = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0).with_network(3.0, 0.1)
+    upright = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0).with_network(3.0, 0.1, 0.1)
     assert replace(upright, by_body=True).log_odds(likelihood) == upright.log_odds(likelihood)
     never_upright = replace(upright, by_body=True, was_upright=False)
     assert never_upright.log_odds(likelihood) == pytest.approx(said + BODY_ODDS)
@@ -235,7 +235,7 @@ def test_a_cluster_that_does_not_move_is_less_of_a_person() -> None:
     shape[CUT] = 0.0
     odds = []
     for way_m in (0.0, 1.0):
-        evidence = Evidence.starting_with(shape, 0.0).with_network(3.0, 0.1)
+        evidence = Evidence.starting_with(shape, 0.0).with_network(3.0, 0.1, 0.1)
         for index in range(1, 60):
             evidence = evidence.with_shape(shape, way_m, index / 30.0)
         never_upright = replace(evidence, by_body=True, was_upright=False)
@@ -246,7 +246,7 @@ def test_a_cluster_that_does_not_move_is_less_of_a_person() -> None:
 def test_a_sure_network_confirms_and_an_unsure_one_does_not() -> None:
     existence, unlike = Existence(), np.full(len(SHAPE), 4.0)
     for log_odds, is_person in ((MOST_LOG_ODDS, True), (1.0, False)):
-        evidence = Evidence.starting_with(unlike, 0.0).with_network(log_odds, 0.1)
+        evidence = Evidence.starting_with(unlike, 0.0).with_network(log_odds, 0.1, 0.1)
         track = replace(IN_DOUBT, evidence=replace(evidence, by_body=True), born_s=-1.0)
         [seen] = existence.confirmed([track], STANDING, {track.key}, True)
         assert (seen.id > 0) == is_person

@@ -61,11 +61,11 @@ def test_a_worse_feature_never_raises_the_odds(shape: np.ndarray, index: int, mo
 def test_the_mean_of_what_stays_the_same_is_the_same(
     shape: np.ndarray, log_odds: float, times: list[float]
 ) -> None:
-    evidence = Evidence.starting_with(shape, 0.0).with_network(log_odds, 0.0)
+    evidence = Evidence.starting_with(shape, 0.0).with_network(log_odds, 0.0, 0.0)
     time_s = 0.0
     for elapsed_s in times:
         time_s += elapsed_s
-        evidence = evidence.with_shape(shape, 0.0, time_s).with_network(log_odds, elapsed_s)
+        evidence = evidence.with_shape(shape, 0.0, time_s).with_network(log_odds, elapsed_s, time_s)
     np.testing.assert_allclose(evidence.features[: len(SHAPE)], shape)
     assert evidence.network == pytest.approx(np.clip(log_odds, -MOST_LOG_ODDS, MOST_LOG_ODDS))
 
@@ -96,7 +96,9 @@ def test_what_has_not_moved_is_furniture_by_and_by(changed: float, seconds: floa
 def test_of_who_lies_stillness_tells_no_more_after_the_first_second() -> None:
     odds = []
     for seconds in (RESTLESS_S, 10.0 * RESTLESS_S):
-        evidence = watched(np.zeros(len(SHAPE)), 0.0, seconds).with_network(MOST_LOG_ODDS, 1.0)
+        evidence = watched(np.zeros(len(SHAPE)), 0.0, seconds).with_network(
+            MOST_LOG_ODDS, 1.0, seconds
+        )
         lies = replace(evidence, by_body=True)
         odds.append([each.log_odds(LIKELIHOOD) for each in (evidence, lies)])
     (upright, lies), (longer, lies_longer) = odds
@@ -113,8 +115,8 @@ def test_who_has_moved_once_may_stand_still() -> None:
 def test_the_network_is_believed_against_the_shape() -> None:
     """Of what looks like a person, and of what does not quite."""
     clear, doubtful = np.zeros(len(SHAPE)), np.full(len(SHAPE), 0.4)
-    person = Evidence.starting_with(doubtful, 0.0).with_network(MOST_LOG_ODDS, 0.1)
-    nobody = Evidence.starting_with(clear, 0.0).with_network(-9.0, 0.1)
+    person = Evidence.starting_with(doubtful, 0.0).with_network(MOST_LOG_ODDS, 0.1, 0.1)
+    nobody = Evidence.starting_with(clear, 0.0).with_network(-9.0, 0.1, 0.1)
     assert person.log_odds(LIKELIHOOD) > Evidence.starting_with(doubtful, 0.0).log_odds(LIKELIHOOD)
     assert nobody.log_odds(LIKELIHOOD) < Evidence.starting_with(clear, 0.0).log_odds(LIKELIHOOD)
 

@@ -9,7 +9,7 @@ import pytest
 from labelled_people import discs, write_recording
 from topview.cli.main import main
 from topview.detect.joints import PROPOSED_JOINTS
-from topview.detect.joints.network import silent_onnxruntime
+from topview.detect.joints.network import OUTPUTS, silent_onnxruntime
 from topview.detect.joints.proposals import FACING_MODE
 from topview.detect.joints.windows import OWN
 from topview.records import InputError
@@ -23,7 +23,7 @@ torch = pytest.importorskip("torch", reason="learning joints needs the extra `tr
 from topview_lab.training.joints import learning  # noqa: E402
 from topview_lab.training.joints.export import exported  # noqa: E402
 from topview_lab.training.joints.imported import imported  # noqa: E402
-from topview_lab.training.joints.learning import LearningSettings, learn, proposed  # noqa: E402
+from topview_lab.training.joints.learning import LearningSettings, learn  # noqa: E402
 from topview_lab.training.joints.net import JointNet, NetSettings  # noqa: E402
 
 torch.set_num_threads(1)
@@ -114,17 +114,29 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
         learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, path, nothing)
 
 
-def test_exported_weights_say_the_same() -> None:
-    """Through half precision, whatever the number of people."""
+@torch.no_grad()
+def proposed(net: JointNet, images: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What a network says of [B, 3, 128, 128] windows."""
+    return tuple(out.numpy() for out in net(torch.from_numpy(images)))
+
+
+def noise(count: int) -> np.ndarray:
+    """[count, 3, 128, 128]."""
+    return np.random.default_rng(count).normal(size=(count, 3, 128, 128)).astype(np.float32)
+
+
+def test_exported_weights_say_nearly_the_same() -> None:
+    """Through whole numbers, whatever the number of people."""
     torch.manual_seed(0)
     net = JointNet(NetSettings()).eval()
-    session = silent_onnxruntime().InferenceSession(exported(net))
+    shown = torch.from_numpy(noise(8))
+    session = silent_onnxruntime().InferenceSession(exported(net, shown))
     assert session.get_modelmeta().custom_metadata_map["joint_names"] == ",".join(PROPOSED_JOINTS)
     for count in (1, 3):
-        images = np.random.default_rng(count).normal(size=(count, 3, 128, 128)).astype(np.float32)
+        images = noise(count)
         answers = session.run(None, {"windows": images})
         for answer, expected in zip(answers, proposed(net, images), strict=True):
-            np.testing.assert_allclose(answer, expected, atol=0.01)
+            np.testing.assert_allclose(answer, expected, atol=0.02)
 
 
 def test_the_command_learns_measures_and_writes(
@@ -156,11 +168,12 @@ def test_intervals_are_counted_in_view_and_hidden_apart() -> None:
         for number in range(len(samples))
     )
 
-    def network(images: np.ndarray) -> tuple[np.ndarray, ...]:
+    def network(_: np.ndarray) -> dict[str, np.ndarray]:
         places = next(truths).places[None, None].copy()
         scales = np.full(places.shape, 0.01, np.float32)
         places[..., ::2, 2] += 0.015
-        return places, np.log(scales), np.zeros((1, 1)), np.ones(1), np.zeros((1, 32, 32))
+        answers = places, np.log(scales), np.zeros((1, 1)), np.ones(1)
+        return dict(zip(OUTPUTS, answers, strict=True))
 
     scores = measure(network, samples, 1, lambda: None)
     assert (scores.held_in_view == 1.0).all()
@@ -175,7 +188,7 @@ def test_bad_numbers_and_missing_torch_are_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "a.onnx"
-    with pytest.raises(InputError, match="--windows is 0"):
+    with pytest.raises(InputError, match=r"--windows is 0; .* or 0 with --start-from"):
         command.train_joints([tmp_path], out=out, windows=0)
     with pytest.raises(InputError, match="--postures is -1"):
         command.train_joints([tmp_path], out=out, postures=-1)
@@ -203,14 +216,14 @@ def test_weights_are_gone_on_from_as_they_are(tmp_path: Path) -> None:
     """What was exported and imported says the same, also by what its windows bring."""
     how = replace(HOW, windows=80)
     net = learn(SAMPLES, SMALL, how, AS_THEY_ARE, tmp_path / "a", nothing)
-    (tmp_path / "weights.onnx").write_bytes(exported(net))
     images = learning.first_windows(SAMPLES, Variation(), 0, 8)
+    (tmp_path / "weights.onnx").write_bytes(exported(net, images))
     begun = imported(tmp_path / "weights.onnx", images)
     assert begun.settings == SMALL
     before, after = proposed(net, images.numpy()), proposed(begun, images.numpy())
     learnt_on = [out.detach().numpy() for out in begun.train()(images)]
     for was, now, training in zip(before, after, learnt_on, strict=True):
-        np.testing.assert_allclose(now, was, atol=0.02)  # half precision
+        np.testing.assert_allclose(now, was, atol=0.02)  # whole numbers of 8 bits
         np.testing.assert_allclose(training, now, atol=1e-3)
 
 

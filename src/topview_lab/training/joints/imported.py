@@ -22,8 +22,11 @@ from topview.records import InputError
 from topview_lab.training.joints.net import JointNet, NetSettings
 
 Weights = dict[str, NDArray[np.float32]]
+Convolutions = dict[str, tuple[str, str]]
+"""Names of the kernel and the bias of each convolution, by the name of the node."""
 
-_FIRST_AT = 0, 1, 6, 11  # of the convolutions: the first at 64, 32, 16 and 8 pixels a side
+_FIRST_AT = "stem.0", "down_32.0.body.0", "down_16.0.body.0", "down_8.0.body.0"
+"""Of the convolutions: the first at 64, 32, 16 and 8 pixels a side."""
 
 
 def imported(path: Path, images: Tensor) -> JointNet:
@@ -51,30 +54,55 @@ def imported(path: Path, images: Tensor) -> JointNet:
 
 def _weights(model: onnx.ModelProto) -> Weights:
     """All weights by name, in single precision."""
-    return {
-        weights.name.removesuffix("_half"): numpy_helper.to_array(weights).astype(np.float32)
-        for weights in model.graph.initializer
+    stored = {own.name: numpy_helper.to_array(own) for own in model.graph.initializer}
+    whole = {
+        node.output[0]: _in_steps(*(stored[name] for name in node.input))
+        for node in model.graph.node
+        if node.op_type == "DequantizeLinear" and node.input[0] in stored
+    }
+    # Before there were whole numbers, weights were stored in half precision under other names.
+    return whole | {
+        name.removesuffix("_half"): values.astype(np.float32) for name, values in stored.items()
     }
 
 
-def _convolutions(model: onnx.ModelProto) -> list[tuple[str, str]]:
-    """Names of the kernel and the bias of each convolution, in the order in which they run."""
-    return [(n.input[1], n.input[2]) for n in model.graph.node if n.op_type == "Conv"]
+def _in_steps(
+    values: NDArray[Any], steps: NDArray[np.float32], zeros: NDArray[Any]
+) -> NDArray[np.float32]:
+    """Whole numbers times the size of a step, which may be another for each first index."""
+    shape = -1, *(1,) * (values.ndim - 1)
+    whole = values.astype(np.int32) - zeros.astype(np.int32).reshape(shape)
+    return whole.astype(np.float32) * steps.reshape(shape)
 
 
-def _settings(weights: Weights, convolutions: list[tuple[str, str]]) -> NetSettings:
-    at_64, at_32, at_16, at_8 = (len(weights[convolutions[first][0]]) for first in _FIRST_AT)
+def _convolutions(model: onnx.ModelProto) -> Convolutions:
+    return {n.name: (n.input[1], n.input[2]) for n in model.graph.node if n.op_type == "Conv"}
+
+
+def _node(layer: str) -> str:
+    """What a convolution of `JointNet` is called in the file: `/stem/stem.0/Conv` is `stem.0`."""
+    scopes: list[str] = []
+    for part in layer.split("."):
+        scopes.append(f"{scopes[-1]}.{part}" if part.isdigit() else part)
+    return "/" + "/".join(scopes) + "/Conv"
+
+
+def _settings(weights: Weights, convolutions: Convolutions) -> NetSettings:
+    at_64, at_32, at_16, at_8 = (len(weights[convolutions[_node(own)][0]]) for own in _FIRST_AT)
     return NetSettings((at_64, at_32, at_16, at_8), weights["weight"].shape[1])
 
 
 @torch.no_grad()
-def _fill(net: JointNet, weights: Weights, convolutions: list[tuple[str, str]]) -> None:
+def _fill(net: JointNet, weights: Weights, convolutions: Convolutions) -> None:
     """Put the weights in their places; normalisation is left to add the bias alone."""
     layers = _in_order(net)
-    kernels = [layer for layer in layers if isinstance(layer, nn.Conv2d)]
-    if len(kernels) != len(convolutions):
-        raise ValueError(f"{len(convolutions)} convolutions, not {len(kernels)}")
-    names = dict(zip(kernels, convolutions, strict=True))
+    names = {
+        layer: convolutions.pop(_node(name))
+        for name, layer in net.named_modules()
+        if isinstance(layer, nn.Conv2d)
+    }
+    if convolutions:
+        raise ValueError(f"it has a convolution {min(convolutions)}")
     for layer, following in zip(layers, [*layers[1:], None], strict=True):
         if not isinstance(layer, nn.Conv2d):
             continue

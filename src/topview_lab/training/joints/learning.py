@@ -14,7 +14,6 @@ from typing import Any, Final
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, Dataset, Sampler
@@ -352,9 +351,3 @@ def trained_net(path: Path) -> JointNet:
     net = JointNet(NetSettings.from_json(state["net_settings"]))
     net.load_state_dict(state["averaged"])
     return net.eval()
-
-
-@torch.no_grad()
-def proposed(net: JointNet, images: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
-    """What the network says of [B, 3, 128, 128] windows, as arrays."""
-    return tuple(out.numpy() for out in net(torch.from_numpy(images)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import log
 from typing import Final
@@ -36,7 +36,8 @@ CLEARLY_FACING: Final = 0.3
 HIDDEN_FROM: Final = 0.3
 """Share from which a joint is hidden by others."""
 
-Network = Callable[[NDArray[np.float32]], tuple[NDArray[np.float32], ...]]
+Network = Callable[[NDArray[np.float32]], Mapping[str, NDArray[np.float32]]]
+"""`topview.detect.joints.network.OUTPUTS` by name, of [P, 3, 128, 128] windows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,20 +74,21 @@ def measure(
     apart, scaled, hidden, faced, told, things = [], [], [], [], [], []
     for number in range(0, len(samples), every):
         window = _window(samples, number, AS_THEY_ARE)
-        found, log_scales, modes, person, _ = network(window.image[None])
-        best = int(mode_weights(modes, log_scales)[0].argmax())
+        said = network(window.image[None])
+        log_scales = said["log_scales"]
+        best = int(mode_weights(said["mode_logits"], log_scales)[0].argmax())
         sine = facing_sine(window)
         if abs(sine) > CLEARLY_FACING:
             faced.append((best == FACING_MODE) == (sine > 0.0))
-        off = np.abs(found[0, best] - window.places)
+        off = np.abs(said["places"][0, best] - window.places)
         unknown = np.where(window.is_known, 0.0, np.nan)
         hidden.append(window.hidden)
         apart.append(np.linalg.norm(off, axis=1) * window.half_m + unknown)
         scaled.append(off / np.exp(log_scales[0, best]) + unknown[:, None])
-        told.append(float(person[0]) > 0.0)
+        told.append(float(said["person_logit"][0]) > 0.0)
         thing = _window(samples, number, WITHOUT_PERSON)
         if not thing.is_person:
-            things.append(float(network(thing.image[None])[3][0]) < 0.0)
+            things.append(float(network(thing.image[None])["person_logit"][0]) < 0.0)
         advance()
     distance_m, ratio = np.array(apart), np.array(scaled)
     is_told = np.isfinite(distance_m)
