@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 from rich.progress import TextColumn
@@ -29,10 +29,21 @@ if TYPE_CHECKING:
     from topview_lab.training.joints.learning import LearningSettings, Step
 
 MOST_WINDOWS = 100_000_000
+MOST_AT_ONCE = 65_536
+MOST_WORKERS = 256
 MEASURED_WINDOWS = 1000
 START_WINDOWS = 256  # that tell a network to go on from what it sees
 STARTED_RATE = 0.5  # of the rate of a network that starts from chance
 TOLD_INTERVALS = (0.5, 0.9)
+
+
+@dataclass(frozen=True, slots=True)
+class _Machine:
+    """What learns: a device by name, None for what there is; processes; threads, 0 for all."""
+
+    device: str | None
+    workers: int
+    threads: int
 
 
 def train_joints(
@@ -45,7 +56,10 @@ def train_joints(
     widths: tuple[int, int, int, int] | None = None,
     postures: int = 0,
     windows: int = 600_000,
+    batch: int = 64,
     seed: int = 0,
+    device: Literal["cpu", "cuda"] | None = None,
+    workers: int = 1,
     threads: int = 0,
     force: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
@@ -67,7 +81,10 @@ def train_joints(
         postures: so many of our simulator's people to learn from besides, each in 40 postures that
             no capture shows: lying, sitting on the floor, kneeling, bent, on all fours.
         windows: to learn from, each varied anew.
+        batch: windows that are learnt at once; on a GPU 512.
         seed: of the network, the order and the variations.
+        device: that learns; by default a GPU where torch finds one.
+        workers: processes that vary windows meanwhile: as many as there are cores beside a GPU.
         threads: of torch, 0 for all cores.
         force: replace the files that are there.
     """
@@ -76,20 +93,25 @@ def train_joints(
             f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}, or 0 with --start-from"
         )
     check_postures(postures)
+    if not 1 <= batch <= MOST_AT_ONCE:
+        raise InputError(f"--batch is {batch}; it must be 1 to {MOST_AT_ONCE}")
+    if not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers is {workers}; it must be 1 to {MOST_WORKERS}")
     if threads < 0:
         raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
     if not 0 <= seed < 2**31:
         raise InputError(f"--seed is {seed}; it must be 0 to 2^31 - 1")
     _require_torch()
+    _require_device(device)
     prepare_output_file("--out", out, force)
     samples = _read(folders, out, "learn from", postures)
     measured = _read(measure_on, out, "measure on") if measure_on else None
     from topview_lab.training.joints.learning import LearningSettings
 
-    how = replace(LearningSettings(), windows=windows, seed=seed)
+    how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
     if start_from is not None:
         how = replace(how, rate=how.rate * STARTED_RATE)
-    network = _learn(samples, how, out, threads, start_from, widths)
+    network = _learn(samples, how, out, start_from, widths, _Machine(device, workers, threads))
     learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
@@ -107,6 +129,15 @@ def _require_torch() -> None:
             f"train-joints needs torch and onnx ({error}); "
             "install them with: pip install 'topview[train]'"
         ) from error
+
+
+def _require_device(device: str | None) -> None:
+    import torch
+
+    if device == "cuda" and not torch.cuda.is_available():
+        raise InputError(
+            "--device is cuda, but torch finds no GPU; leave it out to learn on the CPU"
+        )
 
 
 def _beside(out: Path, ending: str) -> Path:
@@ -139,9 +170,9 @@ def _learn(
     samples: Samples,
     how: LearningSettings,
     out: Path,
-    threads: int,
     start_from: Path | None,
     widths: tuple[int, int, int, int] | None,
+    machine: _Machine,
 ) -> Network:
     """Train, write the weights and the losses; what the network says of windows."""
     import torch
@@ -153,8 +184,9 @@ def _learn(
     from topview_lab.training.joints.net import NetSettings
     from topview_lab.training.joints.windows import Variation
 
-    if threads:
-        torch.set_num_threads(threads)
+    if machine.threads:
+        torch.set_num_threads(machine.threads)
+    device = torch.device(machine.device or ("cuda" if torch.cuda.is_available() else "cpu"))
     varied, begun = Variation(), None
     images = first_windows(samples, varied, how.seed, START_WINDOWS)
     if start_from is not None:
@@ -179,7 +211,17 @@ def _learn(
             said = f"{step.windows_a_second:.0f} windows/s"
             progress.update(bar, completed=step.step, said=said)
 
-        net = learn(samples, settings, how, varied, checkpoint, told, begun=begun)
+        net = learn(
+            samples,
+            settings,
+            how,
+            varied,
+            checkpoint,
+            told,
+            begun=begun,
+            device=device,
+            workers=machine.workers,
+        )
     draw_losses(rows, _beside(out, "losses.png"))
     return _written(exported(net, images), out)
 

@@ -85,6 +85,7 @@ def test_owners_are_told_no_finer_than_the_heat_maps() -> None:
 
 
 def test_a_stopped_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+    """Also with another number of processes that vary the windows."""
     whole = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "whole", nothing)
 
     class StoppedError(Exception):
@@ -96,7 +97,7 @@ def test_a_stopped_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> Non
 
     with pytest.raises(StoppedError):
         learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "half", stop, report_steps=1, save_s=0.0)
-    half = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "half", nothing)
+    half = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "half", nothing, workers=2)
     for name, weights in whole.state_dict().items():
         torch.testing.assert_close(half.state_dict()[name], weights, rtol=0.0, atol=0.0)
 
@@ -196,6 +197,13 @@ def test_bad_numbers_and_missing_torch_are_one_line(
         command.train_joints([tmp_path], out=out, threads=-1)
     with pytest.raises(InputError, match="--seed is -1"):
         command.train_joints([tmp_path], out=out, seed=-1)
+    with pytest.raises(InputError, match="--batch is 0; it must be 1 to"):
+        command.train_joints([tmp_path], out=out, batch=0)
+    with pytest.raises(InputError, match="--workers is 0; it must be 1 to"):
+        command.train_joints([tmp_path], out=out, workers=0)
+    if not torch.cuda.is_available():
+        with pytest.raises(InputError, match="--device is cuda, but torch finds no GPU"):
+            command.train_joints([tmp_path], out=out, device="cuda")
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     with pytest.raises(InputError, match="needs torch and onnx"):
         command.train_joints([tmp_path], out=out)

@@ -30,6 +30,7 @@ from topview_lab.training.joints.windows import (
 )
 
 CHECKPOINT_FORMAT: Final = "topview joints training 2"
+CPU: Final = torch.device("cpu")
 _MALLOC_PARAMETERS: Final = {-1: 2**31 - 1, -4: 0, -2: 2**28}
 """M_TRIM_THRESHOLD, M_MMAP_MAX and M_TOP_PAD of <malloc.h>."""
 _LEFT, _RIGHT = SHOULDERS_AND_HIPS.tolist()
@@ -139,7 +140,7 @@ def losses(
     how: LearningSettings,
 ) -> dict[str, Tensor]:
     """Each term of the loss, weighted."""
-    with torch.autocast("cpu", torch.bfloat16):
+    with torch.autocast(image.device.type, torch.bfloat16):
         found, log_scales, modes, person, mask = net(image)
     weights = (
         is_known.float()[:, None, :, None] / is_known.sum(dim=1).clamp(min=1)[:, None, None, None]
@@ -180,6 +181,8 @@ def learn(
     report: Callable[[Step], None],
     *,
     begun: JointNet | None = None,
+    device: torch.device = CPU,
+    workers: int = 1,
     report_steps: int = 50,
     save_s: float = 120.0,
 ) -> JointNet:
@@ -193,6 +196,8 @@ def learn(
         checkpoint: to write, and to go on from.
         report: is told every so many steps.
         begun: a network of these settings to start from; else it starts from chance.
+        device: that learns.
+        workers: processes that vary windows meanwhile; what is learnt does not depend on them.
         report_steps: between two reports.
         save_s: between two checkpoints, seconds.
 
@@ -204,8 +209,8 @@ def learn(
     net = JointNet(net_settings)
     if begun is not None:
         net.load_state_dict(begun.state_dict())
-    net.to(memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
-    averaged = JointNet(net_settings)
+    net.to(device, memory_format=torch.channels_last)  # pyright: ignore[reportCallIssue]
+    averaged = JointNet(net_settings).to(device)
     averaged.load_state_dict(net.state_dict())
     optimizer = torch.optim.AdamW(net.parameters(), how.rate, weight_decay=how.decay)
     done = _resume(checkpoint, net, averaged, optimizer, net_settings, how)
@@ -213,7 +218,8 @@ def learn(
         _Windows(samples, variation, how.seed),
         how.batch,
         sampler=_InTurn(done * how.batch, how.steps * how.batch),
-        num_workers=1,
+        num_workers=workers,
+        pin_memory=device != CPU,
         drop_last=True,
         prefetch_factor=4,
         worker_init_fn=_one_thread,
@@ -227,8 +233,10 @@ def learn(
         for group in optimizer.param_groups:
             group["lr"] = rate
         optimizer.zero_grad(set_to_none=True)
-        image = image.to(memory_format=torch.channels_last)
-        places, is_known, visible, is_person = labels
+        image = image.to(device, memory_format=torch.channels_last, non_blocking=True)
+        places, is_known, visible, is_person = (
+            label.to(device, non_blocking=True) for label in labels
+        )
         terms = losses(net, image, places, is_known, visible, is_person, how)
         torch.stack(list(terms.values())).sum().backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
@@ -245,7 +253,7 @@ def learn(
         if now_s - saved_s > save_s or step == how.steps:
             _save(checkpoint, step, net, averaged, optimizer, net_settings, how)
             saved_s = now_s
-    return averaged.eval()
+    return averaged.eval().to(CPU)
 
 
 def _keep_freed_memory() -> None:

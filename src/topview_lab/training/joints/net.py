@@ -121,7 +121,7 @@ class JointNet(nn.Module):
         M, J = len(FACED_MODES), len(PROPOSED_JOINTS)
         heat = torch.softmax(self.heat(up).flatten(2).float(), dim=2)
         features = self.features(up).flatten(2).float()
-        with torch.autocast("cpu", enabled=False):
+        with torch.autocast(windows.device.type, enabled=False):
             # What a 1 x 1 convolution says at each pixel, averaged under the map, is what it says
             # of the averaged features.
             middle = torch.matmul(heat, self.grid.T)
