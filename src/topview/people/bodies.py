@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from topview.kernels.segmentation import leave_to_nearer
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
+from topview.people.places import Places
 from topview.people.scene import Scene
 from topview.people.segmentation import (
     LIMB_STEP_M,
@@ -106,6 +107,10 @@ def over_body(
     places = track.places
     if places is None or shown_m2 < SHOWN_M2:
         return track
+    if told_camera is not None and scene.is_hidden_at(told_camera):
+        # Of whom less and less is seen the network believes that the head sinks, too.
+        own_m = _hidden_height_m(scene, track, places)
+        told_camera = scene.point_at(scene.overview_of(told_camera), own_m)
     if told_camera is not None and shown_m2 > TOLD_M2:
         return track.told_at(scene, told_camera)
     if told_camera is not None:
@@ -118,11 +123,18 @@ def over_body(
     trunk = _trunk(scene, track, body)
     if trunk is None or not (is_bent or scene.covered_share(track.place_camera) > 0.5):
         return track
-    below_m = sunk_m(scene, track.place_camera, track.height)
-    height_m = places.height_m
-    if below_m is not None and 0.0 < below_m < SLID_M and scene.is_hidden_at(track.place_camera):
-        height_m += below_m
+    height_m = _hidden_height_m(scene, track, places)
     return track.placed(scene, places.drawn_to(trunk, height_m, TRUNK_SIGMA_M, elapsed_s))
+
+
+def _hidden_height_m(scene: Scene, track: Track, places: Places) -> float:
+    """Of a head that is not seen: that of before; where something hides it, it has not slid down
+    from where the stature puts it."""
+    below_m = sunk_m(scene, track.place_camera, track.height)
+    has_slid = below_m is not None and 0.0 < below_m < SLID_M
+    if has_slid and scene.is_hidden_at(track.place_camera):
+        return places.height_m + (below_m or 0.0)
+    return places.height_m
 
 
 def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:

@@ -23,7 +23,7 @@ from topview.people.background import Background
 from topview.people.bodies import masks_of, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
-from topview.people.existence import Existence, Refusal
+from topview.people.existence import Refusal
 from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.output import doubtful_of, frontal_of, users_of
 from topview.people.returning import ReturningPeople
@@ -84,8 +84,7 @@ class PeopleFinder:
         self._background = Background()
         self._steady = Background(np.inf)  # of all that is seen, people too
         self._clusters = Clusters()
-        kind = ReturningPeople if self.settings.reidentify else Existence
-        self._existence = kind(self.settings.people)
+        self._existence = ReturningPeople(self.settings.people, self.settings.reidentify)
         self._looks = Turns(EVERY_S)
         self._next_key = 1
 

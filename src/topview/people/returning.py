@@ -1,5 +1,5 @@
-"""Who comes back: whoever left is known again by clothes and stature (ours; the thesis's people
-stay)."""
+"""Who comes back: whoever left or was hidden is known again by clothes and stature (ours; the
+thesis's people stay)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from topview.people.height import HeightEstimate, measured_height
 from topview.people.scene import Scene
 from topview.people.track import Track
 
-# All ours. Of whom nothing has been seen for so long, has left.
+# All ours. Of whom nothing has been seen for so long, has left, or is hidden.
 LEFT_S: Final = 1.0
 # Somebody new is looked at for so long before being told; if the clothes are not seen, no longer
 # than the second.
@@ -75,10 +75,17 @@ class Portrait:
 
 
 class ReturningPeople(Existence):
-    """Confirms tracks and ends them, and gives whoever comes back the identity of before."""
+    """Confirms tracks and ends them, and gives whoever comes back the identity of before.
 
-    def __init__(self, most: int | None = None) -> None:
+    Args:
+        most: as of `Existence`.
+        from_outside: whether whoever left the picture is known again, too, and not only whoever
+            was hidden in it.
+    """
+
+    def __init__(self, most: int | None = None, from_outside: bool = True) -> None:
         super().__init__(most)
+        self._from_outside = from_outside
         self._people: dict[int, Track] = {}  # of the last frame, by id
         self._ended: dict[int, Track] = {}
         self._gone: dict[int, Track] = {}  # the ended and the absent
@@ -109,15 +116,19 @@ class ReturningPeople(Existence):
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """As of `Existence`; and where somebody has left the picture, so that whoever comes in
         there is looked at."""
-        is_outside = track.places is not None and track.places.outside > TOLD
-        return (is_outside and _has_left(track, scene)) or super().has_ended(track, scene)
+        is_left = self._from_outside and _is_outside(track) and _has_left(track, scene)
+        return is_left or super().has_ended(track, scene)
 
     def _remember(self, tracks: Sequence[Track], scene: Scene) -> None:
+        gone = {track.id: track for track in tracks if _has_left(track, scene)}
+        if not self._from_outside:
+            self._gone = {id: track for id, track in gone.items() if not _is_outside(track)}
+            return
         here = {track.id for track in tracks}
         left = {id: track for id, track in self._people.items() if id not in here}
         ended = self._ended | {id: _kept(track) for id, track in left.items() if _is_known(track)}
         self._ended = dict(list(ended.items())[-MOST_GONE:])
-        self._gone = self._ended | {track.id: track for track in tracks if _has_left(track, scene)}
+        self._gone = self._ended | gone
 
     def _look_at(self, tracks: Sequence[Track], scene: Scene) -> None:
         seen = [track for track in tracks if track.is_seen]
@@ -168,6 +179,11 @@ def clear_ones(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
 def _is_known(track: Track) -> bool:
     """Whether somebody can be known again."""
     return track.clothes is not None
+
+
+def _is_outside(track: Track) -> bool:
+    """Whether somebody is most probably out of the picture."""
+    return track.places is not None and track.places.outside > TOLD
 
 
 def _has_left(track: Track, scene: Scene) -> bool:

@@ -20,7 +20,8 @@ class PeopleSettings:
         detector: of heads: "auto" takes depth and, where the recording allows, the colour of skin;
             "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) that alone.
         people: at most so many at the same time; None for any number.
-        reidentify: whether somebody who comes back is known again by clothes and stature.
+        reidentify: whether somebody who left the picture and comes back is known again by clothes
+            and stature, as is whoever was hidden in it.
         areas: where people are looked for.
         floor: which planes may be a floor.
         scene: what is floor and what is furniture.

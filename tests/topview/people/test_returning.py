@@ -89,6 +89,29 @@ def test_whoever_is_long_out_of_the_picture_is_no_track_that_a_newcomer_takes() 
     assert existence.has_ended(gone, scene)
     assert not existence.has_ended(replace(gone, seen_s=scene.time_s - 0.5), scene)
     assert not existence.has_ended(replace(gone, clothes=None), scene)  # could not be known again
+    assert not ReturningPeople(from_outside=False).has_ended(gone, scene)  # need not be
+
+
+@pytest.mark.parametrize(("outside", "is_known_again"), [(0.0, True), (0.95, False)])
+def test_whoever_was_hidden_in_the_picture_is_always_known_again(outside, is_known_again) -> None:
+    """Whoever left it only where that is asked for."""
+    x, z, seconds = 0.0, 2.6, 2
+    people = [(standing_person(x, z, GROUND_Y), RED)]
+    existence = ReturningPeople(from_outside=False)
+    before = scene_of(*dressed(people), 0)
+    (track,) = with_appearance([track_at(before, head_of(x, z, GROUND_Y))], before, True)
+    hidden = scene_of(*dressed([]), 30 * seconds)
+    places = replace(Places.around(hidden, track.motion, 1), outside=outside)
+    gone = replace(track, places=places, certainty=0.5, body_m2=0.0, time_s=hidden.time_s)
+    after = existence.confirmed([gone], hidden, set(), False)
+    for frame in range(15):
+        scene = scene_of(*dressed(people), 30 * seconds + frame + 1)
+        new = replace(track_at(scene, head_of(x, z, GROUND_Y)), key=2, id=0)
+        new = replace(new, body_m=track.body_m, born_s=hidden.time_s)
+        after = existence.confirmed([gone, new], scene, {2}, False)
+        if any(track.key == 2 and track.id for track in after):
+            break
+    assert [track.id for track in after if track.key == 2] == [gone.id if is_known_again else 1]
 
 
 def test_a_stature_tells_a_little_and_never_much_against_somebody() -> None:

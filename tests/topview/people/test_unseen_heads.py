@@ -136,11 +136,14 @@ def test_the_colours_of_a_bent_or_unsure_head_are_not_learnt() -> None:
 # Where a head is that is not seen
 
 
-def missed(track: Track, before: Scene, scene: Scene) -> Track:
-    """After a frame in which no head was its own."""
+def missed(
+    track: Track, before: Scene, scene: Scene, told_camera: NDArray[np.float64] | None = None
+) -> Track:
+    """After a frame in which no head was its own, and the network told one or none."""
     now = track.coasted(scene)
     body_m = body_of(scene, now, PeopleSettings(), before)
-    return over_body(scene, replace(now, body_m=body_m), [], None, scene.time_s - before.time_s)
+    elapsed_s = scene.time_s - before.time_s
+    return over_body(scene, replace(now, body_m=body_m), [], told_camera, elapsed_s)
 
 
 def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
@@ -159,6 +162,25 @@ def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
     assert np.linalg.norm(track.place_camera - truth) < 0.2
     assert track.confidence == 0.0
     assert track.presence > 0.9
+
+
+def test_who_goes_behind_something_does_not_sink() -> None:
+    """Half of him is behind a board, with his head: the network believes that it is lower; only
+    where nothing hides the place that it tells is it believed."""
+    z = 3.0
+    truth = head_of(0.0, z, GROUND_Y)
+    low = truth + np.array([0.05, 0.3, 0.0])
+    board = box((-0.6, GROUND_Y - 2.3, 2.0), (0.1, GROUND_Y, 2.1))
+    shown = scene_of(render(standing_person(0.0, z, GROUND_Y), ROOM), None, 0)
+    for things, sunk_m in ((ROOM, 0.3), ([*ROOM, board], 0.0)):
+        depth_m = render(standing_person(0.0, z, GROUND_Y), list(things))
+        track, before = track_at(shown, truth), shown
+        track = replace(track, body_m=body_at(shown, truth))
+        for index in range(1, 11):
+            scene = scene_of(depth_m, None, index)
+            track, before = missed(track, before, scene, low), scene
+        assert track.body_m2 > 0.03
+        assert track.place_camera[1] - truth[1] == pytest.approx(sunk_m, abs=0.08)
 
 
 def test_a_stretched_arm_is_no_trunk() -> None:

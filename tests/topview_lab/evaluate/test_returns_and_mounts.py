@@ -55,6 +55,14 @@ def test_who_is_known_all_the_time_keeps_the_identity_and_who_is_renamed_does_no
     assert rows["person, 1 s"].kept == rows["all"].kept == 0.5
 
 
+@pytest.mark.slow
+def test_who_was_hidden_behind_somebody_is_the_same_afterwards():
+    """Seen to go there and to come out again; a scene that was looked at."""
+    outcome = ReturnJob(SimulatedHiding("person", 2.0, 2), TrackerSettings(threads=1))()
+    assert outcome.score is not None
+    assert outcome.score.kept
+
+
 def test_every_cover_time_and_seed_is_made():
     made = make_hidings(seeds=(1, 2))
     assert len({hiding.name for hiding in made}) == 2 * 3 * 2
