@@ -160,6 +160,7 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
 )  # fmt: skip
 
 OTHER_DATA: Final = (
+    "Who is hidden (evaluate returns): seeds 1 to 3 were read frame by frame, 4 to 15 measured.",
     "Skin histograms: renders with scene seeds drawn from the keys 0 (learnt) and 1 (held out).",
     "Forest: renders with people drawn from the keys 2000 (grown), 2500 (calibrated) and 2900 "
     "(held out).",

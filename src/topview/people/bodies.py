@@ -130,11 +130,9 @@ def over_body(
 def _hidden_height_m(scene: Scene, track: Track, places: Places) -> float:
     """Of a head that is not seen: that of before; where something hides it, it has not slid down
     from where the stature puts it."""
-    below_m = sunk_m(scene, track.place_camera, track.height)
-    has_slid = below_m is not None and 0.0 < below_m < SLID_M
-    if has_slid and scene.is_hidden_at(track.place_camera):
-        return places.height_m + (below_m or 0.0)
-    return places.height_m
+    below_m = sunk_m(scene, track.place_camera, track.height) or 0.0
+    has_slid = 0.0 < below_m < SLID_M and scene.is_hidden_at(track.place_camera)
+    return places.height_m + (below_m if has_slid else 0.0)
 
 
 def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:

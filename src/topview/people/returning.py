@@ -20,7 +20,7 @@ from topview.people.scene import Scene
 from topview.people.track import Track
 
 # All ours. Of whom nothing has been seen for so long, has left, or is hidden.
-LEFT_S: Final = 1.0
+GONE_S: Final = 1.0
 # Somebody new is looked at for so long before being told; if the clothes are not seen, no longer
 # than the second.
 LOOKED_S, WAITED_S = 0.3, 1.0
@@ -116,19 +116,28 @@ class ReturningPeople(Existence):
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """As of `Existence`; and where somebody has left the picture, so that whoever comes in
         there is looked at."""
-        is_left = self._from_outside and _is_outside(track) and _has_left(track, scene)
-        return is_left or super().has_ended(track, scene)
+        has_left = _is_outside(track) and self._is_gone(track, scene)
+        return has_left or super().has_ended(track, scene)
 
     def _remember(self, tracks: Sequence[Track], scene: Scene) -> None:
-        gone = {track.id: track for track in tracks if _has_left(track, scene)}
-        if not self._from_outside:
-            self._gone = {id: track for id, track in gone.items() if not _is_outside(track)}
-            return
-        here = {track.id for track in tracks}
-        left = {id: track for id, track in self._people.items() if id not in here}
-        ended = self._ended | {id: _kept(track) for id, track in left.items() if _is_known(track)}
-        self._ended = dict(list(ended.items())[-MOST_GONE:])
-        self._gone = self._ended | gone
+        if self._from_outside:
+            here = {track.id for track in tracks}
+            left = [track for id, track in self._people.items() if id not in here]
+            ended = self._ended | {track.id: _kept(track) for track in left if _is_known(track)}
+            self._ended = dict(list(ended.items())[-MOST_GONE:])
+        gone = [track for track in tracks if self._is_gone(track, scene)]
+        self._gone = self._ended | {track.id: track for track in gone}
+
+    def _is_gone(self, track: Track, scene: Scene) -> bool:
+        """Whether somebody who is to be known again has not been seen for long, nor is their place
+        known."""
+        return (
+            track.id > 0
+            and _is_known(track)
+            and track.unseen_s(scene.time_s) > GONE_S
+            and (self._from_outside or not _is_outside(track))
+            and not is_put_out(track, scene)
+        )
 
     def _look_at(self, tracks: Sequence[Track], scene: Scene) -> None:
         seen = [track for track in tracks if track.is_seen]
@@ -184,17 +193,6 @@ def _is_known(track: Track) -> bool:
 def _is_outside(track: Track) -> bool:
     """Whether somebody is most probably out of the picture."""
     return track.places is not None and track.places.outside > TOLD
-
-
-def _has_left(track: Track, scene: Scene) -> bool:
-    """Whether somebody who can be known again has not been seen for long, nor is their place
-    known."""
-    return (
-        track.id > 0
-        and _is_known(track)
-        and track.unseen_s(scene.time_s) > LEFT_S
-        and not is_put_out(track, scene)
-    )
 
 
 def _kept(track: Track) -> Track:

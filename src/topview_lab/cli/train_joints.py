@@ -39,9 +39,9 @@ TOLD_INTERVALS = (0.5, 0.9)
 
 @dataclass(frozen=True, slots=True)
 class _Machine:
-    """What learns: a device by name, None for what there is; processes; threads, 0 for all."""
+    """What learns: a device by name; processes; threads, 0 for all."""
 
-    device: str | None
+    device: str
     workers: int
     threads: int
 
@@ -102,7 +102,7 @@ def train_joints(
     if not 0 <= seed < 2**31:
         raise InputError(f"--seed is {seed}; it must be 0 to 2^31 - 1")
     _require_torch()
-    _require_device(device)
+    machine = _Machine(_device(device), workers, threads)
     prepare_output_file("--out", out, force)
     samples = _read(folders, out, "learn from", postures)
     measured = _read(measure_on, out, "measure on") if measure_on else None
@@ -111,7 +111,7 @@ def train_joints(
     how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
     if start_from is not None:
         how = replace(how, rate=how.rate * STARTED_RATE)
-    network = _learn(samples, how, out, start_from, widths, _Machine(device, workers, threads))
+    network = _learn(samples, how, out, start_from, widths, machine)
     learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
@@ -131,13 +131,16 @@ def _require_torch() -> None:
         ) from error
 
 
-def _require_device(device: str | None) -> None:
+def _device(asked: str | None) -> str:
+    """The device that was asked for; else a GPU where torch finds one."""
     import torch
 
-    if device == "cuda" and not torch.cuda.is_available():
+    there = "cuda" if torch.cuda.is_available() else "cpu"
+    if asked == "cuda" and there == "cpu":
         raise InputError(
             "--device is cuda, but torch finds no GPU; leave it out to learn on the CPU"
         )
+    return asked or there
 
 
 def _beside(out: Path, ending: str) -> Path:
@@ -186,7 +189,6 @@ def _learn(
 
     if machine.threads:
         torch.set_num_threads(machine.threads)
-    device = torch.device(machine.device or ("cuda" if torch.cuda.is_available() else "cpu"))
     varied, begun = Variation(), None
     images = first_windows(samples, varied, how.seed, START_WINDOWS)
     if start_from is not None:
@@ -219,7 +221,7 @@ def _learn(
             checkpoint,
             told,
             begun=begun,
-            device=device,
+            device=torch.device(machine.device),
             workers=machine.workers,
         )
     draw_losses(rows, _beside(out, "losses.png"))
