@@ -104,6 +104,18 @@ def test_lines_of_others_come_through(capfd: pytest.CaptureFixture[str]) -> None
     assert capfd.readouterr().err == "after\n"
 
 
+def test_half_a_line_waits_for_its_end(capfd: pytest.CaptureFixture[str]) -> None:
+    """A kernel may show the first half of another thread's write before the second."""
+    with decoders_lines() as said:
+        os.write(2, b"libpng error: ours\nsomebody ")
+    assert said == ["libpng error: ours"]
+    assert capfd.readouterr().err == ""
+    with decoders_lines() as said:
+        os.write(2, b"else's\n")
+    assert said == []
+    assert capfd.readouterr().err == "somebody else's\n"
+
+
 def decode_in_threads(others_lines: int) -> list[str]:
     """What four threads say of 200 cut images, while this one writes to stderr."""
     good, failures = png(chunk(b"IDAT", GOOD)), []

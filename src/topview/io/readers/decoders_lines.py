@@ -4,9 +4,9 @@ They write to the process's stderr, past Python, and cannot be told not to. To u
 before, only to see whether they would, costs half as long as decoding it. So the file behind stderr
 is exchanged while one is decoded, for about ten microseconds more. Other threads may write in that
 time: what is no decoder's line is written on afterwards, though what comes in the middle of a
-decoder's line stays part of it. A write that had begun may end only after stderr is back; it is
-written on with the next image or at the end of the program. So nothing is lost. One image is
-decoded at a time.
+decoder's line stays part of it. A write that had begun may end only after stderr is back, and its
+first half may be there before its second; the line is written on, whole, with the next image or at
+the end of the program. So nothing is lost. One image is decoded at a time.
 """
 
 from __future__ import annotations
@@ -76,16 +76,19 @@ class _Catcher:
             _append_always(self._file.fileno())
         return self._file
 
-    def pass_on(self, stderr: int) -> list[str]:
-        """The decoders' new lines; what others wrote goes to `stderr`."""
+    def pass_on(self, stderr: int, *, is_last: bool = False) -> list[str]:
+        """The decoders' new lines; what others wrote goes to `stderr`, half a line if `is_last`."""
         said: list[str] = []
         if self._file is None or os.fstat(self._file.fileno()).st_size == self._read_bytes:
             return said
         self._file.seek(self._read_bytes)
         is_theirs = False
         for line in self._file.readlines():
+            is_decoders = line.startswith(STARTS)
+            if not (line.endswith(b"\n") or is_decoders or is_last):
+                break  # the rest is still being written
             self._read_bytes += len(line)
-            if line.startswith(STARTS):
+            if is_decoders:
                 said.append(line.decode(errors="replace").strip())
                 is_theirs = True
             elif not (is_theirs and (line.startswith(b">") or not line.strip())):
@@ -96,7 +99,7 @@ class _Catcher:
 
 
 _catcher = _Catcher()
-atexit.register(lambda: _catcher.pass_on(STDERR))
+atexit.register(lambda: _catcher.pass_on(STDERR, is_last=True))
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=lambda: _catcher.__init__())  # not its parent's file
 
