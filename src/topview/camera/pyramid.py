@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -77,17 +78,7 @@ class Pyramid:
 
     def camera(self, stride: int) -> Camera:
         """Of the thinned image."""
-        full = self.frame.camera
-        height, width = self.depth_m(stride).shape
-        return replace(
-            full,
-            fx=full.fx / stride,
-            fy=full.fy / stride,
-            cx=full.cx / stride,
-            cy=full.cy / stride,
-            width=width,
-            height=height,
-        )
+        return _thinned_camera(self.frame.camera, stride)
 
     def depth_m(self, stride: int) -> NDArray[np.float32]:
         """[h, w] readings, 0 for none."""
@@ -128,6 +119,19 @@ class Pyramid:
         if key not in self._made:
             self._made[key] = make()
         return self._made[key]
+
+
+@lru_cache(maxsize=8)
+def _thinned_camera(full: Camera, stride: int) -> Camera:
+    return replace(
+        full,
+        fx=full.fx / stride,
+        fy=full.fy / stride,
+        cx=full.cx / stride,
+        cy=full.cy / stride,
+        width=-(-full.width // stride),
+        height=-(-full.height // stride),
+    )
 
 
 def thinned(image: NDArray[Any], stride: int) -> NDArray[Any]:

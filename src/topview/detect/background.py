@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.color_view import ColorView, averaged
-from topview.kernels.skin import learn_still
+from topview.kernels.skin import before_background, learn_still
 from topview.records import DepthNoise, read_only
 
 Mask = NDArray[np.bool_]
@@ -201,12 +201,14 @@ class StillBackground:
         self._still_s = np.empty((0, 0), np.float32)
         self._updated_s = 0.0
 
-    def background(self, view: ColorView) -> Mask:
-        """[h, w] True where the depth is the background's, or further away, or there is no reading:
-        beside people lies the sensor's shadow on the background."""
+    def before(self, view: ColorView, is_candidate: Mask) -> Mask:
+        """[h, w] the candidates without what is the background's, or further away, or has no
+        reading: beside people lies the sensor's shadow on the background."""
         if self._nearest_m.shape != view.depth_m.shape:
-            return np.zeros(view.depth_m.shape, np.bool_)
-        return (view.depth_m > self._nearest_m) | (view.depth_m == 0.0)
+            return is_candidate
+        is_before = np.empty(view.depth_m.shape, np.bool_)
+        before_background(is_candidate, view.depth_m, self._nearest_m, is_before)
+        return is_before
 
     def update(self, view: ColorView, is_person: Mask) -> None:
         """Learn from a frame outside the people's pixels ([h, w]); all of the first frame is

@@ -101,7 +101,7 @@ class BeliefTables:
     prior: Vector
     tables: Mapping[str, Vector]
     trained_on: str
-    _columns: Mapping[str, list[Vector]] = field(init=False, repr=False)
+    _columns: Mapping[str, list[list[float]]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, table in (("prior", self.prior[None]), *self.tables.items()):
@@ -111,17 +111,21 @@ class BeliefTables:
                     f"table of {name} is {table.shape}; it must be {shape} with rows of sum 1"
                 )
             read_only(table)
-        columns = {name: list(np.ascontiguousarray(table.T)) for name, table in self.tables.items()}
+        columns = {name: table.T.tolist() for name, table in self.tables.items()}
         object.__setattr__(self, "_columns", columns)
 
     def likelihood(self, features: Features) -> Vector:
         """[4] P(O | kind), the product over the features that are known (Eq. 4.10)."""
-        likelihood = np.ones(len(Kind))
+        # Four numbers: faster without arrays.
+        face = left = right = other = 1.0
         for name, value in features.items():
             columns = self._columns.get(name)
             if columns is not None:
-                likelihood *= columns[FEATURES[name].bin(value)]
-        return likelihood
+                of_face, of_left, of_right, of_other = columns[FEATURES[name].bin(value)]
+                face, left, right, other = (
+                    face * of_face, left * of_left, right * of_right, other * of_other
+                )  # fmt: skip
+        return np.array([face, left, right, other])
 
     def updated(self, belief: Vector | None, features: Features, elapsed_s: float) -> Vector:
         """[4] B_t of B_{t-1} and an observation (Eq. 4.9); they sum to one.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
+from topview.kernels.scene import to_points
 from topview.records import Camera, Frame
 
 # Ours: an arm of 8 cm at 4 m is then 3 pixels wide, the least that survives a 3 x 3 median.
@@ -39,14 +40,9 @@ class Cloud:
     def of(cls, image: Pyramid) -> Cloud:
         stride = stride_of(image.frame.camera)
         depth_m = image.smooth_depth_m(stride)
-        height, width = depth_m.shape
         camera = image.camera(stride)
-        x = (np.arange(width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
-        y = (np.arange(height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy)
-        points_camera = np.empty((height, width, 3), np.float32)
-        np.multiply(depth_m, x, out=points_camera[..., 0])
-        np.multiply(depth_m, y[:, None], out=points_camera[..., 1])
-        points_camera[..., 2] = depth_m
+        points_camera = np.empty((*depth_m.shape, 3), np.float32)
+        to_points(depth_m, (camera.fx, camera.fy), (camera.cx, camera.cy), points_camera)
         return cls(image, stride, camera, depth_m, points_camera)
 
     @classmethod

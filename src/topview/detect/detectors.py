@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from math import dist
 from typing import Final, Literal
 
-import cv2
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.beliefs import Kind
@@ -24,6 +24,7 @@ from topview.detect.heads import (
 )
 from topview.detect.protocol import HeadDetector
 from topview.detect.skin import SkinSettings
+from topview.kernels.skin import widen_mask
 from topview.records import Frame, InputError
 from topview.timing import StageClock
 
@@ -136,7 +137,7 @@ class DepthAndSkinHeads(SkinHeads):
             near = [
                 index
                 for index, head in enumerate(heads)
-                if np.linalg.norm(head.center_camera - center) < FACE_HEAD_M
+                if dist(head.center_camera, center) < FACE_HEAD_M
             ]
             for index in near:
                 heads[index] = _confirmed(heads[index], belief)
@@ -148,8 +149,7 @@ class DepthAndSkinHeads(SkinHeads):
 
 def _is_ambiguous(heads_camera: Sequence[Vector], center_camera: Vector) -> bool:
     """Whether a face is near the heads of several people, so that it may be either's."""
-    offsets = [head - center_camera for head in heads_camera]
-    return sum(bool(np.linalg.norm(offset) < AMBIGUOUS_FACE_M) for offset in offsets) > 1
+    return sum(dist(head, center_camera) < AMBIGUOUS_FACE_M for head in heads_camera) > 1
 
 
 def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:
@@ -181,8 +181,6 @@ def _as_colors(cloud: Cloud, mask: Mask) -> Mask:
     """[h, w] of the view of colours from that of the cloud, dilated by a pixel of the cloud."""
     camera = cloud.frame.camera
     stride = stride_of_colors(camera)
-    wider = cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8))
-    rows, columns = (
-        np.arange(side // stride) * stride // cloud.stride for side in (camera.height, camera.width)
-    )
-    return np.take(np.take(wider, rows, axis=0), columns, axis=1).view(np.bool_)
+    wider = np.empty((camera.height // stride, camera.width // stride), np.bool_)
+    widen_mask(mask, stride, cloud.stride, wider)
+    return wider

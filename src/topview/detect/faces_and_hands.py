@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import dist, pi
+from math import pi
 from typing import Final
 
 import numpy as np
@@ -153,12 +153,14 @@ class FacesAndHands:
         probability = self._skin.probability(view, where)
         regions, is_skin = skin_regions(view, probability, self.settings)
         blobs = self._tracker.update(view, regions)
-        heads = [(float(x), float(y), float(z)) for x, y, z in heads_camera]
+        heads = heads_near(view, blobs, heads_camera)
         self._update_beliefs(view, blobs, heads)
         self._adapt_skin(view, blobs, where)
         return SkinDetections(
             view.light,
-            tuple(self._described(view, blob, heads) for blob in blobs),
+            tuple(
+                self._described(view, blob, head) for blob, head in zip(blobs, heads, strict=True)
+            ),
             view.stride,
             where,
             probability,
@@ -171,7 +173,7 @@ class FacesAndHands:
         kind = self.settings.background
         if is_candidate is not None and kind == "still":
             self._background = self._light
-            return view.small(is_candidate) & ~self._still.background(view)
+            return self._still.before(view, view.small(is_candidate))
         self._background, where = self._mixtures, self._mixtures.foreground(view)
         if is_candidate is not None and kind == "mixtures":
             where &= view.small(is_candidate)
@@ -195,15 +197,15 @@ class FacesAndHands:
         )
 
     def _update_beliefs(
-        self, view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Place]
+        self, view: ColorView, blobs: Sequence[Blob], heads: Sequence[Place | None]
     ) -> None:
         now_s = view.frame.timestamp_s
         elapsed_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
         beliefs, self._features = {}, {}
-        for blob in blobs:
+        for blob, head in zip(blobs, heads, strict=True):
             belief = self._beliefs.get(blob.id)
             if belief is None or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP):
-                features = self._features[blob.id] = features_of(view, blob, heads_camera)
+                features = self._features[blob.id] = features_of(view, blob, head)
                 belief = self._tables.updated(belief, features, elapsed_s)
             beliefs[blob.id] = belief
         self._beliefs = beliefs
@@ -217,7 +219,7 @@ class FacesAndHands:
                 paint(blob.region.pixels, True, is_sure)
         self._skin.adapt(view, is_sure, where)
 
-    def _described(self, view: ColorView, blob: Blob, heads_camera: Sequence[Place]) -> SkinBlob:
+    def _described(self, view: ColorView, blob: Blob, head: Place | None) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
         surface = None
         if blob.depth_m > 0.0:
@@ -227,7 +229,7 @@ class FacesAndHands:
             belief=self._beliefs[blob.id],
             ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
             surface_camera=surface,
-            palm_camera=palm_of(view, blob, heads_camera, HAND_REACH_M),
+            palm_camera=palm_of(view, blob, head),
             major_m=blob.ellipse.major * metres_per_px,
             minor_m=blob.ellipse.minor * metres_per_px,
             is_seen=blob.region is not None,
@@ -236,8 +238,35 @@ class FacesAndHands:
         )
 
 
-def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ()) -> Features:
-    """The observation O_t of a blob (Sec. 4.1.4); features from depth where that is known."""
+def heads_near(
+    view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Vector]
+) -> list[Place | None]:
+    """For each blob the nearest of the heads, [3] each, none where its depth is not known or no
+    head is within `HAND_REACH_M`."""
+    if not blobs or not heads_camera:
+        return [None] * len(blobs)
+    heads = np.array(heads_camera, np.float64)
+    ellipses = [blob.ellipse for blob in blobs]
+    middles = np.array(
+        [
+            view.point_camera(ellipse.x, ellipse.y, blob.depth_m)
+            for ellipse, blob in zip(ellipses, blobs, strict=True)
+        ]
+    )
+    away_m = np.sqrt(((middles[:, None] - heads) ** 2).sum(2))
+    nearest = away_m.argmin(1)
+    is_near = away_m[np.arange(len(blobs)), nearest] < HAND_REACH_M
+    places = heads[nearest].tolist()
+    return [
+        (place[0], place[1], place[2]) if is_its and blob.depth_m > 0.0 else None
+        for blob, place, is_its in zip(blobs, places, is_near.tolist(), strict=True)
+    ]
+
+
+def features_of(view: ColorView, blob: Blob, head: Place | None = None) -> Features:
+    """The observation O_t of a blob (Sec. 4.1.4); features from depth where that is known.
+
+    `head` is the nearest one (`heads_near`)."""
     camera, ellipse = view.camera, blob.ellipse
     depth_m = blob.depth_m
     metres_per_px = (depth_m or USUAL_DEPTH_M) / camera.fx
@@ -254,8 +283,7 @@ def features_of(view: ColorView, blob: Blob, heads_camera: Sequence[Place] = ())
         features["major_m"] = ellipse.major * metres_per_px
         features["minor_m"] = ellipse.minor * metres_per_px
         middle = view.point_camera(ellipse.x, ellipse.y, depth_m)
-        head = min(heads_camera, key=lambda place: dist(place, middle), default=None)
-        if head is not None and dist(head, middle) < HAND_REACH_M:
+        if head is not None:
             features["right_of_head_m"] = middle[0] - head[0]
             features["below_head_m"] = middle[1] - head[1]
     return features

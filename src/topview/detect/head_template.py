@@ -40,6 +40,8 @@ MOTION_M_PER_S: Final = 1.2
 SEARCH_SIGMAS: Final = 2.0
 # The places of least cost whose likeness to a head is computed.
 CANDIDATES: Final = 32
+# Of these so many are compared with a head first, those that cost least.
+AT_FIRST: Final = 6
 # Greatest change of depth from the predicted one, in any frame; each second adds `MOTION_M_PER_S`.
 DEPTH_CHANGE_M: Final = 0.11
 # A known head may lean further than a new one.
@@ -139,17 +141,40 @@ def track_head(
     centers[:, 0] = (columns - camera.cx) / camera.fx * depth_m
     centers[:, 1] = (rows - camera.cy) / camera.fy * depth_m
     centers[:, 2] = depth_m
-    confidence = _confidence(cloud, centers, up_camera, TRACKED_TILTS_RAD)
-    if confidence.max() < UPRIGHT_CONFIDENCE:
-        hanging = _confidence(cloud, centers, up_camera, HANGING_RAD)
-        confidence = np.maximum(confidence, hanging)
     deeper_m = depth_m - float(predicted_camera[2])
-    total = cost.ravel()[best] + (deeper_m / motion_m) ** 2 - CONFIDENCE_WEIGHT * confidence
-    chosen = int(np.argmin(total))
-    if confidence[chosen] < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
+    chosen, confidence = _most_likely(
+        cloud, centers, cost.ravel()[best] + (deeper_m / motion_m) ** 2, up_camera
+    )
+    if confidence < LEAST_CONFIDENCE or unlike.ravel()[best[chosen]] > UNLIKE_M2:
         return None
     center = _settle(cloud, centers[chosen], up_camera)
-    return None if center is None else HeadCandidate(center, float(confidence[chosen]))
+    return None if center is None else HeadCandidate(center, confidence)
+
+
+def _most_likely(
+    cloud: Cloud, centers_camera: Vector, costs: NDArray[np.float64], up_camera: Vector
+) -> tuple[int, float]:
+    """Which of [N, 3] places of [N] costs is the head's, and the confidence that it is one. Places
+    that cost too much to win by the greatest confidence are not compared with a head."""
+    order = np.argsort(costs, kind="stable")
+    confidence, total = np.zeros(len(costs)), costs.copy()
+    for tilts_rad in (TRACKED_TILTS_RAD, HANGING_RAD):
+        most = CONFIDENCE_WEIGHT * float(_upright(tilts_rad).max())
+        for some in (order[:AT_FIRST], order[AT_FIRST:]):
+            asked = some[costs[some] - most < total.min()]
+            if len(asked):
+                found = _confidence(cloud, centers_camera[asked], up_camera, tilts_rad)
+                confidence[asked] = np.maximum(confidence[asked], found)
+                total[asked] = costs[asked] - CONFIDENCE_WEIGHT * confidence[asked]
+        if confidence.max() >= UPRIGHT_CONFIDENCE:
+            break
+    chosen = int(np.argmin(total))
+    return chosen, float(confidence[chosen])
+
+
+def _upright(tilts_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How much a tilted head counts."""
+    return 1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
 
 
 def _confidence(
@@ -160,8 +185,7 @@ def _confidence(
     evidence = head_evidence(
         cloud, np.tile(centers_camera, (len(ups), 1)), np.repeat(ups, len(centers_camera), axis=0)
     )
-    upright = 1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
-    return (upright[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
+    return (_upright(tilts_rad)[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
 
 
 def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:

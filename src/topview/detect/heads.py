@@ -8,10 +8,12 @@ there is only an arm.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
@@ -35,8 +37,7 @@ HEAD_HALF_HEIGHT_M: Final = 0.11
 CENTER_BEHIND_SURFACE_M: Final = 2 / 3 * HEAD_RADIUS_M
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeadCandidate:
+class HeadCandidate(msgspec.Struct, frozen=True, eq=False):
     """A detected head.
 
     Attributes:

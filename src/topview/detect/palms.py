@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import cos, dist, sin
 from typing import Final
 
@@ -23,21 +22,18 @@ END_M: Final = 0.16
 CHEST_BELOW_HEAD_M: Final = 0.4
 
 
-def palm_of(
-    view: ColorView, blob: Blob, heads_camera: Sequence[Place], reach_m: float
-) -> NDArray[np.float64] | None:
+def palm_of(view: ColorView, blob: Blob, head: Place | None) -> NDArray[np.float64] | None:
     """[3] metres, a point on the skin, if the blob is a hand; None if its depth is not known.
 
-    It is the middle of the blob if that is no longer than a hand, or if no head is known within
-    `reach_m`; else the hand's end of the arm.
+    It is the middle of the blob if that is no longer than a hand, or if no head is near it; else
+    the hand's end of the arm.
     """
     if blob.depth_m == 0.0:
         return None
     ellipse = blob.ellipse
     middle = view.point_camera(ellipse.x, ellipse.y, blob.depth_m)
-    head = min(heads_camera, key=lambda place: dist(place, middle), default=None)
     px_per_m = view.camera.fx / blob.depth_m
-    if head is None or dist(head, middle) > reach_m or ellipse.major <= HAND_M * px_per_m:
+    if head is None or ellipse.major <= HAND_M * px_per_m:
         return np.array(middle)
     chest = head[0], head[1] + CHEST_BELOW_HEAD_M, head[2]
     ends = []

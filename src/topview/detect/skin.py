@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +18,7 @@ from topview.detect.ellipses import Box
 from topview.files import naming, read_archive
 from topview.kernels.skin import (
     connected_regions,
+    copy_levels,
     count_bins,
     cut_at_edges,
     look_up_levels,
@@ -230,41 +231,56 @@ def skin_regions(
     regions: list[SkinRegion] = []
     is_skin = np.zeros(probability.shape, np.bool_)
     levels = probability
+    box = 0, 0, probability.shape[1] - 1, probability.shape[0] - 1
     for cut in (None, _cut_at_edges, _cut_to_seeds):
         if cut is not None:
-            levels = cut(view, levels, settings)
-        is_too_large = np.zeros(probability.shape, np.bool_)
-        for region in _connected(view, levels, settings):
+            levels = cut(view, levels, settings, box)
+        too_large: list[SkinRegion] = []
+        for region in _connected(view, levels, settings, box):
             if region.area_m2 <= GREATEST_SKIN_M2:
                 regions.append(region)
                 paint(region.pixels, True, is_skin)
             elif cut is None or region.area_m2 < PERSON_M2:
-                paint(region.pixels, True, is_too_large)
-        if not is_too_large.any():
+                too_large.append(region)
+        if not too_large:
             break
-        levels = np.where(is_too_large, probability, np.uint8(0))
+        levels = np.zeros_like(probability)
+        box = _around([region.box for region in too_large])
+        for region in too_large:
+            copy_levels(region.pixels, probability, levels)
     return regions, is_skin
 
 
+def _around(boxes: Sequence[Box]) -> Box:
+    """The box that holds some."""
+    lefts, tops, rights, bottoms = zip(*boxes, strict=True)
+    return min(lefts), min(tops), max(rights), max(bottoms)
+
+
 def _cut_at_edges(
-    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings, box: Box
 ) -> NDArray[np.uint8]:
-    cut = np.empty_like(probability)
-    cut_at_edges(probability, view.depth_m, DEPTH_EDGE_M, cut)
+    cut = np.zeros_like(probability)
+    cut_at_edges(probability, view.depth_m, DEPTH_EDGE_M, box, cut)
     return cut
 
 
 def _cut_to_seeds(
-    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings, box: Box
 ) -> NDArray[np.uint8]:
     """The pixels above T_max, without specks."""
-    is_seed = (probability > 255.0 * settings.seed_probability).view(np.uint8)
+    left, top, right, bottom = box
+    # Specks are told by their surroundings: with a border of one pixel.
+    near = np.s_[max(top - 1, 0) : bottom + 2, max(left - 1, 0) : right + 2]
+    is_seed = (probability[near] > 255.0 * settings.seed_probability).view(np.uint8)
     kept = cv2.morphologyEx(is_seed, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    return np.where(np.asarray(kept) > 0, probability, np.uint8(0))
+    cut = np.zeros_like(probability)
+    cut[near] = probability[near] * np.asarray(kept)
+    return cut
 
 
 def _connected(
-    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings
+    view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings, box: Box
 ) -> Iterator[SkinRegion]:
     """Regions of connected pixels above T_min with a seed among them, without the small ones."""
     most = probability.size // LEAST_REGION_PIXELS + 1
@@ -277,6 +293,7 @@ def _connected(
         int(255.0 * settings.growth_probability),
         int(255.0 * settings.seed_probability),
         LEAST_REGION_PIXELS,
+        box,
         np.zeros(probability.shape, np.bool_),
         pixels,
         starts,

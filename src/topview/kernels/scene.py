@@ -22,6 +22,29 @@ def floor_margin(depth_m: float, above_camera_m: float, margin_m: float, noise_2
 
 
 @njit(cache=True, nogil=True)
+def to_points(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    out_points_camera: NDArray[np.float32],
+) -> None:
+    """[h, w, 3] metres of a depth image [h, w], zeros where there is no reading."""
+    height, width = depth_m.shape
+    across = np.empty(width, np.float32)
+    for column in range(width):
+        off_px = np.float32(column) - np.float32(principal_px[0])
+        across[column] = off_px / np.float32(focal_px[0])
+    for row in range(height):
+        off_px = np.float32(row) - np.float32(principal_px[1])
+        down = off_px / np.float32(focal_px[1])
+        for column in range(width):
+            z = depth_m[row, column]
+            out_points_camera[row, column, 0] = z * across[column]
+            out_points_camera[row, column, 1] = z * down
+            out_points_camera[row, column, 2] = z
+
+
+@njit(cache=True, nogil=True)
 def set_up(
     points_camera: NDArray[np.float32],
     is_background: NDArray[np.bool_],
@@ -115,9 +138,14 @@ def find_cores(
     return area_m2
 
 
+@njit(nogil=True)
+def _in_double(points: NDArray[np.float32], n: int) -> tuple[float, float, float]:
+    return np.float64(points[n, 0]), np.float64(points[n, 1]), np.float64(points[n, 2])
+
+
 @njit(cache=True, nogil=True)
 def plane_moments(
-    points_camera: NDArray[np.float64],
+    points_camera: NDArray[np.float32],
     normal_camera: NDArray[np.float64],
     distance_m: float,
     tolerance: Law,
@@ -138,7 +166,7 @@ def plane_moments(
     count = 0
     total, mean_x, mean_y, mean_z = 0.0, 0.0, 0.0, 0.0
     for n in range(points_camera.shape[0]):
-        x, y, z = points_camera[n]
+        x, y, z = _in_double(points_camera, n)
         off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
         if z > 0.0 and abs(off_m) < law_at(z, tolerance):
             near[count] = n
@@ -153,7 +181,7 @@ def plane_moments(
     mean_x, mean_y, mean_z = mean_x / total, mean_y / total, mean_z / total
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(count):
-        x, y, z = points_camera[near[k]]
+        x, y, z = _in_double(points_camera, near[k])
         weight = 1.0 / (z * z)
         x, y, z = x - mean_x, y - mean_y, z - mean_z
         xx += weight * x * x
@@ -209,6 +237,31 @@ def learn_background(
             elif ahead_m < tolerance_m:
                 out_mean_m[row, column] -= np.float32(share) * ahead_m
                 out_steady_s[row, column] += np.float32(elapsed_s)
+
+
+@njit(cache=True, nogil=True)
+def changed_share(
+    is_own: NDArray[np.bool_],
+    depth_m: NDArray[np.float32],
+    mean_m: NDArray[np.float32],
+    steady_s: NDArray[np.float32],
+    since_s: float,
+    tolerance: Law,
+) -> float:
+    """Share of a thing's pixels [h, w] whose depth has not been the same for `since_s`; 1 of none.
+
+    The other arguments are those of `learn_background`, which has learnt from this depth.
+    """
+    own, changed = 0, 0
+    for row in range(is_own.shape[0]):
+        for column in range(is_own.shape[1]):
+            if not is_own[row, column]:
+                continue
+            z = depth_m[row, column]
+            is_there = z > mean_m[row, column] - law_at(z, tolerance)
+            own += 1
+            changed += not is_there or steady_s[row, column] < np.float32(since_s)
+    return changed / own if own else 1.0
 
 
 @njit(cache=True, nogil=True)

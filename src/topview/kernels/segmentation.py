@@ -38,11 +38,23 @@ def geodesic_distance(
     for row in range(height):
         for column in range(width):
             if 0.0 <= out_m[row, column] <= limit_m:
-                queue[count] = row * width + column
-                count += 1
+                if _may_tell(out_m, row, column):
+                    queue[count] = row * width + column
+                    count += 1
             elif out_m[row, column] >= 0.0:
                 out_m[row, column] = np.inf
     _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+
+
+@njit(nogil=True)
+def _may_tell(out_m: NDArray[np.float32], row: int, column: int) -> bool:
+    """Whether a seed is nearer than one of its 8 neighbours."""
+    height, width = out_m.shape
+    farthest_m = out_m[row, column]
+    for i in range(max(row - 1, 0), min(row + 2, height)):
+        for j in range(max(column - 1, 0), min(column + 2, width)):
+            farthest_m = max(farthest_m, out_m[i, j])
+    return farthest_m > out_m[row, column]
 
 
 @njit(nogil=True)
@@ -209,19 +221,25 @@ def share_bodies(
     """
     count, height, width = bodies_m.shape
     contested = 0
+    nearest_m = np.empty(width, np.float32)
+    reached = np.empty(width, np.int32)
+    # Row by row without branches, so that several pixels are looked at together.
     for row in range(height):
+        nearest_m[:] = np.inf
+        reached[:] = 0
+        for n in range(count):
+            body_m, is_counted = bodies_m[n, row], np.int32(is_tracked[n])
+            for column in range(width):
+                nearest_m[column] = min(nearest_m[column], body_m[column])
+                reached[column] += is_counted & (body_m[column] < np.inf)
+        for n in range(count):
+            body_m, is_own = bodies_m[n, row], out_is_own[n, row]
+            for column in range(width):
+                is_near = body_m[column] <= nearest_m[column] + np.float32(share_m)
+                is_own[column] = is_near & (body_m[column] < np.inf)
         for column in range(width):
-            nearest_m = bodies_m[0, row, column]
-            reached = 0
-            for n in range(count):
-                nearest_m = min(nearest_m, bodies_m[n, row, column])
-                reached += is_tracked[n] and bodies_m[n, row, column] < np.inf
-            for n in range(count):
-                own_m = bodies_m[n, row, column]
-                is_near = own_m <= nearest_m + np.float32(share_m)
-                out_is_own[n, row, column] = is_near and own_m < np.inf
-            out_is_contested[row, column] = reached > 1
-            contested += reached > 1
+            out_is_contested[row, column] = reached[column] > 1
+            contested += reached[column] > 1
     return contested
 
 
@@ -270,26 +288,32 @@ def full_pixels_of(
     height, width = small_depth_m.shape
     # With a border, so that every pixel has four around it.
     users_depth_m = np.full((height + 1, width + 1), -np.inf, np.float32)
-    top, bottom, left, right = height, -1, width, -1
+    starts, ends = np.full(height + 1, width), np.full(height + 1, -1)
+    top, bottom = height, -1
     for i in range(height):
         for j in range(width):
             if is_users[i, j]:
                 users_depth_m[i, j] = small_depth_m[i, j]
-                top, bottom = min(top, i), i
-                left, right = min(left, j), max(right, j)
-    first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
+                starts[i], ends[i] = min(starts[i], j), j
+        if ends[i] >= 0:
+            top, bottom = min(top, i), i
     rows = range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height))
-    pixels = np.empty(len(rows) * max(last - first, 0), np.int32)
-    around_m = np.empty((4, max(last - first, 0)), np.float32)
+    most = max(ends.max() - starts.min() + 2, 0) * stride
+    pixels = np.empty(len(rows) * most, np.int32)
+    around_m = np.empty((4, most), np.float32)
     upper_m, upper_right_m, lower_m, lower_right_m = around_m
-    is_its = np.empty(max(last - first, 0), np.bool_)
+    is_its = np.empty(most, np.bool_)
     count = 0
     up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
+    first, last = 0, 0
     for row in rows:
         if row % stride == 0:
+            i = row // stride
+            left, right = min(starts[i], starts[i + 1]), max(ends[i], ends[i + 1])
+            first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
             for k in range(4):
-                small_m = users_depth_m[row // stride + k // 2, first // stride + k % 2 :]
-                _widen(small_m, stride, around_m[k])
+                small_m = users_depth_m[i + k // 2, first // stride + k % 2 :]
+                _widen(small_m, stride, around_m[k, : max(last - first, 0)])
         rise_y = (row - principal_px[1]) * up_y + floor[2]
         seen_m = full_depth_m[row, first:last]
         # Without branches, so that several pixels are looked at together.

@@ -38,6 +38,46 @@ def look_up_levels(
 
 
 @njit(cache=True, nogil=True)
+def widen_mask(
+    mask: NDArray[np.bool_], stride: int, mask_stride: int, out: NDArray[np.bool_]
+) -> None:
+    """[H, W] whether any of the 3 x 3 pixels of a smaller mask [h, w] is, about the one that lies
+    there; strides are those of both in the full image."""
+    height, width = mask.shape
+    near = np.empty(width + 2, np.bool_)
+    last = -1
+    for row in range(out.shape[0]):
+        i = row * stride // mask_stride
+        if i == last:
+            out[row] = out[row - 1]
+            continue
+        last = i
+        near[:] = False
+        for k in range(max(i - 1, 0), min(i + 2, height)):
+            for j in range(width):
+                near[j + 1] |= mask[k, j]
+        for column in range(out.shape[1]):
+            j = column * stride // mask_stride
+            out[row, column] = near[j] | near[j + 1] | near[j + 2]
+
+
+@njit(cache=True, nogil=True)
+def before_background(
+    is_candidate: NDArray[np.bool_],
+    depth_m: NDArray[np.float32],
+    nearest_m: NDArray[np.float32],
+    out: NDArray[np.bool_],
+) -> None:
+    """[h, w] which candidates have a reading and are no further away than where the background
+    begins."""
+    for row in range(out.shape[0]):
+        for column in range(out.shape[1]):
+            z = depth_m[row, column]
+            is_before = (z > 0.0) & (z <= nearest_m[row, column])
+            out[row, column] = is_candidate[row, column] & is_before
+
+
+@njit(cache=True, nogil=True)
 def count_bins(
     yuv: NDArray[np.uint8],
     is_counted: NDArray[np.bool_],
@@ -56,14 +96,14 @@ def cut_at_edges(
     level: NDArray[np.uint8],
     depth_m: NDArray[np.float32],
     edge_m: float,
+    box: tuple[int, int, int, int],
     out_level: NDArray[np.uint8],
 ) -> None:
     """[h, w] a level, 0 where there is no reading or depths of the pixel and its 8 neighbours
-    differ by more than `edge_m`."""
+    differ by more than `edge_m`; inside of a box (left, top, right, bottom; all inside)."""
     height, width = level.shape
-    for row in range(height):
-        for column in range(width):
-            out_level[row, column] = 0
+    for row in range(box[1], box[3] + 1):
+        for column in range(box[0], box[2] + 1):
             if level[row, column] == 0 or depth_m[row, column] == 0.0:
                 continue
             nearest_m, farthest_m = depth_m[row, column], depth_m[row, column]
@@ -187,6 +227,7 @@ def connected_regions(
     low: int,
     high: int,
     least_pixels: int,
+    box: tuple[int, int, int, int],
     is_visited: NDArray[np.bool_],
     out_pixels: NDArray[np.float32],
     out_starts: NDArray[np.int32],
@@ -201,6 +242,7 @@ def connected_regions(
         low: see above.
         high: see above.
         least_pixels: of a region.
+        box: left, top, right, bottom, all inside; beyond it no level is above `low`.
         is_visited: [h, w] scratch, all False.
         out_pixels: [h * w, 2] (x, y) of one region after the other.
         out_starts: [K + 1] where each region's pixels start, and where the last one's end.
@@ -214,8 +256,8 @@ def connected_regions(
     readings_m = np.empty(level.size, np.float32)
     count, end = 0, 0
     out_starts[0] = 0
-    for first_row in range(height):
-        for first_column in range(width):
+    for first_row in range(box[1], box[3] + 1):
+        for first_column in range(box[0], box[2] + 1):
             if level[first_row, first_column] <= low or is_visited[first_row, first_column]:
                 continue
             start = end
@@ -270,6 +312,16 @@ def paint(pixels: NDArray[np.float32], value: int, out: NDArray[np.generic]) -> 
     """Set [h, w] `out` to a value at [N, 2] pixels (x, y), all inside."""
     for n in range(len(pixels)):
         out[int(pixels[n, 1]), int(pixels[n, 0])] = value
+
+
+@njit(cache=True, nogil=True)
+def copy_levels(
+    pixels: NDArray[np.float32], level: NDArray[np.uint8], out_level: NDArray[np.uint8]
+) -> None:
+    """Copy [h, w] levels at [N, 2] pixels (x, y), all inside."""
+    for n in range(len(pixels)):
+        row, column = int(pixels[n, 1]), int(pixels[n, 0])
+        out_level[row, column] = level[row, column]
 
 
 @njit(cache=True, nogil=True)

@@ -4,12 +4,13 @@ people by place, and by skin alone)."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
+from math import dist
 from typing import Final
 
 import cv2
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.head_colors import HeadColors
@@ -128,7 +129,7 @@ def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> lis
 
 def apart_m(one: Track, other: Track) -> float:
     """Between two heads."""
-    return float(np.linalg.norm(one.place_camera - other.place_camera))
+    return dist(one.place_camera, other.place_camera)
 
 
 def nearest_m(track: Track, others: Sequence[Track]) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.kernels.scene import learn_background, shows_background
+from topview.kernels.scene import changed_share, learn_background, shows_background
 from topview.records import KINECT1_NOISE, DepthNoise
 
 # All ours: seconds until a depth is believed, of which what lies between two frames counts for no
@@ -68,12 +68,17 @@ class Background:
         shows_background(depth_m, self._mean_m, self._steady_s, KNOWN_S, tolerance, is_seen)
         return is_seen
 
-    def steady_s_in(
-        self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
-    ) -> NDArray[np.float32]:
-        """[h, w] for how long a frame's depths, which it has learnt from, have been the same."""
-        nearest_m = self._mean_m - TOLERANCE_M - TOLERANCE_NOISES * noise.sigma_m(depth_m)
-        return np.where(depth_m > nearest_m, self._steady_s, np.float32(0.0))
+    def changed_share(
+        self,
+        is_own: NDArray[np.bool_],
+        depth_m: NDArray[np.float32],
+        since_s: float,
+        noise: DepthNoise = KINECT1_NOISE,
+    ) -> float:
+        """Share of the pixels [h, w] of a thing whose depths, which it has learnt from, have been
+        the same for less than `since_s`; 1 of none."""
+        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        return changed_share(is_own, depth_m, self._mean_m, self._steady_s, since_s, tolerance)
 
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""

@@ -6,9 +6,10 @@ Each frame: predict, detect, associate, update or coast, spawn, segment, confirm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
@@ -152,7 +153,7 @@ class PeopleFinder:
         scene = Scene.of(cloud, self._floor.update(cloud), is_background, self.settings.scene)
         noise, nobody = cloud.camera.noise, np.zeros(cloud.depth_m.shape, np.bool_)
         self._steady.update(cloud.depth_m, nobody, scene.time_s, noise)
-        scene = replace(scene, steady_s=self._steady.steady_s_in(cloud.depth_m, noise))
+        scene = replace(scene, steady=self._steady)
         is_looked_at = self.settings.areas.looked_at(scene)
         if is_looked_at is None:
             return scene

@@ -90,7 +90,7 @@ class FloorTracker:
         if self.plane is None:
             self._search(cloud, time_s)
         else:
-            points = cloud.points_camera[::2, ::2].astype(np.float64).reshape(-1, 3)
+            points = cloud.points_camera[::2, ::2].reshape(-1, 3)
             refined = _refine(points, self.plane, cloud.camera.noise, self.settings)
             if refined is not None:
                 self._lost_since_s = None
@@ -114,6 +114,7 @@ def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPla
     points, is_level = _level_points(cloud, settings)
     noise = cloud.camera.noise
     candidates = points[is_level]
+    level = candidates.astype(np.float32)
     if len(candidates) < settings.min_pixels:
         return None
     generator = np.random.default_rng(seed)
@@ -148,7 +149,7 @@ def find_floor(cloud: Cloud, settings: FloorSettings, seed: int = 0) -> FloorPla
         return None
     plane: FloorPlane | None = FloorPlane(normals[best], float(distances[best]))
     for _ in range(2):
-        plane = plane and _refine(candidates, plane, noise, settings)
+        plane = plane and _refine(level, plane, noise, settings)
     return plane
 
 
@@ -172,7 +173,7 @@ def _level_points(cloud: Cloud, settings: FloorSettings) -> tuple[Points, NDArra
 
 
 def _refine(
-    points: Points, plane: FloorPlane, noise: DepthNoise, settings: FloorSettings
+    points: NDArray[np.float32], plane: FloorPlane, noise: DepthNoise, settings: FloorSettings
 ) -> FloorPlane | None:
     """Least squares on the points near a plane; None where they do not make up a floor."""
     mean, spread = np.empty(3), np.empty((3, 3))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
 from math import exp, inf, log, log1p
@@ -10,6 +9,7 @@ from typing import Final
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
@@ -83,8 +83,7 @@ def shipped_likelihood() -> Likelihood:
     return msgspec.json.decode(text, type=Likelihood)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
+class Evidence(msgspec.Struct, frozen=True, eq=False):
     """What has been seen of a track, averaged over the last seconds.
 
     Attributes:

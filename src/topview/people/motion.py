@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import dist, exp, log, pi
 from typing import Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +26,7 @@ WALK_S: Final = 0.4
 PAUSE_S: Final = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(msgspec.Struct, frozen=True, eq=False):
     """Where a point is and where it goes; the covariance is the same along each axis.
 
     Attributes:

@@ -7,11 +7,12 @@ whether the person is there at all.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import log, pi
 from typing import Final
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_RADIUS_M
@@ -47,8 +48,7 @@ SURELY_THERE: Final = 0.99
 PLACE_M: Final = 0.4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class Places(msgspec.Struct, frozen=True, eq=False):
     """Samples of the place of one head on the overview.
 
     Attributes:

@@ -4,11 +4,12 @@ thesis's people stay)."""
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import log
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.people.appearance import Colors, clothes_under, unlikeness

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +13,7 @@ from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.heads import covered_share
 from topview.kernels.scene import set_up
+from topview.people.background import Background
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import bulky_surfaces, jump_of
 
@@ -39,8 +41,7 @@ class SceneSettings:
     huge_core_m2: float = 0.8
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class Scene(msgspec.Struct, frozen=True, eq=False):
     """A cloud with up and down: heights, the overview, and what may be a person's.
 
     Attributes:
@@ -56,7 +57,7 @@ class Scene:
         inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
         is_bulky: [h, w] surfaces that a disc of `bulk_radius_m` fits into: torsos and furniture,
             but no limb.
-        steady_s: [h, w] for how long each depth has been the same; None where it is not known.
+        steady: of all that is seen, which tells what has changed; None where it is not known.
     """
 
     cloud: Cloud
@@ -69,7 +70,7 @@ class Scene:
     is_free_standing: NDArray[np.bool_]
     inset_m: NDArray[np.float32]
     is_bulky: NDArray[np.bool_]
-    steady_s: NDArray[np.float32] | None = None
+    steady: Background | None = None
 
     @classmethod
     def of(
@@ -126,10 +127,12 @@ class Scene:
         """Share of the pixels [h, w] of a thing that have changed since a moment, but for those on
         edges; 1 where that is not known."""
         is_inner = is_own & (self.inset_m > 0.0)
-        if self.steady_s is None or not is_inner.any():
+        if self.steady is None:
             return 1.0
         gone_s = self.time_s - since_s - CLOCK_S
-        return float((self.steady_s[is_inner] < gone_s).mean())
+        return self.steady.changed_share(
+            is_inner, self.cloud.depth_m, gone_s, self.cloud.camera.noise
+        )
 
     def aside_of(
         self, point_camera: NDArray[np.float64], window: tuple[slice, slice] = WHOLE

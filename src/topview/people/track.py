@@ -3,10 +3,11 @@ one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Final
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
@@ -33,8 +34,7 @@ TOLD_OFF_M, TOLD_OFF_S = 0.18, 0.08
 SURE_HEAD: Final = 0.75
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class Track(msgspec.Struct, frozen=True, eq=False):
     """The state of one track after a frame.
 
     Attributes:

@@ -19,6 +19,7 @@ from topview.records import SENSOR_NOISE, Camera, DepthNoise, SensorName
 PERSON: Disc = (80.0, 60.0, 20.0, 2.0, SHIRT_RGB)
 FAR_PERSON: Disc = (80.0, 60.0, 20.0, 2.85, SHIRT_RGB)
 NOBODY = np.zeros((120, 160), np.bool_)
+ANYBODY = ~NOBODY
 
 
 def is_person(disc: Disc) -> np.ndarray:
@@ -176,7 +177,7 @@ def test_furniture_is_room_and_who_moves_is_not() -> None:
     for index in range(60):
         walker: Disc = (50.0 + index, 60.0, 10.0, 2.0, SHIRT_RGB)
         view = view_of(frame_of([chair, walker], index=index))
-        is_seen = room.background(view)
+        is_seen = ~room.before(view, ANYBODY)
         room.update(view, NOBODY)
         if index > 25:  # away from where the first frame, that tells all, showed it
             assert not is_seen[is_person(walker)].any()
@@ -190,10 +191,10 @@ def test_what_keeps_still_becomes_room_unless_it_is_somebody() -> None:
         for index in range(1, 40):
             view = view_of(frame_of([PERSON], index=index, fps=10.0))
             if index < 15:
-                assert not room.background(view)[is_person(PERSON)].any()
+                assert room.before(view, ANYBODY)[is_person(PERSON)].all()
             room.update(view, mask)
         still = view_of(frame_of([PERSON], index=40, fps=10.0))
-        share = room.background(still)[is_person(PERSON)].mean()
+        share = 1.0 - room.before(still, ANYBODY)[is_person(PERSON)].mean()
         assert share > 0.95 if becomes_room else share == 0.0
-        gone = room.background(view_of(frame_of(index=41, fps=10.0)))
-        assert gone.mean() > 0.99
+        left = room.before(view_of(frame_of(index=41, fps=10.0)), ANYBODY)
+        assert left.mean() < 0.01

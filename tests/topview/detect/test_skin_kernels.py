@@ -22,6 +22,7 @@ from topview.kernels.skin import (
     paint,
     perimeter,
     share_pixels,
+    widen_mask,
 )
 
 LOW, HIGH, LEAST = 50, 100, 4
@@ -39,6 +40,11 @@ def disc(x: float, y: float, radius: float) -> NDArray[np.bool_]:
     return np.hypot(COLUMNS - x, ROWS - y) <= radius
 
 
+def all_of(image: NDArray[np.generic]) -> tuple[int, int, int, int]:
+    """The box that holds it."""
+    return 0, 0, image.shape[1] - 1, image.shape[0] - 1
+
+
 def regions(
     level: NDArray[np.uint8], depth_m: NDArray[np.float32]
 ) -> list[tuple[NDArray[np.float32], list[int], list[float]]]:
@@ -48,7 +54,7 @@ def regions(
     means = np.empty((level.size, 3))
     is_visited = np.zeros(level.shape, np.bool_)
     count = connected_regions(
-        level, depth_m, LOW, HIGH, LEAST, is_visited, pixels, starts, boxes, means
+        level, depth_m, LOW, HIGH, LEAST, all_of(level), is_visited, pixels, starts, boxes, means
     )
     return [
         (pixels[starts[k] : starts[k + 1]], boxes[k].tolist(), means[k].tolist())
@@ -163,12 +169,27 @@ def test_levels_are_cut_at_edges_and_holes(seed: int) -> None:
     depth = rng.choice([2.0, 2.05, 2.3], (20, 30), p=[0.7, 0.25, 0.05]).astype(np.float32)
     depth[rng.random(depth.shape) < 0.02] = 0.0
     level = rng.integers(0, 256, depth.shape, np.uint8)
-    cut = np.empty_like(level)
-    cut_at_edges(level, depth, 0.1, cut)
+    cut, some = np.zeros_like(level), np.zeros_like(level)
+    cut_at_edges(level, depth, 0.1, all_of(level), cut)
+    cut_at_edges(level, depth, 0.1, (4, 3, 20, 11), some)
+    np.testing.assert_array_equal(some[3:12, 4:21], cut[3:12, 4:21])
+    assert some.sum() == some[3:12, 4:21].sum()
     around = np.ones((3, 3), np.uint8)
     is_edge = (cv2.dilate(depth, around) - cv2.erode(depth, around) > 0.1) | (depth == 0.0)
     np.testing.assert_array_equal(cut, np.where(is_edge, 0, level))
     assert is_edge.any()
+
+
+@pytest.mark.parametrize(("stride", "mask_stride"), [(2, 4), (1, 4), (2, 3), (3, 3)])
+def test_a_mask_is_widened_and_enlarged(stride: int, mask_stride: int) -> None:
+    rng = np.random.default_rng(0)
+    mask = rng.random((20, 30)) < 0.05
+    wide = np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8))) > 0
+    rows, columns = (np.arange(side * mask_stride // stride) for side in mask.shape)
+    found = np.empty((len(rows), len(columns)), np.bool_)
+    widen_mask(mask, stride, mask_stride, found)
+    of_row, of_column = rows * stride // mask_stride, columns * stride // mask_stride
+    np.testing.assert_array_equal(found, wide[of_row][:, of_column])
 
 
 def test_lights_are_counted_where_it_is_not_black() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import combinations, permutations
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import box, head_of, render, standing_person
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import log
 from typing import Any
 
@@ -11,8 +10,10 @@ import pytest
 from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from people_scenes import head_of, render, standing_person
 
+from topview.people.background import Background
 from topview.people.existence import (
     CONFIRMED,
     CONFIRMED_LATE,
@@ -49,6 +50,14 @@ def track_with(odds: float, key: int = 1, asked_s: float = 1e-9, **changes: Any)
 
 
 BORN = replace(track_at(FIRST, HEAD), id=0)
+
+
+def steady_for(seconds: float) -> Background:
+    """What has seen the later scene for so long."""
+    steady = Background(np.inf)
+    for time_s in (0.0, seconds):
+        steady.update(LATER.cloud.depth_m, np.zeros(LATER.heights_m.shape, np.bool_), time_s)
+    return steady
 
 
 def log_odds_of(share: float) -> float:
@@ -182,11 +191,10 @@ def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
     for steady_s, key in ((2.0, 7), (0.1, 9)):
         existence = Existence(None, LIKE_A_PERSON)
         assert existence.going_on([refused], LATER) == []
-        steady = np.full(body_m.shape, steady_s, np.float32)
-        assert existence.taken_up(born, replace(LATER, steady_s=steady)).key == key
+        assert existence.taken_up(born, replace(LATER, steady=steady_for(steady_s))).key == key
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
     elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))
-    assert existence.taken_up(elsewhere, replace(LATER, steady_s=steady + 2.0)).key == 9
+    assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
 
 
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:

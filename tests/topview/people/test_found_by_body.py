@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of, track_at
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import Ball, box, frame, head_of, limb, render, standing_person, with_noise
 from standing_bodies import Standing

@@ -133,7 +133,10 @@ def test_how_long_a_depth_has_been_the_same() -> None:
     depth[:, 1] -= 0.5  # nearer: something has come before it
     steady.update(depth, nobody, 5.0)
     for column, seconds in ((0, 3.0), (1, 0.0), (2, 5.0)):
-        np.testing.assert_allclose(steady.steady_s_in(depth)[:, column], seconds)
+        is_own = np.zeros((4, 6), np.bool_)
+        is_own[:, column] = True
+        assert steady.changed_share(is_own, depth, seconds - 0.1) == float(seconds == 0.0)
+        assert steady.changed_share(is_own, depth, seconds + 0.1) == 1.0
 
 
 def test_by_overview_who_is_near_a_head_is_one_user_and_what_touches_both_is_both() -> None:

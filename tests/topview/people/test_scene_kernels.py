@@ -14,6 +14,7 @@ from topview.kernels.scene import (
     plane_moments,
     set_up,
     shows_background,
+    to_points,
 )
 
 SHAPE = (20, 25)
@@ -99,12 +100,13 @@ def test_an_image_without_edges_has_a_finite_inset() -> None:
 def test_moments_are_those_of_the_points_near_the_plane(
     generator: np.random.Generator, noise: tuple[float, float, float]
 ) -> None:
-    points = generator.uniform([-1.0, 0.9, 1.0], [1.0, 1.1, 4.0], (300, 3))
-    points[::10] = 0.0
+    readings = generator.uniform([-1.0, 0.9, 1.0], [1.0, 1.1, 4.0], (300, 3)).astype(np.float32)
+    readings[::10] = 0.0
+    points = readings.astype(np.float64)
     normal, distance_m = np.array([0.0, -1.0, 0.0]), 1.0
     mean, covariance = np.empty(3), np.empty((3, 3))
     count = plane_moments(
-        points, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
+        readings, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
     )
     off = np.abs(points @ normal + distance_m)
     near = points[(points[:, 2] > 0.0) & (off < 0.04 + law(points[:, 2], noise))]
@@ -117,10 +119,17 @@ def test_moments_are_those_of_the_points_near_the_plane(
 
 def test_no_points_have_no_moments() -> None:
     moments = np.empty(3), np.empty((3, 3))
-    assert (
-        plane_moments(np.zeros((5, 3)), np.array([0.0, -1.0, 0.0]), 0.0, (0.1, 0.0, 0.0), *moments)
-        == 0
-    )
+    nothing, up = np.zeros((5, 3), np.float32), np.array([0.0, -1.0, 0.0])
+    assert plane_moments(nothing, up, 0.0, (0.1, 0.0, 0.0), *moments) == 0
+
+
+def test_points_are_where_the_pixels_look(generator: np.random.Generator) -> None:
+    depth = np.where(generator.random(SHAPE) < 0.1, 0.0, generator.uniform(1.0, 4.0, SHAPE))
+    points = np.empty((*SHAPE, 3), np.float32)
+    to_points(depth.astype(np.float32), (20.0, 21.0), (5.5, 4.5), points)
+    rows, columns = np.indices(SHAPE)
+    expected = depth * np.array([(columns - 5.5) / 20.0, (rows - 4.5) / 21.0, np.ones(SHAPE)])
+    np.testing.assert_allclose(points, expected.transpose(1, 2, 0), atol=1e-5)
 
 
 def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import head_of, render
 

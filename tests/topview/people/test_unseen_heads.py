@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, Rgb, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import Ball, box, head_of, limb, render, standing_person
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, Rgb, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import head_of, render, standing_person
 
