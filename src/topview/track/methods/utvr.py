@@ -9,6 +9,7 @@ what each addition brings. Where the thesis leaves a point open:
   forearm or lower leg bends; that part's hypotheses are valid where both parts keep within Table
   3.2.
 - A part without evidence keeps its direction of the frame before.
+- Only what is placed steers the parts below it. So at a frame's end all parts descend together.
 - Collisions are counted with placed parts: the same person's, and those of whoever stands nearer.
 """
 
