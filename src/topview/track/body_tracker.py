@@ -14,6 +14,7 @@ from topview.filter.particles import generator, time_key
 from topview.timing import StageClock
 from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
+from topview.track.familiarity import Familiarity
 
 
 class BodyPose(Protocol):
@@ -44,6 +45,16 @@ class LearnsBones(Protocol):
     @property
     def bones(self) -> BoneLengths:
         """As far as they are known."""
+        ...
+
+
+@runtime_checkable
+class KnowsFamiliarity(Protocol):
+    """A body tracker that knows how far proposed joints can be relied on."""
+
+    @property
+    def familiarity(self) -> Familiarity:
+        """Of the last frame with proposals."""
         ...
 
 

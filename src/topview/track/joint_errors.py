@@ -21,6 +21,7 @@ from scipy.special import fdtr, fdtri
 from topview.body.parts import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
 from topview.detect.joints import JointProposals
 from topview.records import JointState
+from topview.track.familiarity import FAMILIAR, Familiarity
 from topview.track.joint_fit import body_joints
 from topview.track.visibility import Visibility
 
@@ -117,12 +118,14 @@ class JointSigns:
         visibility: of the joints.
         hidden_for_s: [J] since each was last visible and some of it confirmed; infinite if never.
         proposals: of the joints, P = 1; None where nothing is proposed.
+        familiarity: how far the proposals can be relied on.
     """
 
     joints_camera: Array
     visibility: Visibility
     hidden_for_s: Array
     proposals: JointProposals | None
+    familiarity: Familiarity = FAMILIAR
 
     @property
     def is_behind(self) -> NDArray[np.bool_]:
@@ -136,9 +139,10 @@ class JointSigns:
         terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
         terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
         if self.proposals is not None:
-            places, scales_m = body_joints(self.proposals, OUTPUT_JOINT_NAMES)
+            proposals = self.proposals.widened(self.familiarity.widening)
+            places, scales_m = body_joints(proposals, OUTPUT_JOINT_NAMES)
             is_proposed = np.isfinite(scales_m).all((0, -1))
-            told = self._of_proposals(places, scales_m, self.proposals.weights[0])
+            told = self._of_proposals(places, scales_m, proposals.weights[0])
             terms[:3, is_proposed] = told[:, is_proposed]
             terms[3:, is_proposed] = 0.0
         return terms

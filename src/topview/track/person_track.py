@@ -9,7 +9,8 @@ from topview.body.known_body import KnownBody, KnownBone
 from topview.body.parts import OUTPUT_JOINTS
 from topview.people.users import User
 from topview.records import JointState, Person
-from topview.track.body_tracker import BodyMethod, LearnsBones, Subject
+from topview.track.body_tracker import BodyMethod, KnowsFamiliarity, LearnsBones, Subject
+from topview.track.familiarity import FAMILIAR, Familiarity
 from topview.track.feet import Feet
 from topview.track.joint_errors import JointSigns, shipped_joint_errors, told_errors
 from topview.track.pose import FittedBody
@@ -55,6 +56,11 @@ class PersonTrack:
             bones = self._tracker.bones.known(self._tracker.model.stature_m)
         return KnownBody(self._stature_m, bones, seconds)
 
+    @property
+    def _familiarity(self) -> Familiarity:
+        own = self._tracker
+        return own.familiarity if isinstance(own, KnowsFamiliarity) else FAMILIAR
+
     def seen_in(self, scene: FittedScene, body: FittedBody) -> Person:
         """The person, with the state of each joint in a scene in which all bodies are fitted."""
         frame = scene.image.frame
@@ -71,6 +77,7 @@ class PersonTrack:
             visibility,
             frame.timestamp_s - self._last_seen_s,
             proposals,
+            self._familiarity,
         )
         covariances_m2, confidences = told_errors(self.signs, shipped_joint_errors())
         return Person(

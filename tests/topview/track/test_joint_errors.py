@@ -14,6 +14,7 @@ from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
 from topview.body.ends import output_joints
 from topview.detect.joints import JointProposals
 from topview.records import JointState
+from topview.track.familiarity import Familiarity
 from topview.track.joint_errors import (
     ELLIPSOID,
     ELLIPSOID_SHARE,
@@ -73,6 +74,14 @@ def test_ellipsoids_and_confidences_hold_for_errors_of_the_law(seed, tails):
     stated = float(confidences_of(covariance, np.array([tails]))[0])
     within = (np.linalg.norm(errors, axis=-1) <= RIGHT_M).mean()
     assert stated == pytest.approx(within, abs=0.02)
+
+
+def test_joints_of_an_unfamiliar_window_are_less_sure():
+    own = signs(proposals())
+    unfamiliar = replace(own, familiarity=Familiarity(residual=0.5, doubt=0.2))
+    (covariances, confidences), (wider, less) = told(own), told(unfamiliar)
+    assert (np.trace(wider, axis1=1, axis2=2) > np.trace(covariances, axis1=1, axis2=2)).all()
+    assert (less < confidences).all()
 
 
 @pytest.mark.parametrize("proposed", [None, proposals()])

@@ -16,6 +16,7 @@ from topview.detect.joints import JointProposals
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
+from topview.track.familiarity import FAMILIAR, FamiliarityOverTime
 from topview.track.joint_fit import JointFitSettings, fit_joints
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -49,6 +50,9 @@ class JointsTracker:
         self.settings = settings
         self.bones = subject.bones
         self._last: Pose | None = None
+        self.familiarity = FAMILIAR
+        self._familiarity = FamiliarityOverTime()
+        self._last_s: float | None = None
         self.model = self.bones.model(PRIOR_HEIGHT_M)
 
     def update(self, evidence: Evidence) -> Pose:
@@ -64,11 +68,16 @@ class JointsTracker:
                 mode = int(np.argmax(proposals.weights[0]))
                 self.bones.update(proposals, mode, stature_m)
                 self.model = self.bones.model(stature_m)
-                self._last = self._fitted(proposals, mode)
+                self._last = self._fitted(proposals, mode, evidence.timestamp_s)
         return self._last
 
-    def _fitted(self, proposals: JointProposals, mode: int) -> Pose:
-        return fit_joints(self.model, proposals, self.settings.fit).poses[mode]
+    def _fitted(self, proposals: JointProposals, mode: int, time_s: float) -> Pose:
+        fitted = fit_joints(self.model, proposals, self.settings.fit)
+        elapsed_s = 0.0 if self._last_s is None else time_s - self._last_s
+        residual, p_person = float(fitted.residuals[mode]), float(proposals.p_person[0])
+        self.familiarity = self._familiarity.update(residual, p_person, elapsed_s)
+        self._last_s = time_s
+        return fitted.poses[mode]
 
     def _unseen(self, evidence: Evidence) -> Pose:
         if self._last is None:

@@ -121,11 +121,22 @@ def test_a_person_goes_on_where_proposals_end(evidence):
 def test_modes_that_hardly_count_are_no_hypotheses():
     guide = Guide(GuideSettings(least_weight=0.1))
     given = proposals([joints_of(TRUTH)] * 3, (0.9, 0.08, 0.02))
-    assert len(guide.bodies(given, given.weights[0], MODEL)) == 1
+    assert len(guide.bodies(given, given.weights[0], MODEL, 1 / 30)) == 1
     given = proposals([joints_of(TRUTH)] * 2, (0.5, 0.5))
-    bodies = guide.bodies(given, given.weights[0], MODEL)
+    bodies = guide.bodies(given, given.weights[0], MODEL, 1 / 30)
     assert len(bodies) == 2
     assert bodies[0].cost == bodies[1].cost > 0.0
+
+
+def test_joints_of_a_window_that_looks_like_nobody_are_less_sure():
+    given = proposals([joints_of(TRUTH)], (1.0,))
+    unlikely = replace(given, p_person=np.array([0.3]))
+    sure, unsure = (
+        Guide(GuideSettings()).bodies(own, own.weights[0], MODEL, 1 / 30)[0]
+        for own in (given, unlikely)
+    )
+    assert (unsure.targets.scales_m > 1.5 * sure.targets.scales_m).all()
+    assert_array_equal(unsure.targets.places_camera, sure.targets.places_camera)
 
 
 def test_one_frame_does_not_turn_a_person_round_but_several_do():

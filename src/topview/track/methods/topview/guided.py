@@ -19,6 +19,7 @@ from topview.detect.joints import JointProposals
 from topview.filter.over_time import frames_in
 from topview.records import check_range
 from topview.track.bone_lengths import BoneLengths
+from topview.track.familiarity import FAMILIAR, FamiliarityOverTime
 from topview.track.joint_filter import JointFilter, JointFilterSettings
 from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints, fit_joints
 from topview.track.methods.topview.refinement import RefinementSettings
@@ -99,13 +100,19 @@ class ProposedBody:
 
 
 class Guide:
-    """What one person's proposals tell over time."""
+    """What one person's proposals tell over time.
+
+    Attributes:
+        familiarity: of the last frame with proposals.
+    """
 
     def __init__(self, settings: GuideSettings, bones: BoneLengths | None = None) -> None:
         self.settings = settings
         self.bones = bones or BoneLengths()
         self._joints = JointFilter(settings.filter)
         self._yaw = YawBelief(settings.yaw_evidence)
+        self.familiarity = FAMILIAR
+        self._familiarity = FamiliarityOverTime()
         self._likely: NDArray[np.float64] | None = None
         self._last_s: float | None = None
 
@@ -145,15 +152,22 @@ class Guide:
         return self.bones.model(stature_m)
 
     def bodies(
-        self, proposals: JointProposals, belief: NDArray[np.float64], model: BodyModel
+        self,
+        proposals: JointProposals,
+        belief: NDArray[np.float64],
+        model: BodyModel,
+        elapsed_s: float,
     ) -> list[ProposedBody]:
-        """Every mode that counts."""
-        poses = fit_joints(model, proposals, self.settings.fit).poses
-        places, scales_m = body_joints(proposals)
+        """Every mode that counts, its scales wider where the window looks unfamiliar."""
+        fitted = fit_joints(model, proposals, self.settings.fit)
+        residual = float(fitted.residuals[int(np.argmax(belief))])
+        p_person = float(proposals.p_person[0])
+        self.familiarity = self._familiarity.update(residual, p_person, elapsed_s)
+        places, scales_m = body_joints(proposals.widened(self.familiarity.widening))
         likely = np.flatnonzero(belief > self.settings.least_weight * belief.max())
         return [
             ProposedBody(
-                poses[mode],
+                fitted.poses[mode],
                 JointTargets(places[mode], scales_m[mode]),
                 -self.settings.mode_cost * float(np.log(belief[mode])),
             )

@@ -20,6 +20,7 @@ from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
 from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
+from topview.track.familiarity import Familiarity
 from topview.track.joint_fit import JointTargets
 from topview.track.methods.topview.facing import Facing, FacingSettings
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
@@ -148,6 +149,11 @@ class TopviewTracker:
         """As far as they are known."""
         return self._guide.bones
 
+    @property
+    def familiarity(self) -> Familiarity:
+        """Of the last frame with proposals."""
+        return self._guide.familiarity
+
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         stature_m = evidence.stature_m
@@ -220,7 +226,7 @@ class TopviewTracker:
             proposals = self._guide.filtered(proposals, elapsed_s)
             belief = self._guide.believe(proposals, elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
-            bodies = self._guide.bodies(proposals, belief, look.model)
+            bodies = self._guide.bodies(proposals, belief, look.model, elapsed_s)
         moving = None if self.pose is None else self._extrapolated(self.pose, look.elapsed_s)
         with look.clock.stage("refinement"):
             found = min(

@@ -1,0 +1,52 @@
+"""How far proposed joints can be relied on: wider scales where a window looks unfamiliar."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from topview.track.familiarity import (
+    FAMILIAR_DOUBT,
+    FAMILIAR_RESIDUAL,
+    Familiarity,
+    FamiliarityOverTime,
+)
+
+residuals = st.floats(0.0, 50.0)
+shares = st.floats(0.0, 1.0)
+
+
+def test_what_is_familiar_is_believed_as_stated():
+    assert Familiarity().widening == 1.0
+    assert Familiarity(FAMILIAR_RESIDUAL / 2.0, FAMILIAR_DOUBT / 2.0).widening == 1.0
+
+
+@given(residuals, shares, residuals, shares)
+def test_a_worse_fit_and_more_doubt_never_make_joints_surer(residual, doubt, more, less_sure):
+    here = Familiarity(residual, doubt).widening
+    assert here >= 1.0
+    assert Familiarity(residual + more, doubt).widening >= here
+    assert Familiarity(residual, min(doubt + less_sure, 1.0)).widening >= here
+
+
+def test_ten_times_the_doubt_or_the_residual_widens():
+    assert Familiarity(doubt=10.0 * FAMILIAR_DOUBT).widening > 1.3
+    assert Familiarity(residual=10.0 * FAMILIAR_RESIDUAL).widening > 1.3
+
+
+@given(shares, st.floats(1 / 120, 1.0))
+def test_a_doubt_that_stays_is_the_doubt(p_person, elapsed_s):
+    over_time = FamiliarityOverTime()
+    told = [over_time.update(0.1, p_person, elapsed_s) for _ in range(5)][-1]
+    assert told.doubt == pytest.approx(1.0 - p_person, abs=1e-6)
+    assert told.residual == 0.1
+
+
+def test_one_odd_frame_hardly_counts_and_a_new_look_is_learnt():
+    over_time = FamiliarityOverTime()
+    sure = [over_time.update(0.1, 0.999, 1 / 30) for _ in range(300)][-1]
+    odd = over_time.update(0.1, 0.5, 1 / 30)
+    assert sure.doubt < odd.doubt < 2.0 * sure.doubt
+    lasting = [over_time.update(0.1, 0.5, 1 / 30) for _ in range(900)][-1]
+    assert lasting.doubt == pytest.approx(0.5, rel=0.05)
