@@ -170,7 +170,8 @@ OTHER_DATA: Final = (
     "history tells neither the seeds nor the sequences, so UTD-MHAD is no unseen data.",
     "Yaw and start of --method utvr, yaw of btvr: rendered people, even seeds 0 to 16, seeds 1, 23 "
     "and 122; the lean of its torso, seeds 100 to 103; its hips, its "
-    "limbs as one, and the lean again, seeds 18 to 24.",
+    "limbs as one, and the lean again, seeds 18 to 24; its descent, seeds 100 to 103, and 0 to 5 "
+    "of turn and sit were read.",
     "Heads of people who bend: 65 of 97 simulated bends were used while this was built; their "
     "seeds are not recorded.",
     "People hidden by others: a rendered recording that is not part of the project, b3_stand60, is "
