@@ -120,6 +120,10 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "the report's --seed 31, 33 and 34",
         "Tables 6.1, 6.2 and 6.3, --method utvr", Knowledge.NUMBERS_READ, "measured once each",
     ),
+    SeedUse(
+        (range(9501, 9531),), "the report's --seed 35", "Tables 6.1 and 6.2, --method utvr",
+        Knowledge.NUMBERS_READ, "Table 6.1 measured once, with the descent",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (range(101, 112),), "who is hidden (returns); two_users 105",
