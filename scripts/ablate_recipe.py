@@ -60,6 +60,7 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "with the hips of Table 3.1": UtvrSettings(proportions=THESIS, torso_below_hips=0.0),
     "with anatomical arms": UtvrSettings(proportions=ANATOMICAL),
     "each part of a limb by itself": UtvrSettings(limbs_as_one=False),
+    "without the descent": UtvrSettings(descent=0),
     "torso_lean_rad 0.35": UtvrSettings(torso_lean_rad=0.35),
     "torso_lean_rad 0.5": UtvrSettings(torso_lean_rad=0.5),
     "torso_lean_rad 1.0": UtvrSettings(torso_lean_rad=1.0),

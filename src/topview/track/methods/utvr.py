@@ -9,6 +9,7 @@ what each addition brings. Where the thesis leaves a point open:
   forearm or lower leg bends; that part's hypotheses are valid where both parts keep within Table
   3.2.
 - A part without evidence keeps its direction of the frame before.
+- Only what is placed steers the parts below it. So at a frame's end all parts descend together.
 - Collisions are counted with placed parts: the same person's, and those of whoever stands nearer.
 """
 
@@ -52,6 +53,7 @@ from topview.track.methods.btvr.torso import (
     views_around,
 )
 from topview.track.methods.btvr.yaw_cues import YawCues
+from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.pose import HALF_ROUND, HINGE_BENDS, OTHER_SIDE, FittedBody, Pose
 from topview.track.stances import STANDING, stand
 
@@ -74,6 +76,14 @@ KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge bet
 # by this angle at least, and how many of them.
 ELSEWHERE_RAD: Final = 0.4
 MOST_ELSEWHERE: Final = 4
+
+# Of the descent at a frame's end. The surface of rendered people's torsos, clothes and all, is an
+# ellipse of 10 to 12 % of the stature across and 8 to 11 % from back to front, about a point 1 to 2
+# % before the spine (seeds 100 to 103 of `turn`); these semi-axes are at its lower end.
+TORSO_SURFACE: Final = (0.098, 0.09)
+DESCENT_HOLD: Final = 0.1  # against `RefinementSettings`' priors, which hold to the pose found
+NEWS_COST: Final = 0.02  # of points and axes that another pose than the last must explain better
+LEAST_DESCENT_POINTS: Final = 30  # of fewer, parts stay where the filters have them
 
 NO_ROTATIONS: Final = np.empty((0, 3, 3))
 
@@ -118,6 +128,10 @@ class UtvrSettings:
             goes on besides.
         coarse_first: whether all rounds but the last, and the torso of Sec. 5.1, look at half the
             resolution, which is faster.
+        descent: Gauss-Newton steps, at the end of each frame, of all parts together onto the
+            points and out of free space, 0 to 100; of the pose that was found and of the last
+            frame's, and the better one is kept. 0 leaves both out, as printed: a part stays where
+            it was placed before those below it were looked at.
         proportions: of the body. Table 3.1's torso ends where the trunk does, but the joints of the
             hips lie higher, and knees with them.
 
@@ -139,6 +153,7 @@ class UtvrSettings:
     factors: tuple[Factor, ...] = FACTORS
     n_best: int | None = None
     coarse_first: bool = True
+    descent: int = 8
     proportions: Proportions = THESIS_ABOVE_HIPS
 
     needs: ClassVar[Needs] = Needs()
@@ -146,6 +161,7 @@ class UtvrSettings:
     def __post_init__(self) -> None:
         check_range(self, 1, 100_000, "hypotheses")
         check_range(self, 1, 10, "rounds")
+        check_range(self, 0, 100, "descent")
         check_range(self, 0.0, 1.0, "tolerance_m")
         check_range(
             self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_below_hips", "torso_ahead"
@@ -190,6 +206,7 @@ AS_PRINTED: Final = UtvrSettings(
     torso_lean_rad=None,
     limbs_as_one=False,
     coarse_first=False,
+    descent=0,
     proportions=THESIS,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""
@@ -264,6 +281,7 @@ class UtvrTracker:
         self._yaw_cues = YawCues()
         self._pace = Pace()
         self._first_s = 0.0
+        self._last: Pose | None = None
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
@@ -277,19 +295,60 @@ class UtvrTracker:
             self._propose_torso(evidence, frames)
         body = _Body(self.model, evidence, self.settings)
         cloud = _Cloud.of(evidence)
+        followed: dict[int, _Particles] = {}  # parts below an upper limb that was judged with them
         with self.subject.clock.stage("parts"):
             for part in range(len(PARTS)):
-                particles, tried = self._filtered(part, body, cloud, evidence, frames)
-                if self.settings.limbs_as_one and part in _UPPER_LIMBS:
-                    rivals = _elsewhere(particles.Rs[0], tried)
-                    best = self._best_with_next(part, rivals, body, cloud, evidence, frames)
-                    particles = particles.headed_by(rivals[best], len(particles.Rs) + 1)
+                if part in followed:
+                    particles = followed[part]
+                else:
+                    particles, tried = self._filtered(part, body, cloud, evidence, frames)
+                    if self.settings.limbs_as_one and part in _UPPER_LIMBS:
+                        rivals = _elsewhere(particles.Rs[0], tried)
+                        best, below = self._best_with_next(
+                            part, rivals, body, cloud, evidence, frames
+                        )
+                        particles = particles.headed_by(rivals[best], len(particles.Rs) + 1)
+                        followed[part + 1] = below
                 self._particles[part] = particles
-                body.place(part, self._particles[part].Rs[0])
+                body.place(part, particles.Rs[0])
                 cloud = cloud[~body.has_inside(part, cloud.points_camera)]
         if self.settings.neck is not None:
             body.turn_head()
-        return Pose(body.origins[UPPER_TORSO], body.Rs)
+        pose = Pose(body.origins[UPPER_TORSO], body.Rs)
+        if self.settings.descent and len(evidence.all_points_camera) >= LEAST_DESCENT_POINTS:
+            pose = self._descended(pose, evidence)
+        self._last = pose
+        return pose
+
+    def _descended(self, found: Pose, evidence: Evidence) -> Pose:
+        """The pose that was found, or the last frame's, whichever explains more once all of its
+        parts are moved onto the points together; the next frame is searched around it.
+
+        A cylinder that wants points inside stands too near to the camera; one whose surface they
+        are does not.
+        """
+        proportions = replace(
+            self.settings.proportions,
+            upper_torso_radii=TORSO_SURFACE,
+            lower_torso_radii=TORSO_SURFACE,
+        )
+        surface = BodyModel.of(self.model.stature_m, proportions)
+        poses = [found]
+        if self._last is not None:
+            poses.append(Pose(found.neck_camera, self._last.Rs))
+        with self.subject.clock.stage("descent"):
+            moved = refine(
+                poses, None, surface, evidence, RefinementSettings(), self.settings.descent,
+                DESCENT_HOLD,
+            )  # fmt: skip
+        costs = moved.unexplained + moved.in_free_space
+        costs[1:] -= NEWS_COST
+        pose = moved.poses[int(costs.argmin())]
+        self._particles = [
+            kept if part == HEAD else kept.headed_by(pose.Rs[part], len(kept.Rs))
+            for part, kept in enumerate(self._particles)
+        ]
+        return pose
 
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
@@ -305,6 +364,7 @@ class UtvrTracker:
                 else self._particles[other].turned(HALF_ROUND)
                 for part, other in enumerate(OTHER_SIDE)
             ]
+            self._last = self._last and self._last.turned_round()
         R_turn = rotations_from_angles(np.array([0.0, turn_rad, 0.0]))
         for part in _TORSO:
             self._particles[part] = self._particles[part].turned(R_turn)
@@ -323,21 +383,22 @@ class UtvrTracker:
         cloud: _Cloud,
         evidence: Evidence,
         frames: float,
-    ) -> int:
+    ) -> tuple[int, _Particles]:
         """Which hypothesis [M, 3, 3] of an upper limb is best together with the best one of the
-        part below it."""
-        if len(Rs) == 1:
-            return 0
-        scores = np.empty(len(Rs))
+        part below it, and that part's particles then."""
+        scores, belows = np.zeros(len(Rs)), []
         for index, R in enumerate(Rs):
             body.place(part, R)
             left = cloud[~body.has_inside(part, cloud.points_camera)]
             below, _ = self._filtered(part + 1, body, left, evidence, frames)
-            both = self._terms(part, R[None], cloud, body).together_with(
-                self._terms(part + 1, below.Rs[:1], left, body)
-            )
-            scores[index] = both.product(self.settings.factors)[0]
-        return int(scores.argmin())
+            belows.append(below)
+            if len(Rs) > 1:
+                both = self._terms(part, R[None], cloud, body).together_with(
+                    self._terms(part + 1, below.Rs[:1], left, body)
+                )
+                scores[index] = both.product(self.settings.factors)[0]
+        best = int(scores.argmin())
+        return best, belows[best]
 
     def _filtered(
         self, part: int, body: _Body, cloud: _Cloud, evidence: Evidence, frames: float
