@@ -43,6 +43,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "topview_lab.cli.train_forest:train_forest",
         "Learn what body parts look like in depth images from the simulator.",
     ),
+    "train-poses": (
+        "topview_lab.cli.train_poses:train_poses",
+        "Make the table of poses that whole bodies are looked up in.",
+    ),
     "train-joints": (
         "topview_lab.cli.train_joints:train_joints",
         "Learn to propose joints from recordings with truth.",

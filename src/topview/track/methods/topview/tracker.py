@@ -25,6 +25,7 @@ from topview.track.joint_fit import JointTargets
 from topview.track.methods.topview.facing import Facing, FacingSettings
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
+from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, heading, stand, stand_all
@@ -56,6 +57,13 @@ LOST_YAWS_RAD: Final = (0.0, -0.7, 0.7)  # from that of the torso
 LOST_ITERATIONS: Final = 8
 TURNED: Final = 12  # candidates whose torso is turned at random
 TURN_SIGMA_RAD: Final = (0.5, 0.5, 0.25)  # about its x, y and z
+# Bodies of the pose table that are refined whenever the limbs are searched; of one that costs no
+# more than this above what there is, the limbs are searched, too.
+LOOKED_UP: Final = 6
+LOOKED_UP_ITERATIONS: Final = 5
+LOOKED_UP_POINTS: Final = 330
+LOOKED_UP_HIDDEN: Final = 0.05  # share of a body; one of which more is hidden is not taken
+PROMISING: Final = 0.02
 # It is asked whether the front is the back, up to this share of head and torso out of sight, and
 # this cost.
 FACING_OCCLUSION: Final = 0.3
@@ -141,6 +149,7 @@ class TopviewTracker:
         self._kept: Kept = {}
         self._hidden_share = 0.0
         self._in_sight_s = 0.0
+        self._share = 0  # of the table, which is looked through next
         self._guide = Guide(settings.guide, subject.bones)
         self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
 
@@ -204,6 +213,8 @@ class TopviewTracker:
             found = self._with_limbs(pose, moving, self._kept, look, torso, prior_scale)
         else:
             found = self._refined_whole(pose, self._kept, look, torso, prior_scale)
+        if found.hidden == 0.0 and self._limbs_are_due(look):
+            found = self._or_looked_up(found, look)
         if found.cost < LOST_COST + LOST_COST_OCCLUDED * found.hidden:
             return found
         with look.clock.stage("body"):
@@ -216,6 +227,29 @@ class TopviewTracker:
         gain = found.cost + self._lift_cost(found, look.evidence)
         gain -= others.cost + self._lift_cost(others, look.evidence)
         return others if gain > LOST_MARGIN else found
+
+    def _or_looked_up(self, found: _Found, look: FrameContext) -> _Found:
+        """What was found, or a body of the table that looks like what is seen and costs less."""
+        evidence = look.evidence
+        first_look = replace(look, model=found.model, evidence=_thinned(evidence))
+        with look.clock.stage("lookup"):
+            poses = shipped_poses().look_up(evidence, found.model, LOOKED_UP, self._share)
+            self._share = (self._share + 1) % SHARES
+        with look.clock.stage("body"):
+            refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)
+            costs = self._costs(refined)
+        best = int(np.argmin(costs))
+        if costs[best] > found.cost + PROMISING or refined.hidden[best] > LOOKED_UP_HIDDEN:
+            return found
+        pose = refined.poses[best]
+        other = self._with_limbs(pose, pose, {}, replace(look, model=found.model))
+        gain = found.cost + self._lift_cost(found, evidence)
+        gain -= other.cost + self._lift_cost(other, evidence)
+        if gain < LOST_MARGIN:
+            return found
+        if found.pose.Rs[UPPER_TORSO][:, 2] @ other.pose.Rs[UPPER_TORSO][:, 2] < 0.0:
+            self._facing.turn_round()
+        return other
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> _Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with
@@ -436,6 +470,16 @@ def _firmness(elapsed_s: float) -> float:
     """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
     of the present one; its variance grows with the time, as a random walk's does."""
     return 1.0 / max(frames_in(elapsed_s), 0.25)
+
+
+def _thinned(evidence: Evidence) -> Evidence:
+    """Evidence of fewer points, for a first look."""
+    step = max(1, -(-len(evidence.points_camera) // LOOKED_UP_POINTS))
+    return replace(
+        evidence,
+        points_camera=np.ascontiguousarray(evidence.points_camera[::step]),
+        point_area_m2=evidence.point_area_m2 * step,
+    )
 
 
 def _beyond_tolerance(hidden_share: float) -> float:
