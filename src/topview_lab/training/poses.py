@@ -1,8 +1,9 @@
 """The table of poses that whole bodies are looked up in, made of captured motion.
 
 It takes an archive of captures as global rotations of bones (`read_captures`). Poses are chosen so
-that each next one differs most from those already taken; more are made by lending them the arms of
-others, and by seating them, as few captures sit. Each is drawn in several directions, and what it
+that each next one differs most from those already taken, and become means of those like them, so
+that no captured pose itself is kept; more are made by lending them the arms of others, and by
+seating them, as few captures sit. Each is drawn in several directions, and what it
 looks like is kept as principal components (`topview.track.methods.topview.lookup`).
 """
 
@@ -16,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+from scipy.spatial import cKDTree
 
 from topview.body.kinematics import joints_from_parts
 from topview.body.parts import (
@@ -37,6 +39,7 @@ from topview_lab.kernels.upright import draw_upright
 
 Array = NDArray[np.float64]
 
+LIKE: Final = 12  # captured poses that each one of the table is the mean of
 STRAIGHT: Final = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 FINER: Final = 2  # rows and columns of rays through each cell of the grid
 SAMPLED: Final = 8000  # descriptors that the principal axes are of
@@ -146,7 +149,8 @@ def joints_below_head(Rs: Array) -> Array:
 
 
 def spread_poses(Rs: Array, count: int) -> Array:
-    """Up to `count` of the poses [N, 11, 3, 3], each next one farthest from those already taken."""
+    """Up to `count` places among the poses [N, 11, 3, 3], each next one farthest from those already
+    taken: the mean of the `LIKE` poses that are nearest to each."""
     joints = joints_below_head(Rs).astype(np.float32)
     distance = np.full(len(joints), np.inf, np.float32)
     taken = [0]
@@ -154,7 +158,17 @@ def spread_poses(Rs: Array, count: int) -> Array:
         off = ((joints - joints[taken[-1]]) ** 2).sum((1, 2))
         distance = np.minimum(distance, off)
         taken.append(int(distance.argmax()))
-    return Rs[taken]
+    nearest = cKDTree(joints.reshape(len(joints), -1)).query(
+        joints[taken].reshape(len(taken), -1), min(LIKE, len(joints))
+    )[1]
+    return _mean_rotations(Rs[nearest.reshape(len(taken), -1)])
+
+
+def _mean_rotations(Rs: Array) -> Array:
+    """[N, 11, 3, 3] of [N, K, 11, 3, 3]: the rotation nearest to the mean of K matrices."""
+    U, _, V = np.linalg.svd(Rs.mean(1))
+    U[..., 2] *= np.linalg.det(U @ V)[..., None]
+    return U @ V
 
 
 def with_arms_of(Rs: Array, others: Array) -> Array:

@@ -71,11 +71,20 @@ def test_who_is_seated_has_thighs_to_the_front_and_shanks_down(captures):
     assert shanks[:, 1].mean() > 0.7
 
 
-def test_poses_that_are_spread_are_some_of_them_and_differ(captures):
+def test_poses_that_are_spread_differ_and_none_is_a_captured_one(captures):
     Rs = read_captures(captures)
     chosen = spread_poses(Rs, 10)
     assert len(np.unique(chosen.reshape(10, -1), axis=0)) == 10
-    assert all((Rs == own).all((1, 2, 3)).any() for own in chosen)
+    assert_allclose(
+        chosen @ np.swapaxes(chosen, -1, -2), np.broadcast_to(np.eye(3), chosen.shape), atol=1e-9
+    )
+    assert not any(np.isclose(Rs, own, atol=1e-3).all((1, 2, 3)).any() for own in chosen)
+
+
+def test_the_mean_of_poses_that_are_alike_is_the_pose(captures):
+    Rs = np.repeat(read_captures(captures)[:3], 12, axis=0)
+    chosen = spread_poses(Rs, 3)
+    assert all(np.isclose(Rs, own).all((1, 2, 3)).any() for own in chosen)
 
 
 def test_a_ball_covers_its_disc():
