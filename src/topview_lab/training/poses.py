@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from topview.body.kinematics import joints_from_parts
 from topview.body.parts import (
@@ -158,7 +158,7 @@ def spread_poses(Rs: Array, count: int) -> Array:
         off = ((joints - joints[taken[-1]]) ** 2).sum((1, 2))
         distance = np.minimum(distance, off)
         taken.append(int(distance.argmax()))
-    nearest = cKDTree(joints.reshape(len(joints), -1)).query(
+    nearest = KDTree(joints.reshape(len(joints), -1)).query(
         joints[taken].reshape(len(taken), -1), min(LIKE, len(joints))
     )[1]
     return _mean_rotations(Rs[nearest.reshape(len(taken), -1)])
