@@ -11,7 +11,7 @@ from topview_lab.metrics import DIRECTION_GROUPS, Statistic, direction_errors, p
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.occlusion import BANDS, is_in_band, is_subject, torso_hidden
 from topview_lab.reproduce.printed import OCCLUSIONS, TABLE_6_3, Occlusion, Printed
-from topview_lab.reproduce.runs import DEFAULT_VARIANT, THESIS_RECIPE, Measured, Run, Variant
+from topview_lab.reproduce.runs import DEFAULT_VARIANT, Measured, Run, Variant
 from topview_lab.reproduce.section import (
     Kind,
     Row,
@@ -27,11 +27,12 @@ from topview_lab.reproduce.section import (
 
 ALL_FACTORS: Final = "all (f_uTVR)"
 VARIANTS: Final[dict[str, Variant]] = {
-    "reproj × align": Variant(UtvrSettings(factors=("reproj", "align"))),
-    "align × discr": Variant(UtvrSettings(factors=("align", "discr"))),
-    "reproj × discr": Variant(UtvrSettings(factors=("reproj", "discr"))),
-    ALL_FACTORS: THESIS_RECIPE,
+    "reproj × align": Variant(UtvrSettings(factors=("reproj", "align"), descent=0)),
+    "align × discr": Variant(UtvrSettings(factors=("align", "discr"), descent=0)),
+    "reproj × discr": Variant(UtvrSettings(factors=("reproj", "discr"), descent=0)),
+    ALL_FACTORS: Variant(UtvrSettings(descent=0)),
 }
+"""Without the descent, which knows none of the factors and would hide what they bring."""
 TOPVIEW: Final = "topview, the default"
 
 Statistics = dict[Occlusion, Statistic]

@@ -40,9 +40,14 @@ def numbers_of_hypotheses(context: Context) -> tuple[int, ...]:
     return (1, 11) if context.quick else tuple(range(1, 12))
 
 
+def _variant(n_best: int) -> Variant:
+    """Without the descent, which would hide what more hypotheses bring."""
+    return Variant(UtvrSettings(n_best=n_best, descent=0))
+
+
 def runs_figure_6_3(context: Context) -> list[Run]:
     return [
-        Run(Variant(UtvrSettings(n_best=n)), recording)
+        Run(_variant(n), recording)
         for n in numbers_of_hypotheses(context)
         for recording in context.own_sequences()
     ]
@@ -52,7 +57,7 @@ def figure_6_3(context: Context, measured: Measured) -> Section:
     overall: Curves = {group: {} for group in PART_GROUPS}
     occluded: Curves = {group: {} for group in PART_GROUPS}
     for n in numbers_of_hypotheses(context):
-        runs = [Run(Variant(UtvrSettings(n_best=n)), r) for r in context.own_sequences()]
+        runs = [Run(_variant(n), r) for r in context.own_sequences()]
         pooled = pool(measured.of(runs))
         subject = is_subject(pooled)[:, None]
         for group, bones in PART_GROUPS.items():
