@@ -23,7 +23,7 @@ FAMILIAR_DOUBT: Final = 0.0029
 # All ours.
 LEAST_RESIDUAL: Final = 0.02  # what differs below these says nothing
 LEAST_DOUBT: Final = 0.001
-MEMORY_S: Final = 5.0  # of the doubt; after which 63 % are new
+DOUBT_MEMORY_S: Final = 5.0  # of the doubt; after which 63 % are new
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,6 @@ class FamiliarityOverTime:
             elapsed_s: since the frame before.
         """
         self._frames += 1
-        share = max(share_after(elapsed_s, MEMORY_S), 1.0 / self._frames)
+        share = max(share_after(elapsed_s, DOUBT_MEMORY_S), 1.0 / self._frames)
         self._log_doubt += share * (log(1.0 - p_person + LEAST_DOUBT) - self._log_doubt)
         return Familiarity(residual, exp(self._log_doubt) - LEAST_DOUBT)

@@ -7,7 +7,7 @@ from numba import njit
 
 from topview.kernels.threads import over_threads
 
-SLICES = 7  # ellipsoids along a part
+PART_SLICES = 7  # ellipsoids along a part
 OVERLAP = 0.9  # their semi-axis along the part, against a slice's length
 
 
@@ -32,11 +32,11 @@ def draw_upright(
         nearest = np.full((rows * finer, columns * finer), np.inf)
         for k in range(Rs.shape[1]):
             R = Rs[n, k]
-            for part_slice in range(SLICES):
-                t = (part_slice + 0.5) / SLICES
+            for part_slice in range(PART_SLICES):
+                t = (part_slice + 0.5) / PART_SLICES
                 rx = shapes[k, 0] + (shapes[k, 2] - shapes[k, 0]) * t
                 rz = shapes[k, 1] + (shapes[k, 3] - shapes[k, 1]) * t
-                ry = max(OVERLAP * lengths[k] / SLICES, 0.5 * min(rx, rz))
+                ry = max(OVERLAP * lengths[k] / PART_SLICES, 0.5 * min(rx, rz))
                 along = t * lengths[k]
                 cx = (
                     origins[n, k, 0]

@@ -246,7 +246,7 @@ def _looks(
 def _drawn(Rs: Array) -> NDArray[np.float32]:
     """[N, F] descriptors of poses [N, 11, 3, 3]."""
     origins = np.array([Pose.below_head(np.zeros(3), own, BODY).origins(BODY) for own in Rs])
-    covered = np.empty((len(Rs), lookup.ROWS, lookup.COLUMNS), np.float32)
+    covered = np.empty((len(Rs), lookup.GRID_ROWS, lookup.GRID_COLUMNS), np.float32)
     depth = np.empty_like(covered)
     draw_upright(
         covered, depth, np.ascontiguousarray(Rs), origins, BODY.lengths_m, BODY.shapes_m,

@@ -31,8 +31,9 @@ pytestmark = pytest.mark.slow
         pytest.param(313, "none", 0.8, 4.0, id="columns that mirror"),
         # From the other side the odd columns are looked at: 0.75 to 0.86 cm, 1.9 to 2.1 cm.
         pytest.param(320, "none", 1.2, 3.0, id="columns that do not"),
-        # The network sees the same of both, and nothing is random: 0.10 cm, 0.44 cm.
-        pytest.param(313, "network", 0.15, 0.62, id="with the network"),
+        # The network sees the same of both, and nothing is random: 0.16 cm, 0.55 cm (0.15 and 0.57
+        # cm before proposed joints counted less where windows look unfamiliar).
+        pytest.param(313, "network", 0.22, 0.77, id="with the network"),
     ],
 )
 def test_two_people_of_the_simulator(width, proposals, median_cm, most_cm):

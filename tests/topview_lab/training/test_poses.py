@@ -109,5 +109,5 @@ def test_a_small_table_is_whole_and_the_same_again(captures):
     poses = len(one["rotations"])
     assert one["yaws"].shape == (poses, 4)
     assert one["components"].shape == (4 * poses, 8)
-    assert one["axes"].shape == (2 * lookup.ROWS * lookup.COLUMNS, 8)
+    assert one["axes"].shape == (2 * lookup.GRID_ROWS * lookup.GRID_COLUMNS, 8)
     assert LEFT < 0.0 > TOP

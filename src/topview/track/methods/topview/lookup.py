@@ -33,24 +33,26 @@ Floats = NDArray[np.float32]
 # All ours. The grid, in shares of the stature: upright, across the line of sight, the head's centre
 # at the origin; x to the right, y down.
 CELL: Final = 0.035
-COLUMNS, ROWS = 32, 40
+GRID_COLUMNS, GRID_ROWS = 32, 40
 LEFT, TOP = -0.56, -0.385
 DEPTH_CAP: Final = 0.4  # of the stature, before or behind the head
 DEPTH_WEIGHT: Final = 2.5  # per stature, against a covered cell
 FULL: Final = 0.8  # share of its pixels from which a cell counts as covered
 UNIT_QUANTUM: Final = 127.0  # of directions that are kept in 8 bits
 
-BEHIND: Final = 0.15  # of the stature: what is farther before the head than this hides the body
+HIDDEN_BEHIND: Final = (
+    0.15  # of the stature: what is farther before the head than this hides the body
+)
 
-TABLE: Final = "data/poses.npz"
+POSES_FILE: Final = "data/poses.npz"
 SHARES: Final = 4  # of the table, of which one is looked through at a time
 RARELY: Final = 0.05  # a cell that fewer bodies cover tells nothing by being hidden
 EXAMINED: Final = 100  # nearest entries of which different ones are chosen
-APART: Final = 0.035  # of the stature: joints of entries that count as different, on average
+DIFFERENT: Final = 0.035  # of the stature: joints of entries that count as different, on average
 
 
 def descriptors(covered: Floats, depth: Floats) -> Floats:
-    """[N, ROWS, COLUMNS] the share of each cell that a body covers, and its depth behind the head
+    """[N, rows, columns] the share of each cell that a body covers, and its depth behind the head
     there in shares of the stature, to [N, F] what is compared. Both are blurred by a cell."""
     ahead = np.clip(depth, -DEPTH_CAP, DEPTH_CAP) * DEPTH_WEIGHT
     maps = np.stack([covered, covered * ahead], axis=1)
@@ -74,15 +76,15 @@ def seen_descriptor(evidence: Evidence, stature_m: float) -> Floats:
     places /= stature_m
     columns = np.floor((places[:, 0] - LEFT) / CELL).astype(np.int64)
     rows = np.floor((places[:, 1] - TOP) / CELL).astype(np.int64)
-    is_inside = (columns >= 0) & (rows >= 0) & (columns < COLUMNS) & (rows < ROWS)
-    cells = (rows * COLUMNS + columns)[is_inside]
-    count = np.bincount(cells, minlength=ROWS * COLUMNS)
-    depth = np.bincount(cells, places[is_inside, 2], minlength=ROWS * COLUMNS)
+    is_inside = (columns >= 0) & (rows >= 0) & (columns < GRID_COLUMNS) & (rows < GRID_ROWS)
+    cells = (rows * GRID_COLUMNS + columns)[is_inside]
+    count = np.bincount(cells, minlength=GRID_ROWS * GRID_COLUMNS)
+    depth = np.bincount(cells, places[is_inside, 2], minlength=GRID_ROWS * GRID_COLUMNS)
     view, head = evidence.view, evidence.head_camera
     pixels = (CELL * stature_m) ** 2 * view.fx * view.fy / float(head @ head)
     covered = np.minimum(count / (FULL * pixels), 1.0)
     depth /= np.maximum(count, 1)
-    shape = (1, ROWS, COLUMNS)
+    shape = (1, GRID_ROWS, GRID_COLUMNS)
     return descriptors(
         covered.reshape(shape).astype(np.float32), depth.reshape(shape).astype(np.float32)
     )[0]
@@ -91,12 +93,12 @@ def seen_descriptor(evidence: Evidence, stature_m: float) -> Floats:
 def hidden_cells(evidence: Evidence, stature_m: float) -> NDArray[np.bool_]:
     """[F] which of a descriptor's cells are outside of the image, or behind somebody or something
     else."""
-    across = LEFT + CELL * (np.arange(COLUMNS) + 0.5)
-    down = TOP + CELL * (np.arange(ROWS) + 0.5)
-    places = np.zeros((ROWS, COLUMNS, 3))
+    across = LEFT + CELL * (np.arange(GRID_COLUMNS) + 0.5)
+    down = TOP + CELL * (np.arange(GRID_ROWS) + 0.5)
+    places = np.zeros((GRID_ROWS, GRID_COLUMNS, 3))
     places[..., 0], places[..., 1] = across, down[:, None]
     places = stature_m * places.reshape(-1, 3) @ upright_axes(evidence) + evidence.head_camera
-    is_hidden = evidence.out_of_sight(places, BEHIND * stature_m)
+    is_hidden = evidence.out_of_sight(places, HIDDEN_BEHIND * stature_m)
     return np.tile(is_hidden, 2)
 
 
@@ -164,7 +166,7 @@ class PoseTable:
         chosen: list[int] = []
         for index in range(len(nearest)):
             away = ends[:, chosen] - ends[:, index : index + 1]
-            if not (np.linalg.norm(away, axis=-1).mean(0) < APART * model.stature_m).any():
+            if not (np.linalg.norm(away, axis=-1).mean(0) < DIFFERENT * model.stature_m).any():
                 chosen.append(index)
             if len(chosen) == count:
                 break
@@ -197,7 +199,7 @@ class PoseTable:
 @cache
 def shipped_poses() -> PoseTable:
     """The table that comes with the project."""
-    with as_file(files("topview.track.methods.topview").joinpath(TABLE)) as path:
+    with as_file(files("topview.track.methods.topview").joinpath(POSES_FILE)) as path:
         arrays = read_archive(path)
     Rs = unpacked(arrays["rotations"])
     components = arrays["components"] * arrays["component_scale"].astype(np.float32)
