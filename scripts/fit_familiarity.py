@@ -4,8 +4,9 @@ widened where windows look unfamiliar; and what `topview.track.familiarity` is f
     python scripts/fit_familiarity.py RENDERED... [--utd-mhad PATH --sequences GLOBS]
 
 RENDERED are recordings with truth. Constant offsets are taken out, one a joint for each set. With
-both sets the exponents are fitted: the logarithm of a person's mean error in a frame, in scales, is
-linear in the logarithms of the residual and of the doubt; each set has half of the weight.
+both sets the exponents are fitted. That of the residual: the logarithm of a person's mean error in
+a frame, in scales, is linear in the logarithms of residual and doubt; each set has half of the
+weight. That of the doubt: with it, 90 % of the intervals of the second set hold.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, fin
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES
-from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTERVAL
+from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTERVAL, INTERVALS
 
 Array = NDArray[np.float64]
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
@@ -142,13 +143,22 @@ def print_held(name: str, of_set: Stated) -> None:
     print(f"doubt {np.median(of_set.doubt):.4f}, widening {np.median(of_set.widening):.2f}")
 
 
-def fit(sets: Sequence[Stated]) -> Array:
+def fit(sets: Sequence[Stated]) -> tuple[float, float]:
     """Exponents of residual and doubt."""
     error = np.concatenate([np.log(np.nanmean(np.abs(own.errors), (1, 2))) for own in sets])
     features = np.concatenate([own.features for own in sets])
     weight = np.concatenate([np.full(len(own.errors), len(own.errors) ** -0.5) for own in sets])
-    solved = np.linalg.lstsq(features * weight[:, None], error * weight)[0]
-    return np.array(solved[1:], np.float64)
+    of_residual = float(np.linalg.lstsq(features * weight[:, None], error * weight)[0][1])
+    familiar, other = (own.features[:, 1:] for own in sets)
+    residual, doubt = (other - np.median(familiar, axis=0)).T
+
+    def held(of_doubt: float) -> float:
+        widening = np.maximum(1.0, np.exp(of_residual * residual + of_doubt * doubt))
+        errors = np.abs(sets[1].errors) / widening[:, None, None]
+        return float((errors[np.isfinite(errors)] < HALF_WIDTHS[INTERVAL]).mean())
+
+    tried = np.arange(0.0, 1.0, 0.005)
+    return of_residual, float(min(tried, key=lambda own: abs(held(own) - INTERVALS[INTERVAL])))
 
 
 def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*,*_s2_*") -> None:
