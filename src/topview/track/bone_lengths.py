@@ -229,7 +229,7 @@ def _measured(
     across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
     bent_m = across_m2 / (2.0 * expected_m[_LENGTH[: len(bones)]])
     errors_m2 = np.append(along_bones_m2 + bent_m**2, of_neck + 0.25 * sum(of_shoulders))
-    is_known = np.isfinite(errors_m2)
+    is_known = np.isfinite(errors_m2) & (errors_m2 > 0.0)  # joints at one place have no direction
     measured_m = np.append(np.linalg.norm(ways, axis=-1), axes @ middle)
     return _LENGTH[is_known], measured_m[is_known], errors_m2[is_known]
 

@@ -101,3 +101,16 @@ def test_the_parts_hang_together():
             assert TRUTH.joints_parent[index, 1] == TRUTH.lengths_m[part.parent]
     assert TRUTH.joints_part[JOINT_NAMES.index("pelvis"), 1] == TRUTH.lengths_m[LOWER_TORSO]
     assert TRUTH.stature_m == STATURE_M
+
+
+def test_joints_that_are_proposed_at_one_place_tell_no_length():
+    """As a proposer does that knows nothing of them."""
+    joints = joints_of(standing_pose(), TRUTH)
+    elbow, hand = (JOINT_NAMES.index(f"left_{name}") for name in ("elbow", "hand"))
+    joints[hand] = joints[elbow]
+    bones = BoneLengths()
+    bones.update(seen(joints, 0.01), 0, STATURE_M)
+    forearm = list(PROPOSED_LENGTHS).index("forearm")
+    lengths_m = bones.lengths_m(STATURE_M)
+    assert np.isfinite(lengths_m).all()
+    assert lengths_m[forearm] == pytest.approx(TRUE_M["forearm"], abs=0.02)
