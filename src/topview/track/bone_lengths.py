@@ -229,8 +229,11 @@ def _measured(
     across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
     bent_m = across_m2 / (2.0 * expected_m[_LENGTH[: len(bones)]])
     errors_m2 = np.append(along_bones_m2 + bent_m**2, of_neck + 0.25 * sum(of_shoulders))
-    is_known = np.isfinite(errors_m2) & (errors_m2 > 0.0)  # joints at one place have no direction
-    measured_m = np.append(np.linalg.norm(ways, axis=-1), axes @ middle)
+    lengths_m = np.linalg.norm(ways, axis=-1)
+    measured_m = np.append(lengths_m, axes @ middle)
+    # Joints at one place have no direction, and tell nothing.
+    is_known = np.isfinite(errors_m2) & (errors_m2 > 0.0)
+    is_known[: len(lengths_m)] &= lengths_m > 0.0
     return _LENGTH[is_known], measured_m[is_known], errors_m2[is_known]
 
 
