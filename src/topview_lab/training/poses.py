@@ -94,13 +94,16 @@ def read_captures(path: Path, left_out: Sequence[str] = ()) -> Array:
         left_out: captures that are not taken.
 
     Raises:
-        InputError: something else, or nothing is left.
+        InputError: something else, a capture to be left out is not there, or nothing is left.
     """
     with naming(path, right="it must be an archive of captures"):
         arrays = read_archive(path)
         missing = {"captures", "lengths", "bones", "rotations_xyzw", "directions"} - arrays.keys()
         if missing:
             raise InputError(f"has no {', '.join(sorted(missing))}")
+        unknown = sorted({*left_out} - {*arrays["captures"].tolist()})
+        if unknown:
+            raise InputError(f"has no capture {', '.join(unknown)} that could be left out")
         capture = np.repeat(np.arange(len(arrays["lengths"])), arrays["lengths"])
         is_used = ~np.isin(arrays["captures"], left_out)[capture]
         if not is_used.any():

@@ -52,6 +52,8 @@ def test_captures_become_poses_and_may_be_left_out(captures):
     assert Rs.shape == (60, len(PARTS), 3, 3)
     assert_allclose(np.linalg.det(Rs), 1.0, atol=1e-6)
     assert_array_equal(read_captures(captures, ["01_01"]), Rs[40:])
+    with pytest.raises(InputError, match="has no capture 09_09 that could be left out"):
+        read_captures(captures, ["01_01", "09_09"])
     with pytest.raises(InputError, match="no capture is left"):
         read_captures(captures, ["01_01", "01_02"])
 
