@@ -77,6 +77,13 @@ def vectors_from_rotations(R: Array) -> Array:
     return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
 
 
+def nearest_rotations(M: Array) -> Array:
+    """[..., 3, 3] the rotation nearest to each matrix."""
+    U, _, V = np.linalg.svd(M)
+    U[..., 2] *= np.sign(np.linalg.det(U @ V))[..., None]
+    return U @ V
+
+
 def shortest_turns(directions: Array, turned: Array) -> Array:
     """[..., 3] unit vectors, and what they are to become, to the [..., 3, 3] rotations by the least
     angle; NaN stays NaN. Between opposites, any axis across will do."""

@@ -34,7 +34,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.detect.joints.proposers import NOTHING
-from topview.geometry.rotations import shortest_turns, unit
+from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.skeletons import TrackedFrame
 from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
 
@@ -251,7 +251,7 @@ def _body(Ts: Array, measured: Array, ways: Array) -> Array:
     shape = Shape.of(Ts)
     Rs = shape.Rs_camera_part.copy()
     for first, part in ((1, UPPER_TORSO), (4, LOWER_TORSO)):
-        Rs[part] = _nearest_rotation(ways[first : first + 3].T)
+        Rs[part] = nearest_rotations(ways[first : first + 3].T)
     turn = Rs[UPPER_TORSO] @ Ts[UPPER_TORSO, :3, :3].T
     Rs[HEAD] = turn @ Rs[HEAD]
     for bone, seen, smooth in zip(_BONES, measured[7:], ways[7:], strict=True):
@@ -260,10 +260,3 @@ def _body(Ts: Array, measured: Array, ways: Array) -> Array:
         carried = np.eye(3) if bone.frame is None else turn
         Rs[bone.part] = carried @ bend @ Rs[bone.part]
     return replace(shape, neck_camera=ways[0], Rs_camera_part=Rs).transforms()
-
-
-def _nearest_rotation(M: Array) -> Array:
-    """[3, 3]."""
-    U, _, V = np.linalg.svd(M)
-    U[:, 2] *= np.sign(np.linalg.det(U @ V))
-    return U @ V

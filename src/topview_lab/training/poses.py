@@ -30,7 +30,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.files import naming, read_archive
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import nearest_rotations, unit
 from topview.records import InputError
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview import lookup
@@ -164,14 +164,7 @@ def spread_poses(Rs: Array, count: int) -> Array:
     nearest = KDTree(joints.reshape(len(joints), -1)).query(
         joints[taken].reshape(len(taken), -1), min(LIKE, len(joints))
     )[1]
-    return _mean_rotations(Rs[nearest.reshape(len(taken), -1)])
-
-
-def _mean_rotations(Rs: Array) -> Array:
-    """[N, 11, 3, 3] of [N, K, 11, 3, 3]: the rotation nearest to the mean of K matrices."""
-    U, _, V = np.linalg.svd(Rs.mean(1))
-    U[..., 2] *= np.linalg.det(U @ V)[..., None]
-    return U @ V
+    return nearest_rotations(Rs[nearest.reshape(len(taken), -1)].mean(1))
 
 
 def with_arms_of(Rs: Array, others: Array) -> Array:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from topview.geometry.rotations import (
     angles_from_rotations,
     horizontal,
+    nearest_rotations,
     rotations_from_angles,
     rotations_from_vectors,
     shortest_turns,
@@ -78,6 +79,16 @@ def test_batches_are_many_single_ones():
     Rs = rotations_from_vectors(vectors_rad)
     assert_allclose(vectors_from_rotations(Rs)[2, 3], vectors_from_rotations(Rs[2, 3]))
     assert_allclose(transform(Rs, vectors_rad)[2, 3], transform(Rs[2, 3], vectors_rad[2, 3]))
+
+
+@given(rotations(), rotations())
+def test_the_nearest_rotation_is_one_and_no_other_is_nearer(R, other):
+    assert_allclose(nearest_rotations(3.0 * R), R, atol=1e-9)
+    M = 2.0 * R + np.diag([0.3, -0.2, 0.1])
+    nearest = nearest_rotations(M)
+    assert_allclose(nearest @ nearest.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(nearest) == pytest.approx(1.0)
+    assert np.linalg.norm(M - nearest) <= np.linalg.norm(M - other) + 1e-9
 
 
 @pytest.mark.parametrize("way", [(0.3, -0.5, 0.8), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)])

@@ -1,8 +1,8 @@
 """The joints that the network proposes and a body fitted to them, and nothing else (ours).
 
 It shows what a body tracker's objective and memory add to the network. Each frame's pose is found
-on its own; what is remembered is how long the bones are, and, for frames in which nothing is
-proposed, the last pose.
+on its own; what is remembered is how long the bones are, how familiar the person looks, which tells
+how sure the joints are, and, for frames in which nothing is proposed, the last pose.
 """
 
 from __future__ import annotations
