@@ -28,14 +28,10 @@ from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording
 from topview.track.evidence import columns
-from topview.track.methods.utvr import (
-    AS_PRINTED,
-    UtvrSettings,
-    UtvrTracker,
-    _Body,
-    _Cloud,
-    _Particles,
-)
+from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
+from topview.track.methods.utvr.part_filters import PartFilters
+from topview.track.methods.utvr.particles import Particles
+from topview.track.methods.utvr.placed_body import Cloud, PlacedBody
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, Stance, stand
 from topview_lab.datasets.simulated import SimulatedScene
@@ -204,16 +200,16 @@ def test_an_upper_arm_is_judged_together_with_its_forearm():
     """Of two directions, the one with which the forearm also fits is taken."""
     truth = posed(left_upper_arm=(0, 0, 80), left_forearm=(60, 0, 0))
     evidence = evidence_of(truth, MODEL, CAMERA)
-    tracker = UtvrTracker(subject(), UtvrSettings(proportions=THESIS, torso_below_hips=0.0))
-    body = _Body(MODEL, evidence, tracker.settings)
-    tracker._particles = [_Particles(R[None], np.ones(1), 1.0) for R in truth.Rs]
+    recipe = UtvrSettings(proportions=THESIS, torso_below_hips=0.0)
+    body = PlacedBody(MODEL, evidence, recipe)
+    before = [Particles(R[None], np.ones(1), 1.0) for R in truth.Rs]
+    filters = PartFilters(subject(), recipe, evidence, body, before, 1.0, starts=True)
     for part in (HEAD, UPPER_TORSO, LOWER_TORSO):
         body.place(part, truth.Rs[part])
     arm = truth.Rs[LEFT_UPPER_ARM]
     wrong = arm @ rotations_from_angles(np.radians([0.0, 0.0, -40.0]))
-    best, _ = tracker._best_with_next(
-        LEFT_UPPER_ARM, np.stack([wrong, arm]), body, _Cloud.of(evidence), evidence, 1.0
-    )
+    rivals = np.stack([wrong, arm])
+    best, _ = filters.best_with_next(LEFT_UPPER_ARM, rivals, Cloud.of(evidence))
     assert best == 1
 
 
