@@ -73,39 +73,51 @@ class PartFilters:
         self._before = before
         self._frames = frames
         self._starts = starts
+        self._first: dict[int, tuple[np.random.Generator, Array]] = {}  # draws of first rounds
 
     def best_with_next(self, part: int, Rs: Array, cloud: Cloud) -> tuple[int, Particles]:
         """Which hypothesis [M, 3, 3] of an upper limb is best together with the best one of the
-        part below it, and that part's particles then."""
-        scores, belows = np.zeros(len(Rs)), []
-        for index, R in enumerate(Rs):
-            self.body.place(part, R)
-            left = cloud[~self.body.has_inside(part, cloud.points_camera)]
-            below, _ = self.filtered(part + 1, left)
-            belows.append(below)
-            if len(Rs) > 1:
-                both = self._terms(part, R[None], cloud).together_with(
-                    self._terms(part + 1, below.Rs[:1], left)
-                )
-                scores[index] = both.product(self.settings.factors)[0]
-        best = int(scores.argmin())
-        return best, belows[best]
+        part below it in its first round, and that part's particles after all rounds."""
+        best = 0
+        if len(Rs) > 1:
+            uppers = self._terms(part, Rs, cloud).counts
+            lowers = np.empty_like(uppers)
+            for index, R in enumerate(Rs):
+                left = self._left_by(part, R, cloud)
+                below, _ = self.filtered(part + 1, left, rounds=1)
+                lowers[index] = self._terms(part + 1, below.Rs[:1], left).counts[0]
+            both = UtvrTerms.from_counts(uppers + lowers)
+            best = int(both.product(self.settings.factors).argmin())
+        below, _ = self.filtered(part + 1, self._left_by(part, Rs[best], cloud))
+        return best, below
 
-    def filtered(self, part: int, cloud: Cloud) -> tuple[Particles, Array]:
+    def _left_by(self, part: int, R: Array, cloud: Cloud) -> Cloud:
+        """Place a part, and what it leaves over of the points."""
+        self.body.place(part, R)
+        return cloud[~self.body.has_inside(part, cloud.points_camera)]
+
+    def filtered(
+        self, part: int, cloud: Cloud, rounds: int | None = None
+    ) -> tuple[Particles, Array]:
         """One part's filter: sample, evaluate, keep the N best; and the hypotheses of the first
         round, [M, 3, 3], best first. Without evidence, keep those of the last frame that the part
         above allows, and search wider in the next frame. All rounds but the last look at half the
-        resolution, unless that shows too little of the part."""
+        resolution, unless that shows too little of the part. `rounds`: no more than these."""
         s = self.settings
         before = particles = self._before[part]
         if part == HEAD and s.neck is not None:
             return before, NO_ROTATIONS
-        rng = self.subject.rng(part, self._evidence)
         most = s.n_best or PARTS[part].n_best
         width = min(before.spread * sqrt(self._frames), max(before.spread, WIDEST))
+        if part not in self._first:  # whichever rival it hangs from
+            rng = self.subject.rng(part, self._evidence)
+            self._first[part] = rng, _turned(part, before, width, 2 * s.hypotheses, rng)
+        rng, drawn = self._first[part]
         tried = NO_ROTATIONS
-        for halvings in range(s.rounds):
-            Rs = self._sampled(part, particles, width / 2**halvings, rng)
+        for halvings in range(min(rounds or s.rounds, s.rounds)):
+            if halvings:
+                drawn = _turned(part, particles, width / 2**halvings, 2 * s.hypotheses, rng)
+            Rs = self._allowed(part, drawn)
             if self._starts and part != HEAD:
                 Rs = np.concatenate([Rs, self._anywhere(part, rng)])
             known, scores = Rs[:0], np.empty(0)
@@ -134,23 +146,11 @@ class PartFilters:
             return turned_to(axes, self._before[part].Rs[0])
         return self.body.anywhere(part, count, rng)
 
-    def _sampled(
-        self, part: int, kept: Particles, spread: float, rng: np.random.Generator
-    ) -> Array:
-        """[M, 3, 3] hypotheses: the kept ones, and ones turned away from them (SIR).
-
-        The kept ones are parents in proportion to their weights. Twice as many hypotheses as wanted
-        are drawn, and those beyond the limits are eliminated; if all are, those stay that exceed
-        the limits least.
-        """
-        sigma_rad = TORSO_SIGMA_RAD if part in (HEAD, *TORSO) else LIMB_SIGMA_RAD
-        hypotheses = self.settings.hypotheses
-        count = 2 * hypotheses - len(kept.Rs)
-        parents = systematic_resample(importance_weights(kept.scores), count, rng)
-        turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)
-        Rs = np.concatenate([kept.Rs, kept.Rs[rng.permutation(parents)] @ turns])
+    def _allowed(self, part: int, Rs: Array) -> Array:
+        """[M, 3, 3] hypotheses of [2 M, 3, 3]: those beyond the limits are eliminated; if all are,
+        those stay that exceed the limits least."""
         excess_rad = self.body.excess_rad(part, Rs)
-        return Rs[excess_rad <= excess_rad.min()][:hypotheses]
+        return Rs[excess_rad <= excess_rad.min()][: self.settings.hypotheses]
 
     def _evaluated(self, part: int, Rs: Array, cloud: Cloud) -> tuple[Array, Array]:
         """Those hypotheses for which there is evidence, and their score (Eq. 5.7)."""
@@ -189,3 +189,17 @@ class PartFilters:
         reach_m = self.body.lengths_m[part] + self.body.model.radii_m[part].max()
         reach_m += self.settings.clothing_m + np.ptp(origins, axis=0).max()
         return ((cloud - origins[0]) ** 2).sum(1) < reach_m**2
+
+
+def _turned(
+    part: int, kept: Particles, spread: float, count: int, rng: np.random.Generator
+) -> Array:
+    """[count, 3, 3] hypotheses: the kept ones, and ones turned away from them (SIR).
+
+    The kept ones are parents in proportion to their weights.
+    """
+    sigma_rad = TORSO_SIGMA_RAD if part in (HEAD, *TORSO) else LIMB_SIGMA_RAD
+    count -= len(kept.Rs)
+    parents = systematic_resample(importance_weights(kept.scores), count, rng)
+    turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)
+    return np.concatenate([kept.Rs, kept.Rs[rng.permutation(parents)] @ turns])

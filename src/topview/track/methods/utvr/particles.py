@@ -58,11 +58,12 @@ def turns_rad(R: Array, Rs: Array) -> Array:
 def elsewhere(R: Array, Rs: Array) -> Array:
     """[K, 3, 3] a rotation, and those of [M, 3, 3] that point elsewhere than it and each other."""
     chosen = [R]
-    for other in Rs:
-        if max(other[:, 1] @ each[:, 1] for each in chosen) < cos(ELSEWHERE_RAD):
-            chosen.append(other)
-        if len(chosen) == MOST_ELSEWHERE:
+    is_elsewhere = np.ones(len(Rs), np.bool_)
+    while len(chosen) < MOST_ELSEWHERE:
+        is_elsewhere &= Rs[:, :, 1] @ chosen[-1][:, 1] < cos(ELSEWHERE_RAD)
+        if not is_elsewhere.any():
             break
+        chosen.append(Rs[is_elsewhere.argmax()])
     return np.array(chosen)
 
 

@@ -55,6 +55,10 @@ class UtvrSettings:
             points and out of free space, 0 to 100; of the pose that was found and of the last
             frame's, and the better one is kept. 0 leaves both out, as printed: a part stays where
             it was placed before those below it were looked at.
+        searches_anew: whether the descent starts from stances as well, standing, bending and
+            sitting ones that face where the torso does, where it leaves much unexplained.
+        weighs_stature: whether other statures are tried, too, where it does, and while none is
+            measured.
         proportions: of the body. Table 3.1's torso ends where the trunk does, but the joints of the
             hips lie higher, and knees with them.
 
@@ -77,6 +81,8 @@ class UtvrSettings:
     n_best: int | None = None
     coarse_first: bool = True
     descent: int = 8
+    searches_anew: bool = True
+    weighs_stature: bool = True
     proportions: Proportions = THESIS_ABOVE_HIPS
 
     needs: ClassVar[Needs] = Needs()
@@ -132,6 +138,8 @@ AS_PRINTED: Final = UtvrSettings(
     limbs_as_one=False,
     coarse_first=False,
     descent=0,
+    searches_anew=False,
+    weighs_stature=False,
     proportions=THESIS,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""

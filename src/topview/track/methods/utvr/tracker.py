@@ -17,7 +17,7 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.yaw_cues import YawCues
-from topview.track.methods.utvr.descent import LEAST_POINTS, descend, surface_model
+from topview.track.methods.utvr.descent import LEAST_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
 from topview.track.methods.utvr.particles import Particles, elsewhere, turns_rad
 from topview.track.methods.utvr.placed_body import TORSO, UPPER_LIMBS, Cloud, PlacedBody
@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 
 # All ours.
 START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
-NEWS_COST: Final = 0.02  # of points and axes that another pose than the last must explain better
 
 
 class UtvrTracker:
@@ -42,6 +41,7 @@ class UtvrTracker:
         self._particles: list[Particles] = []
         self._torso = TorsoFilter(TorsoSettings(is_coarse=settings.coarse_first), subject.threads)
         self._yaw_cues = YawCues()
+        self._descent = Descent(settings)
         self._pace = Pace()
         self._first_s = 0.0
         self._last: Pose | None = None
@@ -49,7 +49,10 @@ class UtvrTracker:
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         if evidence.stature_m is not None:
-            self.model = BodyModel.of(evidence.stature_m, self.settings.proportions)
+            self._descent.stature.tell(evidence.stature_m)
+        if self._descent.stature.stature_m != self.model.stature_m:
+            stature_m = self._descent.stature.stature_m
+            self.model = BodyModel.of(stature_m, self.settings.proportions)
         if not self._particles:
             self._first_s = evidence.timestamp_s
             self._particles = self._roughly_standing(evidence)
@@ -64,7 +67,12 @@ class UtvrTracker:
             body.turn_head()
         pose = Pose(body.origins[UPPER_TORSO], body.Rs)
         if self.settings.descent and len(evidence.all_points_camera) >= LEAST_POINTS:
-            pose = self._descended(pose, evidence)
+            with self.subject.clock.stage("descent"):
+                pose = self._descent.end_frame(pose, self._last, evidence)
+            self._particles = [  # the next frame is searched around it
+                kept if part == HEAD else kept.headed_by(pose.Rs[part], len(kept.Rs))
+                for part, kept in enumerate(self._particles)
+            ]
         self._last = pose
         return pose
 
@@ -90,23 +98,6 @@ class UtvrTracker:
             body.place(part, particles.Rs[0])
             cloud = cloud[~body.has_inside(part, cloud.points_camera)]
         return body
-
-    def _descended(self, found: Pose, evidence: Evidence) -> Pose:
-        """The pose that was found, or the last frame's, whichever explains more once all of its
-        parts are moved onto the points together; the next frame is searched around it."""
-        poses = [found]
-        if self._last is not None:
-            poses.append(Pose(found.neck_camera, self._last.Rs))
-        with self.subject.clock.stage("descent"):
-            surface = surface_model(self.model.stature_m, self.settings.proportions)
-            poses, costs = descend(poses, surface, evidence, self.settings.descent)
-        costs[1:] -= NEWS_COST
-        pose = poses[int(costs.argmin())]
-        self._particles = [
-            kept if part == HEAD else kept.headed_by(pose.Rs[part], len(kept.Rs))
-            for part, kept in enumerate(self._particles)
-        ]
-        return pose
 
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
