@@ -188,7 +188,8 @@ class PartFilters:
         """[N] points that may lie inside some hypothesis."""
         reach_m = self.body.lengths_m[part] + self.body.model.radii_m[part].max()
         reach_m += self.settings.clothing_m + np.ptp(origins, axis=0).max()
-        return ((cloud - origins[0]) ** 2).sum(1) < reach_m**2
+        away_m = cloud - origins[0]
+        return np.einsum("ni,ni->n", away_m, away_m) < reach_m**2
 
 
 def _turned(
