@@ -1,10 +1,11 @@
-"""How far is a head before the trunk, seen from above? What `HEAD_BEFORE`, `TOWARDS_CAMERA` and
-`HEAD_SIGMA` of `topview.track.methods.btvr.yaw_cues` are taken from.
+"""How far is a head before the trunk, and are feet before the shins, seen from above? What `HEAD`
+and `FEET` of `topview.track.methods.btvr.yaw_cues` are taken from.
 
     python scripts/fit_head_before.py FOLDER... [--every N]
 
 Finds the people in recordings with a `groundtruth.npz`, asks of every N-th frame how far the
-measured head is before the ellipse of the true yaw, and fits a line over the cosine of that yaw.
+measured head is before the ellipse of the true yaw, and the feet before the shins; fits a line over
+the cosine of that yaw.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from topview.track import Tracker, TrackerSettings
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.yaw import YAWS_RAD
-from topview.track.methods.btvr.yaw_cues import head_before
+from topview.track.methods.btvr.yaw_cues import feet_before, head_before
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, heading, stand
 from topview_lab.datasets import FolderRecording
@@ -36,6 +37,9 @@ Array = NDArray[np.float64]
 
 NEAR_M: Final = 0.3
 """From a true head to a measured one of the same person; ours."""
+
+
+MEASURES: Final = {"head": head_before, "feet": feet_before}
 
 
 class Standing:
@@ -77,14 +81,15 @@ def true_yaw_rad(joints_camera: Array, up_camera: Array) -> float:
     return heading(np.stack([x, y, np.cross(x, y)], axis=1), up_camera)
 
 
-def measured(folder: Path, every: int) -> list[tuple[float, float]]:
-    """Cosine of the true yaw, and the share of the stature, of each person in each frame."""
+def measured(folder: Path, every: int) -> list[tuple[str, float, float]]:
+    """What is before something, cosine of the true yaw, and share of the stature, of each person in
+    each frame."""
     recording = FolderRecording(folder)
     truth = recording.reference()
     order = [truth.joint_names.index(name) for name in JOINT_NAMES]
     seen: list[tuple[Evidence, float]] = []
     tracker = Tracker(TrackerSettings(method="utvr"), body=StandingSettings(seen))
-    told: list[tuple[float, float]] = []
+    told: list[tuple[str, float, float]] = []
     for number, frame in enumerate(map(undistorted, recording.open())):
         seen.clear()
         tracker.update(frame)
@@ -92,12 +97,15 @@ def measured(folder: Path, every: int) -> list[tuple[float, float]]:
             continue
         people = truth.joints_camera[number][:, order]
         for evidence, stature_m in seen:
-            before = head_before(evidence, stature_m)
             away_m = np.linalg.norm(people[:, 0] - evidence.head_camera, axis=1)
-            if before is None or not away_m.min() < NEAR_M:
+            if not away_m.min() < NEAR_M:
                 continue
             yaw_rad = true_yaw_rad(people[away_m.argmin()], evidence.up_camera)
-            told.append((np.cos(yaw_rad), before[np.cos(YAWS_RAD - yaw_rad).argmax()]))
+            for what, measure in MEASURES.items():
+                before = measure(evidence, stature_m)
+                if before is not None:
+                    share = before[np.cos(YAWS_RAD - yaw_rad).argmax()]
+                    told.append((what, np.cos(yaw_rad), share))
     return told
 
 
@@ -109,12 +117,13 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=2)
     options = parser.parse_args()
     told = [each for folder in options.folders for each in measured(folder, options.every)]
-    cosines, before = np.array(told).T
-    line = np.stack([np.ones(len(cosines)), -cosines], axis=1)
-    found = np.linalg.lstsq(line, before, rcond=None)[0]
-    off = float((before - line @ found).std())
-    print(f"{len(before)} frames: the head is {found[0]:.3f} of the stature before the trunk,")
-    print(f"{found[1]:.3f} less of who faces the camera; standard deviation {off:.3f}")
+    for what in MEASURES:
+        cosines, before = np.array([each[1:] for each in told if each[0] == what]).T
+        line = np.stack([np.ones(len(cosines)), -cosines], axis=1)
+        found = np.linalg.lstsq(line, before, rcond=None)[0]
+        off = float((before - line @ found).std())
+        print(f"{len(before)} frames: {what} {found[0]:.3f} of the stature before,")
+        print(f"{found[1]:.3f} less of who faces the camera; standard deviation {off:.3f}")
 
 
 if __name__ == "__main__":

@@ -72,10 +72,6 @@ class UtvrTerms:
         covered by other users, 0 to 1 (Eq. 5.3)."""
         return self.reproj * self.align * (2.0 - hidden_share)
 
-    def together_with(self, other: UtvrTerms) -> UtvrTerms:
-        """Each hypothesis as one thing with that of another part: their counts are added."""
-        return self.from_counts(self.counts + other.counts)
-
     @classmethod
     def from_counts(cls, counts: NDArray[np.int32]) -> UtvrTerms:
         """[M, 7] counts of the kernel, or of the definition, to factors."""

@@ -39,7 +39,7 @@ from topview.track.methods.btvr.yaw import (
     YAWS_RAD,
     YawFilter,
 )
-from topview.track.methods.btvr.yaw_cues import HEAD_BEFORE, TOWARDS_CAMERA, YawCues
+from topview.track.methods.btvr.yaw_cues import FEET, HEAD, Before, YawCues
 from topview.track.stances import facing
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
@@ -139,12 +139,35 @@ def test_who_turns_round_is_followed_all_the_way_and_turns_on_unseen(rate_rad):
     assert (later - found) * np.sign(rate_rad) > 0.2
 
 
+def mean_before(law: Before, turn: float) -> float:
+    """Of who is turned so from facing the camera, in shares of the stature."""
+    return law.mean - law.towards_camera * np.cos(turn)
+
+
+@pytest.mark.parametrize("turn", [-2.5, -1.2, 0.0, 0.4, 1.8, np.pi])
+def test_the_feet_tell_the_front_from_the_back(turn):
+    seen, floor = head_alone(), np.array([0.0, -1.0, 0.0, 1.0])
+    front = np.array([np.sin(turn), 0.0, np.cos(turn)])
+    rng, height_m = np.random.default_rng(1), MODEL.stature_m
+    shins, feet = rng.normal(0.0, 0.01, (2, 60, 3)) * height_m
+    shins[:, 1] -= 0.12 * height_m
+    feet[:, 1] = -0.02 * height_m
+    feet += mean_before(FEET, turn) * height_m * front
+    points = np.concatenate([shins, feet]) @ facing(0.0, floor[:3]).T
+    points = np.stack([points[:, 0], 1.0 + np.concatenate([shins, feet])[:, 1], points[:, 2]], 1)
+    told = YawCues().log_likelihood(
+        replace(seen, all_points_camera=points, floor=floor), MODEL.stature_m
+    )
+    true, opposite = (np.cos(YAWS_RAD - turn - half).argmax() for half in (0.0, np.pi))
+    assert told[true] > told[opposite] + 0.02
+
+
 @pytest.mark.parametrize("turn", [-2.5, -1.2, 0.0, 0.4, 1.8, np.pi])
 def test_the_head_tells_the_front_from_the_back(turn):
     """Its measured centre and the trunk lie towards the camera by different amounts."""
     seen, up = evidence_of(standing_pose()), np.array([0.0, -1.0, 0.0])
     R_upright = facing(0.0, up)
-    before = HEAD_BEFORE - TOWARDS_CAMERA * np.cos(turn)
+    before = mean_before(HEAD, turn)
     shell = torso_shell(np.random.default_rng(1), turn, before * MODEL.stature_m)
     shell[:, 1] += 0.09 * MODEL.stature_m
     points = seen.head_camera + shell @ R_upright.T
@@ -153,11 +176,11 @@ def test_the_head_tells_the_front_from_the_back(turn):
     assert told[true] > told[opposite] + 0.05
 
 
-def test_other_evidence_turns_somebody_round():
+@pytest.mark.parametrize("turn", [0.0, 2.0, np.pi])
+def test_whoever_is_new_may_face_any_way_and_other_evidence_tells_it(turn):
     yaw_filter = YawFilter()
-    assert yaw_filter.yaw_rad == pytest.approx(0.0, abs=1e-6)
-    yaw_filter.fuse(-20.0 * np.cos(YAWS_RAD))
-    assert abs(yaw_filter.yaw_rad) == pytest.approx(np.pi, abs=0.1)
+    yaw_filter.fuse(5.0 * np.cos(YAWS_RAD - turn))
+    assert abs((yaw_filter.yaw_rad - turn + np.pi) % (2 * np.pi) - np.pi) < 0.1
 
 
 def head_alone() -> Evidence:

@@ -1,9 +1,10 @@
-"""Cues to a torso's yaw beside its ellipses: the head, which is before the trunk, the way of
-walking, and a face in view (ours)."""
+"""Cues to a torso's yaw beside its ellipses: the head, which is before the trunk, the feet, which
+are before the shins, the way of walking, and a face in view (ours)."""
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -33,21 +34,42 @@ WALK_LOG_WEIGHT: Final = 0.1  # of the direction of walking
 WALK_M: Final = 0.35
 WALK_WINDOW_S: Final = 14 / 30
 
-# How far a head is before the trunk (`head_before`), in shares of the stature: of who faces the
-# camera `TOWARDS_CAMERA` less, of who turns the back to it so much more: the near side is what is
-# seen. `scripts/fit_head_before.py` on 27 recordings of rendered people, one, sit and turn of even
-# seeds 0 to 16, found 0.031, 0.023 and a deviation of 0.035, more among people than among frames.
-HEAD_BEFORE: Final = 0.03
-TOWARDS_CAMERA: Final = 0.02
-HEAD_SIGMA: Final = 0.045
-MOST_HEAD_SIGMAS: Final = 3.0  # an ellipse that is further off is wrong altogether
-HEAD_SHARE: Final = 0.1  # of the log likelihood in `FRAME_S`: frames in a row err alike
+MOST_SIGMAS: Final = 3.0  # what is further off is wrong altogether
+STILL_SHARE: Final = 0.1  # of the log likelihood in `FRAME_S`: frames in a row err alike
+
+
+@dataclass(frozen=True, slots=True)
+class Before:
+    """How far a part of the body is before another one, in shares of the stature.
+
+    Attributes:
+        mean: of who stands sideways to the camera.
+        towards_camera: of who faces the camera so much less, of who turns the back to it so much
+            more: the near side is what is seen.
+        sigma: standard deviation.
+    """
+
+    mean: float
+    towards_camera: float
+    sigma: float
+
+
+# The head before the trunk (`head_before`): `scripts/fit_head_before.py` on 27 recordings of
+# rendered people, one, sit and turn of even seeds 0 to 16, found 0.031, 0.023 and a deviation of
+# 0.035, more among people than among frames.
+HEAD: Final = Before(0.03, 0.02, 0.045)
+# The feet before the shins (`feet_before`): the same script on seeds 0 to 9 of one, sit and turn
+# found 0.025, 0.001 and a deviation of 0.039.
+FEET: Final = Before(0.025, 0.0, 0.04)
+# Heights above the floor, in shares of the stature, below and between which feet and shins are.
+FEET_BELOW: Final = 0.05
+SHINS: Final = (0.07, 0.17)
 BELOW_HEAD: Final = Section(0.17, 0.40, TRUNK_SECTION.semi_axes, 0.2)
 
 
 class YawCues:
-    """How likely each yaw is: the head is before the trunk, people walk to their front, and a face
-    looks at the camera."""
+    """How likely each yaw is: the head is before the trunk, feet are before the shins, people walk
+    to their front, and a face looks at the camera."""
 
     def __init__(self) -> None:
         self._heads: deque[tuple[float, Array]] = deque()  # when, and [3] where
@@ -60,7 +82,11 @@ class YawCues:
             front_camera += FACE_LOG_WEIGHT * (2.0 * evidence.face_share - 1.0) * to_camera
         x, _, z = frames * facing(0.0, evidence.up_camera).T @ front_camera
         cues = x * np.sin(YAWS_RAD) + z * np.cos(YAWS_RAD)
-        return cues + min(HEAD_SHARE * frames, 1.0) * _front_by_head(evidence, stature_m)
+        share = min(STILL_SHARE * frames, 1.0)
+        return cues + share * (
+            _front_by(head_before(evidence, stature_m), HEAD)
+            + _front_by(feet_before(evidence, stature_m), FEET)
+        )
 
     def _walk(self, evidence: Evidence) -> Array:
         """[3] unit vector along the way walked; zeros for who stands or is not seen."""
@@ -96,12 +122,26 @@ def head_before(evidence: Evidence, stature_m: float) -> Array | None:
     return -(np.tile(centres, (2, 1)) * fronts).sum(1) / stature_m
 
 
-def _front_by_head(evidence: Evidence, stature_m: float) -> Array:
-    """[N_YAWS] log likelihoods of where the head is; 0 for the likelier one of opposite yaws, as
-    that is all that it tells."""
-    before = head_before(evidence, stature_m)
+def feet_before(evidence: Evidence, stature_m: float) -> Array | None:
+    """[N_YAWS] how far the points of the feet are before those of the shins, if the front is that
+    way; None where either, or the floor, is not seen. A share of the stature."""
+    if not evidence.floor.any():
+        return None
+    points = evidence.all_points_camera
+    heights = (points @ evidence.floor[:3] + evidence.floor[3]) / stature_m
+    feet = points[heights < FEET_BELOW]
+    shins = points[(heights > SHINS[0]) & (heights < SHINS[1])]
+    if min(len(feet), len(shins)) < LEAST_SECTION_POINTS:
+        return None
+    x, _, z = (feet.mean(0) - shins.mean(0)) @ facing(0.0, evidence.up_camera) / stature_m
+    return x * np.sin(YAWS_RAD) + z * np.cos(YAWS_RAD)
+
+
+def _front_by(before: Array | None, law: Before) -> Array:
+    """[N_YAWS] log likelihoods of how far something is before something else; 0 for the likelier
+    one of opposite yaws, as that is all that it tells."""
     if before is None:
         return np.zeros(N_YAWS)
-    off = (before - HEAD_BEFORE + TOWARDS_CAMERA * np.cos(YAWS_RAD)) / HEAD_SIGMA
-    told = -0.5 * np.minimum(off**2, MOST_HEAD_SIGMAS**2)
+    off = (before - law.mean + law.towards_camera * np.cos(YAWS_RAD)) / law.sigma
+    told = -0.5 * np.minimum(off**2, MOST_SIGMAS**2)
     return told - np.maximum(told, np.roll(told, N_YAWS // 2))

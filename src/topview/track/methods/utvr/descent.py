@@ -1,0 +1,109 @@
+"""At a frame's end: all parts move together onto the points, and the pose that explains more stays
+(ours).
+
+A cylinder that wants points inside stands too near to the camera; one whose surface they are does
+not. And only what is placed steers the parts below it, until here. Where the pose still leaves much
+unexplained, it is searched anew from stances, and other statures are tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import UPPER_TORSO
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.methods.utvr.settings import UtvrSettings
+from topview.track.methods.utvr.stature import StatureBelief
+from topview.track.pose import Pose
+from topview.track.stances import heading, stand_all
+
+Array = NDArray[np.float64]
+
+# All ours. The surface of rendered people's torsos, clothes and all, is an ellipse of 10 to 12 % of
+# the stature across and 8 to 11 % from back to front, about a point 1 to 2 % before the spine
+# (seeds 100 to 103 of `turn`); these semi-axes are at its lower end.
+TORSO_SURFACE: Final = (0.098, 0.09)
+HOLD: Final = 0.1  # against `RefinementSettings`' priors, which hold to the pose found
+LEAST_POINTS: Final = 30  # of fewer, parts stay where the filters have them
+# A cost is the share of points that a pose leaves unexplained, and of its axes in free space.
+NEWS_COST: Final = 0.02  # by which another pose than the last must cost less
+# From this on a pose is searched anew, round the yaw of its torso, as `topview` does.
+LOST_COST: Final = 0.3
+LOST_TURNS_RAD: Final = (0.0, -0.7, 0.7)
+
+
+class Descent:
+    """The whole body of one person at the ends of frames.
+
+    Attributes:
+        stature: which one is believed.
+    """
+
+    def __init__(self, settings: UtvrSettings) -> None:
+        self.settings = settings
+        self.stature = StatureBelief()
+
+    def end_frame(self, found: Pose, last: Pose | None, evidence: Evidence) -> Pose:
+        """The pose that was found, the last frame's, or a stance, whichever explains more once all
+        of its parts are moved onto the points together."""
+        stature_m = self.stature.stature_m
+        poses = [found] if last is None else [found, Pose(found.neck_camera, last.Rs)]
+        poses, costs = self._descended(poses, stature_m, evidence)
+        costs[1:] -= NEWS_COST
+        pose, cost = poses[int(costs.argmin())], float(costs.min())
+        is_lost = cost > LOST_COST
+        if is_lost and self.settings.searches_anew:
+            stances = self._stances(found, stature_m, evidence, LOST_TURNS_RAD)
+            poses, costs = self._descended(stances, stature_m, evidence)
+            if costs.min() < cost - NEWS_COST:
+                pose = poses[int(costs.argmin())]
+        if self.settings.weighs_stature and (is_lost or not self.stature.is_measured):
+            self._weigh_stature(pose, is_lost, evidence)
+        return pose
+
+    def _weigh_stature(self, pose: Pose, is_lost: bool, evidence: Evidence) -> None:
+        """Compare the stature that is believed with another one, of which stances are tried, too,
+        where the pose is lost."""
+        tried_m = self.stature.next_m()
+        others = [pose]
+        if is_lost:
+            others += self._stances(pose, tried_m, evidence)
+        self.stature.judge(
+            *(
+                float(self._descended(poses, stature_m, evidence)[1].min())
+                for poses, stature_m in (([pose], self.stature.stature_m), (others, tried_m))
+            )
+        )
+
+    def _descended(
+        self, poses: Sequence[Pose], stature_m: float, evidence: Evidence
+    ) -> tuple[list[Pose], Array]:
+        """The poses after the Gauss-Newton steps, and [M] what they cost."""
+        surface = replace(
+            self.settings.proportions,
+            upper_torso_radii=TORSO_SURFACE,
+            lower_torso_radii=TORSO_SURFACE,
+        )
+        model, steps = BodyModel.of(stature_m, surface), self.settings.descent
+        moved = refine(poses, None, model, evidence, RefinementSettings(), steps, HOLD)
+        return moved.poses, moved.unexplained + moved.in_free_space
+
+    def _stances(
+        self,
+        pose: Pose,
+        stature_m: float,
+        evidence: Evidence,
+        turns_rad: Sequence[float] = (0.0,),
+    ) -> list[Pose]:
+        """Every stance below the head, turned so far from where the torso of a pose faces."""
+        model, up = BodyModel.of(stature_m, self.settings.proportions), evidence.up_camera
+        yaw_rad = heading(pose.Rs[UPPER_TORSO], up)
+        yaws_rad = [yaw_rad + turn_rad for turn_rad in turns_rad]
+        return stand_all(model, evidence.head_camera, yaws_rad, up)

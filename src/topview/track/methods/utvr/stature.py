@@ -1,0 +1,75 @@
+"""Which stature somebody has, by what a body of it leaves unexplained (ours).
+
+The finder measures the stature of who stands upright, and now and then takes who sits for a small
+person who stands. Of who sits from the first frame on it measures none. So while none is measured,
+or the pose leaves much unexplained, other statures are tried, one a frame, and the one that over
+time explains more is believed.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.people.height import PRIOR_HEIGHT_M
+
+Array = NDArray[np.float64]
+
+# All ours. A cost is one of `topview.track.methods.utvr.descent`.
+STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])  # are tried, as `topview` does
+# Of a stature, per logarithm of its ratio to the measured one, or before to that of adults.
+MEASURED_COST: Final = 0.2
+ADULTS_COST: Final = 0.05
+LOOKS: Final = 10.0  # at a stature, over which its gain is averaged
+LEAST_LOOKS: Final = 3  # at one before it is believed
+LEAST_GAIN: Final = 0.02
+
+
+class StatureBelief:
+    """One person's stature over time.
+
+    Attributes:
+        stature_m: that is believed.
+        is_measured: whether the finder has measured one.
+    """
+
+    def __init__(self) -> None:
+        self.stature_m = self._likely_m = PRIOR_HEIGHT_M
+        self.is_measured = False
+        self._turn = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self._gains = np.zeros(len(STATURES_M) + 1)
+        self._looks = np.zeros(len(STATURES_M) + 1)
+
+    @property
+    def _tried_m(self) -> float:
+        return float(np.append(STATURES_M, self._likely_m)[self._turn])
+
+    def tell(self, stature_m: float) -> None:
+        """What the finder has measured."""
+        if self.stature_m == self._likely_m:
+            self.stature_m = stature_m
+        self._likely_m, self.is_measured = stature_m, True
+
+    def next_m(self) -> float:
+        """Which stature is to be tried."""
+        self._turn = (self._turn + 1) % len(self._gains)
+        return self._tried_m
+
+    def judge(self, cost: float, tried_cost: float) -> None:
+        """What a body costs of the stature that is believed, and of the one that was tried."""
+        gain = self._with_prior(cost, self.stature_m) - self._with_prior(tried_cost, self._tried_m)
+        self._looks[self._turn] += 1.0
+        looks = self._looks[self._turn]
+        self._gains[self._turn] += (gain - self._gains[self._turn]) / min(looks, LOOKS)
+        if looks >= LEAST_LOOKS and self._gains[self._turn] > LEAST_GAIN:
+            self.stature_m = self._tried_m
+            self._forget()
+
+    def _with_prior(self, cost: float, stature_m: float) -> float:
+        weight = MEASURED_COST if self.is_measured else ADULTS_COST
+        return cost + weight * abs(np.log(stature_m / self._likely_m))
