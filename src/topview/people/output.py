@@ -58,7 +58,6 @@ def doubtful_of(
         t
         for t in tracks
         if not t.id
-        and (t.is_seen or t.by_body)
         and t.evidence.is_to_be_asked(scene.time_s)
         and area_m2(scene, t) > SHOWN_M2
     ]

@@ -131,12 +131,15 @@ class Step:
         found."""
         is_off = np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M
         is_upright = self.told.is_upright(track, self.scene.up_camera)
-        if not track.id and is_off and is_upright is False:
+        if not track.id and is_off:
             others = [other for other in tracks if other.key != track.key]
-            if not is_too_near(told_camera, others, self.scene):
+            if is_upright is False and not is_too_near(told_camera, others, self.scene):
                 return track.found_by_body(), self.head_at(told_camera)
+            if is_upright:
+                there = self.head_at(told_camera)
+                return track.restarted(self.scene.cloud, there), there
         is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
-        if head is None and track.by_body and (is_in_view or not track.id):
+        if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)
         return track, head
 
