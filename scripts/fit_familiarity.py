@@ -1,28 +1,41 @@
-"""How often the intervals hold that the network states for its joints, as it states them and
-widened where windows look unfamiliar; and what `topview.track.familiarity` is fitted to.
+"""How often the intervals hold that the network states for its joints, as it states them and as
+they are trusted; and what `topview.track.familiarity` is fitted to.
 
     python scripts/fit_familiarity.py RENDERED... [--utd-mhad PATH --sequences GLOBS]
 
-RENDERED are recordings with truth. Constant offsets are taken out, one a joint for each set. With
-both sets the exponents are fitted. That of the residual: the logarithm of a person's mean error in
-a frame, in scales, is linear in the logarithms of residual and doubt; each set has half of the
-weight. That of the doubt: with it, 90 % of the intervals of the second set hold.
+RENDERED are recordings with truth, which the network has not learnt from. Constant offsets are
+taken out, one a joint for each set; each of the globs, separated by commas, is a set. With both,
+share and exponents are fitted. The residual's is how errors grow with it. With the others 90 % of
+the intervals of rendered joints hold, in view (the share) and hidden (of large scales), and of the
+other sets 90 % on the worst axis of the worst (of the doubt).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 from cyclopts import App
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
-from topview.track.familiarity import LEAST_DOUBT, LEAST_RESIDUAL, Familiarity
+from topview.track.familiarity import (
+    DOUBT_EXPONENT,
+    FAMILIAR_DOUBT,
+    FAMILIAR_RESIDUAL,
+    FAMILIAR_SHARE,
+    FIT_EXPONENT,
+    LARGE_EXPONENT,
+    LARGE_SCALE_M,
+    LEAST_DOUBT,
+    LEAST_RESIDUAL,
+)
 from topview.track.joint_errors import JointSigns
 from topview.track.joint_fit import body_joints
 from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
@@ -32,7 +45,21 @@ from topview_lab.metrics.samples import CAUSES
 from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTERVAL, INTERVALS
 
 Array = NDArray[np.float64]
+RANGE: Final = 0.01, 3.0  # of what is fitted
+TURNS: Final = 8
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
+
+
+class Trust(NamedTuple):
+    """`topview.track.familiarity`'s share and exponents."""
+
+    share: float = FAMILIAR_SHARE
+    fit_exponent: float = FIT_EXPONENT
+    doubt_exponent: float = DOUBT_EXPONENT
+    large_exponent: float = LARGE_EXPONENT
+
+
+AS_STATED: Final = Trust(1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,26 +68,37 @@ class Stated:
 
     Attributes:
         errors: [N, 16, 3] in scales, to the right, down and along the ray.
+        scales_m: [N, 16, 3].
         residual, doubt: [N] as in `Familiarity`.
         is_hidden: [N, 16] by others.
     """
 
     errors: Array
+    scales_m: Array
     residual: Array
     doubt: Array
     is_hidden: NDArray[np.bool_]
 
-    @property
-    def features(self) -> Array:
-        """[N, 3] what the logarithm of the error is linear in."""
-        logs = np.log(self.residual + LEAST_RESIDUAL), np.log(self.doubt + LEAST_DOUBT)
-        return np.stack([np.ones(len(self.residual)), *logs], axis=1)
+    def trusted(self, told: Trust) -> Array:
+        """[N, 16, 3] errors in scales as they are trusted."""
+        residual = (self.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
+        doubt = (self.doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
+        widening = np.maximum(1.0, residual**told.fit_exponent * doubt**told.doubt_exponent)
+        large = np.maximum(1.0, self.scales_m / LARGE_SCALE_M) ** told.large_exponent
+        return self.errors / (told.share * widening[:, None, None] * large)
 
-    @property
-    def widening(self) -> Array:
-        """[N]."""
-        told = zip(self.residual.tolist(), self.doubt.tolist(), strict=True)
-        return np.array([Familiarity(*own).widening for own in told])
+    def held(self, told: Trust) -> tuple[Array, Array]:
+        """[3] shares of the 90 % intervals, so trusted, that hold: of joints in view, and of those
+        hidden by others; NaN of none."""
+        errors = self.trusted(told)
+        known = np.isfinite(errors).all(-1)
+        nothing = np.full(3, np.nan)
+        of = [
+            errors[known & is_there] < HALF_WIDTHS[INTERVAL]
+            for is_there in (~self.is_hidden, self.is_hidden)
+        ]
+        in_view, hidden = (own.mean(0) if len(own) else nothing for own in of)
+        return in_view, hidden
 
 
 def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
@@ -75,7 +113,9 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     squares = np.einsum("njab,njbc,njac->nja", inverse, samples.joint_covariance_m2[used], inverse)
     told = signs.joint_covariance_m2[used][:, 0]
     hidden = np.nan_to_num(total_share(samples.hidden[used][..., BY_OTHERS]))
-    return Stated(along / np.sqrt(squares), told[:, 0, 0], told[:, 1, 1], hidden >= HIDDEN_FROM)
+    scales_m = np.sqrt(squares)
+    errors = np.abs(along) / scales_m
+    return Stated(errors, scales_m, told[:, 0, 0], told[:, 1, 1], hidden >= HIDDEN_FROM)
 
 
 def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceErrors]:
@@ -130,49 +170,57 @@ def _ray_axes(joints_camera: Array) -> Array:
 
 def print_held(name: str, of_set: Stated) -> None:
     """How often 90 % intervals hold, right, down and in depth."""
-    half = HALF_WIDTHS[INTERVAL]
-    for what, factor in (("as stated", np.ones(len(of_set.errors))), ("widened", of_set.widening)):
-        errors = np.abs(of_set.errors) / factor[:, None, None]
-        for where, mask in (("in view", ~of_set.is_hidden), ("hidden", of_set.is_hidden)):
-            chosen = errors[mask]
-            chosen = chosen[np.isfinite(chosen).all(-1)]
-            if len(chosen):
-                held = ", ".join(f"{100 * share:.1f}" for share in (chosen < half).mean(0))
-                print(f"{name}, {where}, {what}: {held} % of {len(chosen)} joints")
-    print(f"{name}: median residual {np.median(of_set.residual):.3f}, ", end="")
-    print(f"doubt {np.median(of_set.doubt):.4f}, widening {np.median(of_set.widening):.2f}")
+    for what, told in (("as stated", AS_STATED), ("as trusted", Trust())):
+        for where, held in zip(("in view", "hidden"), of_set.held(told), strict=True):
+            if np.isfinite(held).all():
+                shares = ", ".join(f"{100 * share:.1f}" for share in held)
+                print(f"{name}, {where}, {what}: {shares} % hold")
+    joints = np.count_nonzero(of_set.is_hidden), of_set.is_hidden.size
+    print(f"{name}: {joints[0]} of {joints[1]} joints are hidden; ", end="")
+    print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
 
 
-def fit(sets: Sequence[Stated]) -> tuple[float, float]:
-    """Exponents of residual and doubt."""
-    error = np.concatenate([np.log(np.nanmean(np.abs(own.errors), (1, 2))) for own in sets])
-    features = np.concatenate([own.features for own in sets])
-    weight = np.concatenate([np.full(len(own.errors), len(own.errors) ** -0.5) for own in sets])
-    of_residual = float(np.linalg.lstsq(features * weight[:, None], error * weight)[0][1])
-    familiar, other = (own.features[:, 1:] for own in sets)
-    residual, doubt = (other - np.median(familiar, axis=0)).T
+def fit(rendered: Stated, others: Sequence[Stated]) -> Trust:
+    """What makes 90 % of the 90 % intervals hold: each value by what it is there for, in turns."""
+    aim = INTERVALS[INTERVAL]
 
-    def held(of_doubt: float) -> float:
-        widening = np.maximum(1.0, np.exp(of_residual * residual + of_doubt * doubt))
-        errors = np.abs(sets[1].errors) / widening[:, None, None]
-        return float((errors[np.isfinite(errors)] < HALF_WIDTHS[INTERVAL]).mean())
+    def told_of(name: str, share_held: Callable[[Trust], float]) -> float:
+        found = brentq(lambda value: share_held(trust._replace(**{name: value})) - aim, *RANGE)
+        return float(cast(float, found))
 
-    tried = np.arange(0.0, 1.0, 0.005)
-    return of_residual, float(min(tried, key=lambda own: abs(held(own) - INTERVALS[INTERVAL])))
+    trust = Trust()._replace(fit_exponent=residual_exponent([rendered, *others]))
+    for _ in range(TURNS):
+        share = told_of("share", lambda own: rendered.held(own)[0].mean())
+        trust = trust._replace(share=share)
+        large = told_of("large_exponent", lambda own: rendered.held(own)[1].mean())
+        trust = trust._replace(large_exponent=large)
+        doubt = told_of("doubt_exponent", lambda own: min(o.held(own)[0].min() for o in others))
+        trust = trust._replace(doubt_exponent=doubt)
+    return Trust(*(round(value, 3) for value in trust))
+
+
+def residual_exponent(sets: Sequence[Stated]) -> float:
+    """The logarithm of a person's mean error in a frame, in scales, is linear in the logarithm of
+    the residual; each set has a level of its own and counts alike."""
+    slopes = [
+        np.polyfit(np.log(own.residual + LEAST_RESIDUAL), np.log(np.nanmean(own.errors, (1, 2))), 1)
+        for own in sets
+    ]
+    return float(np.mean(slopes, axis=0)[0])
 
 
 def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*,*_s2_*") -> None:
-    """Print how often intervals hold and, with both sets, the exponents."""
-    sets = {}
-    if rendered:
-        sets["rendered"] = stated(find_folder_recordings(list(rendered)))
+    """Print how often intervals hold and, with both kinds of sets, what is fitted."""
+    own = stated(find_folder_recordings(list(rendered))) if rendered else None
+    if own is not None:
+        print_held("rendered", own)
+    others = []
     if utd_mhad is not None:
-        sets["UTD-MHAD"] = stated(find_utd_mhad(utd_mhad, sequences))
-    for name, of_set in sets.items():
-        print_held(name, of_set)
-    if len(sets) == 2:
-        residual, doubt = fit(list(sets.values()))
-        print(f"exponents: residual {residual:.3f}, doubt {doubt:.3f}")
+        for glob in sequences.split(","):
+            others.append(stated(find_utd_mhad(utd_mhad, glob)))
+            print_held(f"UTD-MHAD {glob}", others[-1])
+    if own is not None and others:
+        print(f"fitted: {fit(own, others)}")
 
 
 if __name__ == "__main__":

@@ -139,7 +139,7 @@ class JointSigns:
         terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
         terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
         if self.proposals is not None:
-            proposals = self.proposals.widened(self.familiarity.widening)
+            proposals = self.familiarity.trusted(self.proposals)
             places, scales_m = body_joints(proposals, OUTPUT_JOINT_NAMES)
             is_proposed = np.isfinite(scales_m).all((0, -1))
             told = self._of_proposals(places, scales_m, proposals.weights[0])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from topview.detect.joints import JointProposals
 from topview.track.familiarity import (
     FAMILIAR_DOUBT,
     FAMILIAR_RESIDUAL,
@@ -17,9 +19,27 @@ residuals = st.floats(0.0, 50.0)
 shares = st.floats(0.0, 1.0)
 
 
-def test_what_is_familiar_is_believed_as_stated():
+def test_what_is_familiar_is_not_widened():
     assert Familiarity().widening == 1.0
     assert Familiarity(FAMILIAR_RESIDUAL / 2.0, FAMILIAR_DOUBT / 2.0).widening == 1.0
+
+
+@given(residuals, shares, st.floats(1e-4, 2.0), st.floats(1.0, 4.0))
+def test_who_is_less_sure_of_a_joint_is_trusted_less(residual, doubt, scale_m, more):
+    def trusted_m(stated_m: float) -> float:
+        proposals = JointProposals(
+            np.ones((1, 1, 1, 3)),
+            np.full((1, 1, 1, 3), stated_m),
+            np.ones((1, 1)),
+            np.ones(1),
+            ("head",),
+        )
+        trusted = Familiarity(residual, doubt).trusted(proposals)
+        assert np.array_equal(trusted.positions_camera, proposals.positions_camera)
+        return float(trusted.scales_m[0, 0, 0, 0])
+
+    assert trusted_m(more * scale_m) >= more * trusted_m(scale_m) * (1.0 - 1e-12)
+    assert trusted_m(scale_m) >= 0.5 * scale_m * Familiarity(residual, doubt).widening
 
 
 @given(residuals, shares, residuals, shares)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -84,10 +84,6 @@ class JointProposals:
             self.p_person[one],
             self.joint_names,
         )
-
-    def widened(self, factor: float) -> JointProposals:
-        """The same, less sure of every joint: the scales times a factor above 0."""
-        return replace(self, scales_m=self.scales_m * factor)
 
 
 class JointProposer(Protocol):

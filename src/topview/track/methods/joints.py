@@ -16,7 +16,7 @@ from topview.detect.joints import JointProposals
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
-from topview.track.familiarity import FAMILIAR, FamiliarityOverTime
+from topview.track.familiarity import Familiarity, FamiliarityOverTime
 from topview.track.joint_fit import JointFitSettings, fit_joints
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -50,10 +50,13 @@ class JointsTracker:
         self.settings = settings
         self.bones = subject.bones
         self._last: Pose | None = None
-        self.familiarity = FAMILIAR
         self._familiarity = FamiliarityOverTime()
         self._last_s: float | None = None
         self.model = self.bones.model(PRIOR_HEIGHT_M)
+
+    @property
+    def familiarity(self) -> Familiarity:
+        return self._familiarity.now
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame: that of the likeliest mode. With nothing proposed, the last
@@ -75,7 +78,7 @@ class JointsTracker:
         fitted = fit_joints(self.model, proposals, self.settings.fit)
         elapsed_s = 0.0 if self._last_s is None else time_s - self._last_s
         residual, p_person = float(fitted.residuals[mode]), float(proposals.p_person[0])
-        self.familiarity = self._familiarity.update(residual, p_person, elapsed_s)
+        self._familiarity.update(residual, p_person, elapsed_s)
         self._last_s = time_s
         return fitted.poses[mode]
 

@@ -19,7 +19,7 @@ from topview.detect.joints import JointProposals
 from topview.filter.over_time import frames_in
 from topview.records import check_range
 from topview.track.bone_lengths import BoneLengths
-from topview.track.familiarity import FAMILIAR, FamiliarityOverTime
+from topview.track.familiarity import Familiarity, FamiliarityOverTime
 from topview.track.joint_filter import JointFilter, JointFilterSettings
 from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints, fit_joints
 from topview.track.methods.topview.refinement import RefinementSettings
@@ -100,21 +100,21 @@ class ProposedBody:
 
 
 class Guide:
-    """What one person's proposals tell over time.
-
-    Attributes:
-        familiarity: of the last frame with proposals.
-    """
+    """What one person's proposals tell over time."""
 
     def __init__(self, settings: GuideSettings, bones: BoneLengths | None = None) -> None:
         self.settings = settings
         self.bones = bones or BoneLengths()
         self._joints = JointFilter(settings.filter)
         self._yaw = YawBelief(settings.yaw_evidence)
-        self.familiarity = FAMILIAR
         self._familiarity = FamiliarityOverTime()
         self._likely: NDArray[np.float64] | None = None
         self._last_s: float | None = None
+
+    @property
+    def familiarity(self) -> Familiarity:
+        """Of the last frame with proposals."""
+        return self._familiarity.now
 
     def elapsed_s(self, time_s: float) -> float:
         """Since the last frame with proposals, at the time of the next one; 0 of the first."""
@@ -162,8 +162,8 @@ class Guide:
         fitted = fit_joints(model, proposals, self.settings.fit)
         residual = float(fitted.residuals[int(np.argmax(belief))])
         p_person = float(proposals.p_person[0])
-        self.familiarity = self._familiarity.update(residual, p_person, elapsed_s)
-        places, scales_m = body_joints(proposals.widened(self.familiarity.widening))
+        familiarity = self._familiarity.update(residual, p_person, elapsed_s)
+        places, scales_m = body_joints(familiarity.trusted(proposals))
         likely = np.flatnonzero(belief > self.settings.least_weight * belief.max())
         return [
             ProposedBody(
