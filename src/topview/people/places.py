@@ -114,8 +114,9 @@ class Places(msgspec.Struct, frozen=True, eq=False):
             memory_s=np.where(sets_out, WALK_ON_S, self.memory_s),
         )
         depth_m, z_m, is_inside = moved._looked_up(scene)
-        is_read = is_inside & (depth_m > 0.0) & (z_m < scene.room_ends_m)
-        is_hidden = is_inside & (z_m < scene.room_ends_m) & moved._is_covered(scene)
+        is_in_room = is_inside & (z_m < scene.room_ends_m)
+        is_read = is_in_room & (depth_m > 0.0)
+        is_hidden = is_in_room & moved._is_covered(scene)
         is_surface = is_read & ~is_hidden & (depth_m < z_m + 2 * HEAD_RADIUS_M)
         rates = np.where(
             is_inside,
