@@ -4,8 +4,8 @@
 
 Tracks each recording with the network and without, and draws the frames in which somebody's joints
 are nearer to the truth by most with it, and those in which they are by most without it: of each
-recording one of either kind. Left the truth, then without, then with it; the mean distance of the
-person's joints below, constant offsets taken out.
+recording one of either kind, where there is one. Left the truth, then without, then with it; the
+mean distance of the person's joints below, constant offsets taken out.
 """
 
 from __future__ import annotations
@@ -65,8 +65,9 @@ def main(*folders: Path, out: Path, count: int = 10) -> None:
     proposed = [tracked(recording, NETWORK) for recording in recordings]
     pools = [pool(Evaluation(tuple(own.errors for own in of))) for of in (without, proposed)]
     found = differences(*pools)
-    for kind, sign in (("helps", -1.0), ("harms", 1.0)):
-        chosen = one_of_each(sorted(found, key=lambda own: sign * own.gain_m))[:count]
+    for kind, sign in (("helps", 1.0), ("harms", -1.0)):
+        those = [own for own in found if sign * own.gain_m > 0.0]
+        chosen = one_of_each(sorted(those, key=lambda own: -abs(own.gain_m)))[:count]
         for place, own in enumerate(chosen, 1):
             recording = recordings[own.recording]
             panels = drawn(
