@@ -164,7 +164,8 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
 )  # fmt: skip
 
 OTHER_DATA: Final = (
-    "Who is hidden (evaluate returns): seeds 1 to 3 were read frame by frame, 4 to 15 measured.",
+    "Who is hidden (evaluate returns): seeds 1 to 3 were read frame by frame, 4 to 15 measured; "
+    "behind a person, 30 to 43 were read in numbers, 44 to 49 measured.",
     "Skin histograms: renders with scene seeds drawn from the keys 0 (learnt) and 1 (held out).",
     "Forest: renders with people drawn from the keys 2000 (grown), 2500 (calibrated) and 2900 "
     "(held out).",

@@ -56,6 +56,7 @@ def associate(
     scene: Scene,
     heads: Sequence[HeadCandidate],
     log_odds_of: Callable[[HeadCandidate], float],
+    told: Sequence[HeadCandidate] = (),
 ) -> tuple[dict[int, HeadCandidate], list[HeadCandidate]]:
     """The head of each track that has one, by the track's index; and the detected heads that nobody
     took.
@@ -65,12 +66,14 @@ def associate(
         scene: of this frame.
         heads: that are detected.
         log_odds_of: of a person's body below a head that nobody else explains.
+        told: heads that the joint network tells of what may be people; they may be those of people
+            whose heads are not seen.
     """
     seekers = [Seeker.of(row, tracks, scene, log_odds_of) for row in range(len(tracks))]
-    options = [*heads]
-    scores = np.full((len(tracks), len(heads) + len(tracks)), -np.inf)
+    options = [*heads, *told]
+    scores = np.full((len(tracks), len(options) + len(tracks)), -np.inf)
     for row, seeker in enumerate(seekers):
-        for column, head in enumerate(heads):
+        for column, head in enumerate([*heads, *told] if seeker.track.is_hidden else heads):
             scores[row, column] = seeker.ratio_of(head)
         followed = seeker.followed(heads, scores[row])
         if followed is not None:
@@ -172,9 +175,13 @@ class Seeker:
         if head.confidence >= GOOD_HEAD:
             return False
         row, column, in_view = self.scene.cloud.pixel_at(head.center_camera)
-        return in_view and any(
-            other.body_m is not None and bool(other.body_m[row, column] < OWN_HEAD_M)
-            for other in seen
+        return (
+            in_view
+            and not self.scene.is_hidden_at(head.center_camera)
+            and any(
+                other.body_m is not None and bool(other.body_m[row, column] < OWN_HEAD_M)
+                for other in seen
+            )
         )
 
     def _slips(self, head: HeadCandidate) -> bool:

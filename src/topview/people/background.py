@@ -68,6 +68,11 @@ class Background:
         shows_background(depth_m, self._mean_m, self._steady_s, KNOWN_S, tolerance, is_seen)
         return is_seen
 
+    @property
+    def farthest_m(self) -> float:
+        """The farthest depth that is believed, infinity if none is."""
+        return float(self._mean_m.max(where=self._steady_s >= KNOWN_S, initial=0.0)) or np.inf
+
     def changed_share(
         self,
         is_own: NDArray[np.bool_],

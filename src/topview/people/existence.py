@@ -21,14 +21,13 @@ from topview.people.likelihood import (
     probability,
     shipped_likelihood,
 )
+from topview.people.places import HEADS_APART_M
 from topview.people.scene import Scene
 from topview.people.track import Track
 
 Vector = NDArray[np.float64]
 
-# All ours. Two heads, seen from above; a shoulder is nearer to its own head.
-HEADS_APART_M: Final = 0.33
-# A track is a person's from this probability of existence on, once its head has been seen
+# All ours. A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
 # What the network says of a single frame is noisy, the mean over so long is not: then this is

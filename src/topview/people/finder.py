@@ -116,7 +116,8 @@ class PeopleFinder:
             step = Step(scene, last, told, self.settings)
             is_time = self._looks.due(scene.time_s) > 0
             by_shape = ShapeOdds(step, before, self._existence.likelihood)
-            taken, left = associate(before, scene, heads, by_shape)
+            told_heads = [head for head, _ in step.heads_of_doubtful.values()]
+            taken, left = associate(before, scene, heads, by_shape, told_heads)
             tracks = step.moved(before, taken)
             tracks, left = rejoined(tracks, scene, left, step.features_under, self._existence)
             tracks = step.with_evidence(tracks, is_time)

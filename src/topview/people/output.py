@@ -57,10 +57,7 @@ def doubtful_of(
     doubts = [
         t
         for t in tracks
-        if not t.id
-        and (t.is_seen or t.by_body)
-        and t.evidence.is_to_be_asked(scene.time_s)
-        and area_m2(scene, t) > SHOWN_M2
+        if not t.id and t.evidence.is_to_be_asked(scene.time_s) and area_m2(scene, t) > SHOWN_M2
     ]
     turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
     doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))

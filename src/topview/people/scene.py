@@ -119,6 +119,11 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
         )
 
     @property
+    def room_ends_m(self) -> float:
+        """Depth of the farthest that has been seen; nobody is behind it."""
+        return np.inf if self.steady is None else self.steady.farthest_m
+
+    @property
     def time_s(self) -> float:
         """Of the frame."""
         return self.cloud.frame.timestamp_s

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -29,7 +30,7 @@ Vector = NDArray[np.float64]
 IN_VIEW: Final = 0.15
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Step:
     """What one frame, and the network in the last one, show.
 
@@ -57,6 +58,7 @@ class Step:
         """The tracks in this frame: updated with the heads that they have taken, by their indices;
         or coasted, to where their bodies are."""
         scene = self.scene
+        others = [head.center_camera for index, head in taken.items() if tracks[index].id]
         after = []
         for index, track in enumerate(tracks):
             told_camera = self.told.head_of(track, tracks, scene.time_s - track.time_s)
@@ -67,7 +69,7 @@ class Step:
             if head is not None:
                 now = own.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
             else:
-                now = own.coasted(scene)
+                now = own.coasted(scene, others)
             body_m = body_of(scene, now, self.settings, self.last)
             after.append((replace(now, body_m=body_m), told_camera))
         seen = [track for track, _ in after if track.is_seen]
@@ -131,14 +133,25 @@ class Step:
         found."""
         is_off = np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M
         is_upright = self.told.is_upright(track, self.scene.up_camera)
-        if not track.id and is_off and is_upright is False:
+        if not track.id and is_off:
             others = [other for other in tracks if other.key != track.key]
-            if not is_too_near(told_camera, others, self.scene):
+            if is_upright is False and not is_too_near(told_camera, others, self.scene):
                 return track.found_by_body(), self.head_at(told_camera)
+            if is_upright:
+                there = self.head_at(told_camera)
+                return track.restarted(self.scene.cloud, there), there
         is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
-        if head is None and track.by_body and (is_in_view or not track.id):
+        if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)
         return track, head
+
+    @cached_property
+    def heads_of_doubtful(self) -> dict[int, tuple[HeadCandidate, float]]:
+        """Heads that the network knows where nobody is known yet, by their identities, and its
+        log-odds."""
+        told = [head for id, head in self.told.heads.items() if id < 0 and head.is_sure]
+        found = [(self.head_at(head.head_camera), head.log_odds) for head in told]
+        return {id(head): (head, log_odds) for head, log_odds in found}
 
     def head_at(self, told_camera: Vector) -> HeadCandidate:
         """A head [3] that the joint network tells, and how much it looks like an upright one."""
@@ -161,12 +174,15 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShapeOdds:
-    """Log-odds, by shape, that what nobody explained in the last frame is a person below a head."""
+    """Log-odds, by shape or, of a head that it tells, by the network, that what nobody explained in
+    the last frame is a person below a head."""
 
     step: Step
     before: Sequence[Track]
     likelihood: Likelihood
 
     def __call__(self, head: HeadCandidate) -> float:
+        if id(head) in self.step.heads_of_doubtful:
+            return self.step.heads_of_doubtful[id(head)][1]
         seen = [track for track in self.before if track.is_seen]
         return self.likelihood.log_odds_of_shape(self.step.features_under(head, seen))

@@ -3,6 +3,7 @@ one."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
@@ -114,6 +115,11 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         return self.seen_s == self.time_s
 
     @property
+    def is_hidden(self) -> bool:
+        """Whether it is a person who is probably hidden in the picture."""
+        return self.id > 0 and self.places is not None and self.places.outside < 0.5
+
+    @property
     def by_body(self) -> bool:
         """Whether no upright head is to be expected on it, and none is seen."""
         return self.evidence.by_body and self.confidence < SURE_HEAD
@@ -221,10 +227,10 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             certainty=1.0,
         )
 
-    def coasted(self, scene: Scene) -> Track:
-        """Without a measured head."""
+    def coasted(self, scene: Scene, others_camera: Sequence[Vector] = ()) -> Track:
+        """Without a measured head; those of others are at [3] places."""
         before = self.places or Places.around(scene, self.motion, self.key)
-        places = before.seen(scene, scene.time_s - self.time_s, self.key)
+        places = before.seen(scene, scene.time_s - self.time_s, self.key, others_camera)
         return self.placed(scene, places)
 
     def placed(self, scene: Scene, places: Places) -> Track:

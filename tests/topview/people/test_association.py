@@ -91,6 +91,19 @@ def test_a_head_that_nobody_detects_is_followed_by_its_shape() -> None:
     assert left == []
 
 
+def test_a_head_that_the_network_tells_may_be_of_somebody_hidden_only() -> None:
+    scene = scene_of(
+        render([], [*ROOM, box((-1.4, GROUND_Y - 2.2, 1.8), (0.1, GROUND_Y, 2.0))]), None, 9
+    )
+    place = head_of(-0.1, 3.2, GROUND_Y)
+    told = HeadCandidate(place + np.array([0.2, 0.0, 0.0]), 0.3)
+    track = track_at(scene, place)
+    matches, left = associate([hidden(track, scene, 0.3)], scene, [], lambda _: 5.0, [told])
+    assert (matches, left) == ({0: told}, [])
+    free = scene_of(render([], ROOM), None, 9)
+    assert associate([moved_by(track, np.zeros(3), free)], free, [], lambda _: 5.0, [told])[0] == {}
+
+
 @pytest.mark.parametrize("step_m", [-0.08, 0.0, 0.08])
 def test_two_who_are_near_each_other_keep_their_own_heads(step_m: float) -> None:
     """Also when both go the same way, which brings one to where the other is expected."""

@@ -189,6 +189,17 @@ def test_what_looks_like_a_head_is_not_the_head_if_the_network_sees_it_elsewhere
         assert moved.evidence.by_body == (track is IN_DOUBT)
 
 
+def test_who_is_in_doubt_is_at_once_where_the_network_sees_an_upright_head() -> None:
+    """Whether anything is followed there or not: shoulders are no people."""
+    true_camera = head_of(0.2, 3.0, GROUND_Y)
+    step = Step(STANDING, STANDING, told_of(IN_DOUBT.told_as, true_camera), PeopleSettings())
+    for taken in ({0: IN_DOUBT.head}, {}):
+        [moved] = step.moved([IN_DOUBT], taken)
+        assert moved.is_seen
+        assert not moved.evidence.by_body
+        assert np.linalg.norm(moved.place_camera - true_camera) < 0.02
+
+
 def test_another_s_head_is_not_taken() -> None:
     true_camera = head_of(0.2, 3.0, GROUND_Y)
     other = replace(track_at(STANDING, true_camera, 2), id=0)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import box, head_of, render
 
+from topview.people.background import Background
 from topview.people.motion import Motion
 from topview.people.places import SAMPLES, Places
 from topview.people.scene import Scene
@@ -19,13 +23,18 @@ COVERED = render([], [*ROOM, box((-1.4, GROUND_Y - 2.2, 1.8), (1.4, GROUND_Y, 2.
 NO_READING = render([], [FLOOR])
 
 
-def watched(depth_m: NDArray[np.float32], seconds: float, key: int = 1) -> tuple[Places, Scene]:
-    """Of a head that stood still, after so long in the same picture."""
+def watched(
+    depth_m: NDArray[np.float32],
+    seconds: float,
+    key: int = 1,
+    others_camera: Sequence[NDArray[np.float64]] = (),
+) -> tuple[Places, Scene]:
+    """Of a head that stood still, after so long in the same picture, beside heads of others."""
     scene = scene_of(depth_m, None, 0)
     places = Places.around(scene, Motion.starting_at(HEAD), key)
     for index in range(1, round(FPS * seconds) + 1):
         scene = scene_of(depth_m, None, index)
-        places = places.seen(scene, 1 / FPS, key)
+        places = places.seen(scene, 1 / FPS, key, others_camera)
         assert places.weights.sum() == pytest.approx(1.0)
         assert (places.weights >= 0.0).all()
     return places, scene
@@ -43,6 +52,38 @@ def test_who_stands_behind_cover_is_still_there() -> None:
     assert scene.is_hidden_at(place_camera)
     assert scene.height_of(place_camera) == pytest.approx(scene.height_of(HEAD))
     assert 0.0 < certainty <= 1.0
+
+
+def test_where_another_s_head_is_nobody_is_hidden() -> None:
+    assert watched(COVERED, 0.5, 1, [HEAD])[0].presence < 0.2
+    far = HEAD + np.array([1.5, 0.0, 0.0])
+    assert watched(COVERED, 0.5, 1, [far])[0].presence > 0.9
+
+
+def test_beside_cover_a_part_of_the_head_is_hidden() -> None:
+    """There it is missed, and there is the shadow that depth cameras see beside what is near."""
+    edge_m = float(HEAD[0]) * 2.0 / float(HEAD[2]) - 0.03
+    beside = render([], [*ROOM, box((-1.4, GROUND_Y - 2.2, 1.8), (edge_m, GROUND_Y, 2.0))])
+    presence = watched(beside, 0.5)[0].presence
+    assert watched(FREE, 0.5)[0].presence < 0.3 < presence
+
+
+def test_nobody_is_behind_the_room_s_end() -> None:
+    behind = HEAD * 2.0
+    scene = scene_of(FREE, None, 1)
+    steady = Background(np.inf)
+    for index in range(2 * FPS):
+        steady.update(
+            scene.cloud.depth_m, np.zeros(scene.cloud.depth_m.shape, np.bool_), index / FPS,
+            scene.cloud.camera.noise,
+        )  # fmt: skip
+    ends = replace(scene, steady=steady)
+    assert ends.room_ends_m == pytest.approx(4.9, abs=0.2)
+    hidden, gone = (
+        Places.around(each, Motion.starting_at(behind), 1).seen(each, 0.3, 1)
+        for each in (scene, ends)
+    )
+    assert gone.presence < 0.7 < hidden.presence
 
 
 def test_what_is_not_read_hides_nobody_for_certain() -> None:
