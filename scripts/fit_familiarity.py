@@ -5,14 +5,13 @@ they are trusted; and what `topview.track.familiarity` is fitted to.
 
 RENDERED are recordings with truth, which the network has not learnt from. Constant offsets are
 taken out, one a joint for each set; each of the globs, separated by commas, is a set. With both,
-share and exponents are fitted. The residual's is how errors grow with it. With the others 90 % of
-the intervals of rendered joints hold, in view (the share) and hidden (of large scales), and of the
-other sets 90 % on the worst axis of the worst (of the doubt).
+the exponents are fitted: that of the residual is how errors grow with it; with that of the doubt
+90 % of the 90 % intervals of the other sets hold on the worst axis of the worst.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, NamedTuple, cast
@@ -29,10 +28,7 @@ from topview.track.familiarity import (
     DOUBT_EXPONENT,
     FAMILIAR_DOUBT,
     FAMILIAR_RESIDUAL,
-    FAMILIAR_SHARE,
     FIT_EXPONENT,
-    LARGE_EXPONENT,
-    LARGE_SCALE_M,
     LEAST_DOUBT,
     LEAST_RESIDUAL,
 )
@@ -45,21 +41,18 @@ from topview_lab.metrics.samples import CAUSES
 from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTERVAL, INTERVALS
 
 Array = NDArray[np.float64]
-RANGE: Final = 0.01, 3.0  # of what is fitted
-TURNS: Final = 8
+RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
 
 
 class Trust(NamedTuple):
-    """`topview.track.familiarity`'s share and exponents."""
+    """`topview.track.familiarity`'s exponents."""
 
-    share: float = FAMILIAR_SHARE
-    fit_exponent: float = FIT_EXPONENT
-    doubt_exponent: float = DOUBT_EXPONENT
-    large_exponent: float = LARGE_EXPONENT
+    of_residual: float = FIT_EXPONENT
+    of_doubt: float = DOUBT_EXPONENT
 
 
-AS_STATED: Final = Trust(1.0, 0.0, 0.0, 0.0)
+AS_STATED: Final = Trust(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,13 +61,11 @@ class Stated:
 
     Attributes:
         errors: [N, 16, 3] in scales, to the right, down and along the ray.
-        scales_m: [N, 16, 3].
         residual, doubt: [N] as in `Familiarity`.
         is_hidden: [N, 16] by others.
     """
 
     errors: Array
-    scales_m: Array
     residual: Array
     doubt: Array
     is_hidden: NDArray[np.bool_]
@@ -83,9 +74,8 @@ class Stated:
         """[N, 16, 3] errors in scales as they are trusted."""
         residual = (self.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
         doubt = (self.doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
-        widening = np.maximum(1.0, residual**told.fit_exponent * doubt**told.doubt_exponent)
-        large = np.maximum(1.0, self.scales_m / LARGE_SCALE_M) ** told.large_exponent
-        return self.errors / (told.share * widening[:, None, None] * large)
+        widening = np.maximum(1.0, residual**told.of_residual * doubt**told.of_doubt)
+        return self.errors / widening[:, None, None]
 
     def held(self, told: Trust) -> tuple[Array, Array]:
         """[3] shares of the 90 % intervals, so trusted, that hold: of joints in view, and of those
@@ -113,9 +103,8 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     squares = np.einsum("njab,njbc,njac->nja", inverse, samples.joint_covariance_m2[used], inverse)
     told = signs.joint_covariance_m2[used][:, 0]
     hidden = np.nan_to_num(total_share(samples.hidden[used][..., BY_OTHERS]))
-    scales_m = np.sqrt(squares)
-    errors = np.abs(along) / scales_m
-    return Stated(errors, scales_m, told[:, 0, 0], told[:, 1, 1], hidden >= HIDDEN_FROM)
+    errors = np.abs(along) / np.sqrt(squares)
+    return Stated(errors, told[:, 0, 0], told[:, 1, 1], hidden >= HIDDEN_FROM)
 
 
 def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceErrors]:
@@ -181,22 +170,15 @@ def print_held(name: str, of_set: Stated) -> None:
 
 
 def fit(rendered: Stated, others: Sequence[Stated]) -> Trust:
-    """What makes 90 % of the 90 % intervals hold: each value by what it is there for, in turns."""
-    aim = INTERVALS[INTERVAL]
+    """How errors grow with the residual; then what makes 90 % of the others' intervals hold."""
+    of_residual = residual_exponent([rendered, *others])
 
-    def told_of(name: str, share_held: Callable[[Trust], float]) -> float:
-        found = brentq(lambda value: share_held(trust._replace(**{name: value})) - aim, *RANGE)
-        return float(cast(float, found))
+    def excess(of_doubt: float) -> float:
+        told = Trust(of_residual, of_doubt)
+        return min(own.held(told)[0].min() for own in others) - INTERVALS[INTERVAL]
 
-    trust = Trust()._replace(fit_exponent=residual_exponent([rendered, *others]))
-    for _ in range(TURNS):
-        share = told_of("share", lambda own: rendered.held(own)[0].mean())
-        trust = trust._replace(share=share)
-        large = told_of("large_exponent", lambda own: rendered.held(own)[1].mean())
-        trust = trust._replace(large_exponent=large)
-        doubt = told_of("doubt_exponent", lambda own: min(o.held(own)[0].min() for o in others))
-        trust = trust._replace(doubt_exponent=doubt)
-    return Trust(*(round(value, 3) for value in trust))
+    of_doubt = cast(float, brentq(excess, *RANGE))
+    return Trust(round(of_residual, 3), round(of_doubt, 3))
 
 
 def residual_exponent(sets: Sequence[Stated]) -> float:

@@ -2,8 +2,7 @@
 
 A network states how sure it is of each joint, and that holds for people like those that it has
 learnt from. Two things tell when it does not: its joints do not fit a body with the person's bones,
-and it doubts, over time, that this is a person at all. And where it is hardly sure, it is less sure
-still: most of those joints are hidden, and it has seen how those that it learnt from held them.
+and it doubts, over time, that this is a person at all.
 """
 
 from __future__ import annotations
@@ -12,24 +11,19 @@ from dataclasses import dataclass, replace
 from math import exp, log
 from typing import Final
 
-import numpy as np
-
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import share_after
 
-# Fitted by scripts/fit_familiarity.py so that 90 % of the intervals of 90 % hold: of the joints of
-# rendered people in rooms and motions that the network has not learnt, seeds 100 to 103, in view
-# and hidden; and of UTD-MHAD's subjects 1 and 2, a real sensor that no training has seen, on the
-# worst axis of the worse subject.
-FAMILIAR_SHARE: Final = 0.89  # of the scales as stated, where all looks familiar
+# Fitted by scripts/fit_familiarity.py. That of the residual: how errors grow with it, of rendered
+# people in rooms and motions that the network has not learnt, seeds 100 to 103, and of UTD-MHAD's
+# subjects 1 and 2, a real sensor that no training has seen. That of the doubt: so that on the worst
+# axis of the worse of these subjects 90 % of the intervals of 90 % hold.
 FIT_EXPONENT: Final = 0.23
-DOUBT_EXPONENT: Final = 0.475
-LARGE_EXPONENT: Final = 0.125
+DOUBT_EXPONENT: Final = 0.41
 # Of rendered people, seeds 0 to 9, the medians; from there on scales become wider.
 FAMILIAR_RESIDUAL: Final = 0.089
 FAMILIAR_DOUBT: Final = 0.0029
 # All ours.
-LARGE_SCALE_M: Final = 0.012  # where few joints in view are less sure
 LEAST_RESIDUAL: Final = 0.02  # what differs below these says nothing
 LEAST_DOUBT: Final = 0.001
 DOUBT_MEMORY_S: Final = 5.0  # of the doubt; after which 63 % are new
@@ -50,13 +44,11 @@ class Familiarity:
 
     def trusted(self, proposals: JointProposals) -> JointProposals:
         """The same proposals of one person, as sure of each joint as they may be trusted to be."""
-        large = np.maximum(1.0, proposals.scales_m / LARGE_SCALE_M) ** LARGE_EXPONENT
-        share = FAMILIAR_SHARE * self.widening
-        return replace(proposals, scales_m=share * large * proposals.scales_m)
+        return replace(proposals, scales_m=self.widening * proposals.scales_m)
 
     @property
     def widening(self) -> float:
-        """How much wider scales are to be taken for than of who looks familiar, 1 or more."""
+        """What the proposals' scales are to be multiplied by, 1 or more."""
         residual = (self.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
         doubt = (self.doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
         return max(1.0, residual**FIT_EXPONENT * doubt**DOUBT_EXPONENT)
