@@ -1,5 +1,5 @@
-"""How far is a head before the trunk, and are feet before the shins, seen from above? What `HEAD`
-and `FEET` of `topview.track.methods.btvr.yaw_cues` are taken from.
+"""How far is a head before the trunk, and are feet before the shins, seen from above? What
+`HEAD_FORWARD` and `FEET_FORWARD` of `topview.track.methods.btvr.yaw_cues` are taken from.
 
     python scripts/fit_head_before.py FOLDER... [--every N]
 

@@ -54,6 +54,7 @@ class TorsoSettings:
         ellipse_alone: whether the yaw is that of the best ellipse in this frame, as printed; else a
             belief over all yaws tells it.
         is_coarse: whether views are scored at half the resolution.
+        any_first_yaw: whether somebody new may face any way, and not the camera.
 
     Raises:
         InputError: a value out of range.
@@ -66,6 +67,7 @@ class TorsoSettings:
     best_view: bool = False
     ellipse_alone: bool = False
     is_coarse: bool = False
+    any_first_yaw: bool = False
 
     def __post_init__(self) -> None:
         check_range(self, 1, 10_000, "views")
@@ -93,7 +95,11 @@ class TorsoFilter:
         self.settings = settings
         self.threads = threads
         self.torso: Torso | None = None
-        self.yaw = EllipseYaw(settings.shape) if settings.ellipse_alone else YawFilter()
+        self.yaw = (
+            EllipseYaw(settings.shape)
+            if settings.ellipse_alone
+            else YawFilter(settings.any_first_yaw)
+        )
 
     def update(self, model: BodyModel, evidence: Evidence, frames: float = 1.0) -> Torso:
         """The torso in the next frame, `frames` of `FRAME_S` later."""

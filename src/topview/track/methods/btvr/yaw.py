@@ -29,7 +29,8 @@ from topview.track.methods.btvr.torso_shape import TorsoShape
 Array = NDArray[np.float64]
 
 # All ours.
-FRONTAL_LOG_ODDS: Final = 0.4  # that somebody new faces the camera and not away; as most people do
+FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
+FRONTAL_LOG_ODDS: Final = 0.4  # of somebody new, where any yaw is possible
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
@@ -58,10 +59,13 @@ TRUNK_SECTION: Final = Section(0.08, 0.31, (0.095, 0.065), 0.12)  # ours
 
 
 class YawFilter:
-    """One person's yaw over time, 0 for facing the camera; whoever is new may face any way."""
+    """One person's yaw over time, 0 for facing the camera; whoever is new faces it more or less, as
+    the thesis finds people by their faces, or may face any way."""
 
-    def __init__(self) -> None:
-        yaws = np.exp(0.5 * FRONTAL_LOG_ODDS * np.cos(YAWS_RAD))
+    def __init__(self, any_first_yaw: bool = False) -> None:
+        yaws = np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2)
+        if any_first_yaw:
+            yaws = np.exp(0.5 * FRONTAL_LOG_ODDS * np.cos(YAWS_RAD))
         self._belief = normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))  # [rates, yaws]
 
     @property

@@ -57,10 +57,10 @@ class Before:
 # The head before the trunk (`head_before`): `scripts/fit_head_before.py` on 27 recordings of
 # rendered people, one, sit and turn of even seeds 0 to 16, found 0.031, 0.023 and a deviation of
 # 0.035, more among people than among frames.
-HEAD: Final = Before(0.03, 0.02, 0.045)
+HEAD_FORWARD: Final = Before(0.03, 0.02, 0.045)
 # The feet before the shins (`feet_before`): the same script on seeds 0 to 9 of one, sit and turn
 # found 0.025, 0.001 and a deviation of 0.039.
-FEET: Final = Before(0.025, 0.0, 0.04)
+FEET_FORWARD: Final = Before(0.025, 0.0, 0.04)
 # Heights above the floor, in shares of the stature, below and between which feet and shins are.
 FEET_BELOW: Final = 0.05
 SHINS: Final = (0.07, 0.17)
@@ -68,10 +68,11 @@ BELOW_HEAD: Final = Section(0.17, 0.40, TRUNK_SECTION.semi_axes, 0.2)
 
 
 class YawCues:
-    """How likely each yaw is: the head is before the trunk, feet are before the shins, people walk
-    to their front, and a face looks at the camera."""
+    """How likely each yaw is: the head is before the trunk, people walk to their front, a face
+    looks at the camera and, where feet are looked at, they are before the shins."""
 
-    def __init__(self) -> None:
+    def __init__(self, with_feet: bool = False) -> None:
+        self._with_feet = with_feet
         self._heads: deque[tuple[float, Array]] = deque()  # when, and [3] where
 
     def log_likelihood(self, evidence: Evidence, stature_m: float, frames: float = 1.0) -> Array:
@@ -83,10 +84,10 @@ class YawCues:
         x, _, z = frames * facing(0.0, evidence.up_camera).T @ front_camera
         cues = x * np.sin(YAWS_RAD) + z * np.cos(YAWS_RAD)
         share = min(STILL_SHARE * frames, 1.0)
-        return cues + share * (
-            _front_by(head_before(evidence, stature_m), HEAD)
-            + _front_by(feet_before(evidence, stature_m), FEET)
-        )
+        cues = cues + share * _front_by(head_before(evidence, stature_m), HEAD_FORWARD)
+        if not self._with_feet:
+            return cues
+        return cues + share * _front_by(feet_before(evidence, stature_m), FEET_FORWARD)
 
     def _walk(self, evidence: Evidence) -> Array:
         """[3] unit vector along the way walked; zeros for who stands or is not seen."""

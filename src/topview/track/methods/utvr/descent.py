@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 # (seeds 100 to 103 of `turn`); these semi-axes are at its lower end.
 TORSO_SURFACE: Final = (0.098, 0.09)
 HOLD: Final = 0.1  # against `RefinementSettings`' priors, which hold to the pose found
-LEAST_POINTS: Final = 30  # of fewer, parts stay where the filters have them
+LEAST_DESCENT_POINTS: Final = 30  # of fewer, parts stay where the filters have them
 # A cost is the share of points that a pose leaves unexplained, and of its axes in free space.
 NEWS_COST: Final = 0.02  # by which another pose than the last must cost less
 # From this on a pose is searched anew, round the yaw of its torso, as `topview` does.

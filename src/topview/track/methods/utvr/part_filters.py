@@ -27,7 +27,7 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence, columns
 from topview.track.methods.btvr.torso import turned_to, views_around
 from topview.track.methods.utvr.particles import Particles, mean_rotation, turns_rad
-from topview.track.methods.utvr.placed_body import TORSO, Cloud, PlacedBody
+from topview.track.methods.utvr.placed_body import TORSO_PARTS, Cloud, PlacedBody
 from topview.track.methods.utvr.settings import UtvrSettings
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ class PartFilters:
             particles = Particles(known[best], scores[best], 1.0)
             if halvings == 0:
                 tried = known[n_best(scores, len(scores))]
-            if part in TORSO and s.torso_lean_rad is not None:
+            if part in TORSO_PARTS and s.torso_lean_rad is not None:
                 particles = particles.headed_by(mean_rotation(known, scores), most)
         return particles, tried
 
@@ -159,10 +159,10 @@ class PartFilters:
         products = terms.product(s.factors)
         is_known = (terms.n_points >= MIN_POINTS_INSIDE) & np.isfinite(products)
         Rs, scores = Rs[is_known], products[is_known]
-        if part in TORSO and s.torso_turn_rad is not None:
+        if part in TORSO_PARTS and s.torso_turn_rad is not None:
             off_rad = turns_rad(self._before[part].Rs[0], Rs)
             scores = scores * (1.0 + (off_rad / s.torso_turn_rad) ** 2)
-        if part in TORSO and s.torso_lean_rad is not None:
+        if part in TORSO_PARTS and s.torso_lean_rad is not None:
             leans_rad = np.arccos(np.clip(-Rs[:, :, 1] @ self.body.up_camera, -1.0, 1.0))
             scores = scores * (1.0 + (leans_rad / s.torso_lean_rad) ** 2)
         return Rs, scores
@@ -199,7 +199,7 @@ def _turned(
 
     The kept ones are parents in proportion to their weights.
     """
-    sigma_rad = TORSO_SIGMA_RAD if part in (HEAD, *TORSO) else LIMB_SIGMA_RAD
+    sigma_rad = TORSO_SIGMA_RAD if part in (HEAD, *TORSO_PARTS) else LIMB_SIGMA_RAD
     count -= len(kept.Rs)
     parents = systematic_resample(importance_weights(kept.scores), count, rng)
     turns = rotations_from_angles(spread * rng.standard_normal((count, 3)) * sigma_rad)

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 COLLISION_SHARE: Final = 0.8
 KNOWN_BEND: Final = 0.1  # sine of the bend from which on it tells the hinge better than memory does
 
-TORSO: Final = (UPPER_TORSO, LOWER_TORSO)
+TORSO_PARTS: Final = (UPPER_TORSO, LOWER_TORSO)
 UPPER_LIMBS: Final = frozenset(part.parent for part in PARTS if part.is_hinge)
 
 
@@ -98,7 +98,7 @@ class PlacedBody:
 
     def cylinders_of(self, part: int, Rs: Array, joints: Array) -> Array:
         """[M, 3] origins of the cylinders of a part with these proximal joints."""
-        if part not in TORSO:
+        if part not in TORSO_PARTS:
             return joints
         return joints + self._settings.torso_ahead * self.model.stature_m * Rs[:, :, 2]
 
@@ -181,7 +181,9 @@ class PlacedBody:
         origin = self.cylinders_of(part, R[None], self.origins[part][None])[0]
         x, y, z = ((points - origin) @ R).T
         s = self._settings
-        rx, rz = self.model.radii_m[part] + (s.torso_reach_m if part in TORSO else s.clothing_m)
+        rx, rz = self.model.radii_m[part] + (
+            s.torso_reach_m if part in TORSO_PARTS else s.clothing_m
+        )
         is_between = (y >= 0.0) & (y <= self.lengths_m[part])
         return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
 

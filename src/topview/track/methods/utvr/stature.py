@@ -18,13 +18,13 @@ from topview.people.height import PRIOR_HEIGHT_M
 Array = NDArray[np.float64]
 
 # All ours. A cost is one of `topview.track.methods.utvr.descent`.
-STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])  # are tried, as `topview` does
+TRIED_STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])  # are tried, as `topview` does
 # Of a stature, per logarithm of its ratio to the measured one, or before to that of adults.
 MEASURED_COST: Final = 0.2
 ADULTS_COST: Final = 0.05
 LOOKS: Final = 10.0  # at a stature, over which its gain is averaged
 LEAST_LOOKS: Final = 3  # at one before it is believed
-LEAST_GAIN: Final = 0.02
+LEAST_STATURE_GAIN: Final = 0.02
 
 
 class StatureBelief:
@@ -42,12 +42,12 @@ class StatureBelief:
         self._forget()
 
     def _forget(self) -> None:
-        self._gains = np.zeros(len(STATURES_M) + 1)
-        self._looks = np.zeros(len(STATURES_M) + 1)
+        self._gains = np.zeros(len(TRIED_STATURES_M) + 1)
+        self._looks = np.zeros(len(TRIED_STATURES_M) + 1)
 
     @property
     def _tried_m(self) -> float:
-        return float(np.append(STATURES_M, self._likely_m)[self._turn])
+        return float(np.append(TRIED_STATURES_M, self._likely_m)[self._turn])
 
     def tell(self, stature_m: float) -> None:
         """What the finder has measured."""
@@ -66,7 +66,7 @@ class StatureBelief:
         self._looks[self._turn] += 1.0
         looks = self._looks[self._turn]
         self._gains[self._turn] += (gain - self._gains[self._turn]) / min(looks, LOOKS)
-        if looks >= LEAST_LOOKS and self._gains[self._turn] > LEAST_GAIN:
+        if looks >= LEAST_LOOKS and self._gains[self._turn] > LEAST_STATURE_GAIN:
             self.stature_m = self._tried_m
             self._forget()
 

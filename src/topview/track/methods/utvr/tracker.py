@@ -17,10 +17,10 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.yaw_cues import YawCues
-from topview.track.methods.utvr.descent import LEAST_POINTS, Descent
+from topview.track.methods.utvr.descent import LEAST_DESCENT_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
 from topview.track.methods.utvr.particles import Particles, elsewhere, turns_rad
-from topview.track.methods.utvr.placed_body import TORSO, UPPER_LIMBS, Cloud, PlacedBody
+from topview.track.methods.utvr.placed_body import TORSO_PARTS, UPPER_LIMBS, Cloud, PlacedBody
 from topview.track.methods.utvr.settings import UtvrSettings
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, stand
@@ -39,8 +39,10 @@ class UtvrTracker:
         self.settings = settings
         self.model = BodyModel.of(PRIOR_HEIGHT_M, settings.proportions)
         self._particles: list[Particles] = []
-        self._torso = TorsoFilter(TorsoSettings(is_coarse=settings.coarse_first), subject.threads)
-        self._yaw_cues = YawCues()
+        self._torso = TorsoFilter(
+            TorsoSettings(is_coarse=settings.coarse_first, any_first_yaw=True), subject.threads
+        )
+        self._yaw_cues = YawCues(with_feet=True)
         self._descent = Descent(settings)
         self._pace = Pace()
         self._first_s = 0.0
@@ -66,7 +68,7 @@ class UtvrTracker:
         if self.settings.neck is not None:
             body.turn_head()
         pose = Pose(body.origins[UPPER_TORSO], body.Rs)
-        if self.settings.descent and len(evidence.all_points_camera) >= LEAST_POINTS:
+        if self.settings.descent and len(evidence.all_points_camera) >= LEAST_DESCENT_POINTS:
             with self.subject.clock.stage("descent"):
                 pose = self._descent.end_frame(pose, self._last, evidence)
             self._particles = [  # the next frame is searched around it
@@ -109,13 +111,13 @@ class UtvrTracker:
         if cos(turn_rad) < 0.0:
             self._particles = [
                 self._particles[other]
-                if part in (HEAD, *TORSO)
+                if part in (HEAD, *TORSO_PARTS)
                 else self._particles[other].turned(HALF_ROUND)
                 for part, other in enumerate(OTHER_SIDE)
             ]
             self._last = self._last and self._last.turned_round()
         R_turn = rotations_from_angles(np.array([0.0, turn_rad, 0.0]))
-        for part in TORSO:
+        for part in TORSO_PARTS:
             self._particles[part] = self._particles[part].turned(R_turn)
         self._particles[UPPER_TORSO] = self._particles[UPPER_TORSO].with_one(R)
 
