@@ -46,10 +46,8 @@ SHADOW_S: Final = 0.25
 ROOM_S, ROOM_BELOW = 5.0, 0.5
 # So many tracks are remembered that have ended.
 MOST_REMEMBERED: Final = 20
-# Somebody is out of the picture with this probability; or put out while near to the place that is
-# told with that one. Nine in ten are then near: of those of whom 97 to 99 % were stated to be near,
-# 87 to 92 % were (crowd and pairs, seeds 100 to 103, 110 to 117, 130 to 137).
-GONE_FROM_VIEW, TOLD = 0.9, 0.97
+# Somebody is put out while near to the place that is told with this probability.
+TOLD: Final = 0.9
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, TOO_NEAR = "on somebody's body", "just come", "too near to another head"
 
@@ -188,7 +186,7 @@ def is_put_out(track: Track, scene: Scene) -> bool:
     """Whether it can be told where a confirmed person is."""
     if track.places is None:
         return track.id > 0
-    if track.places.outside > GONE_FROM_VIEW and not scene.is_above(track.place_camera):
+    if track.places.outside > TOLD and not scene.is_above(track.place_camera):
         return False
     is_certain = track.presence * track.certainty > TOLD
     return track.id > 0 and (track.body_m2 > SHOWN_M2 or is_certain)

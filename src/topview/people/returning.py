@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from topview.people.appearance import Colors, clothes_under, unlikeness
 from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES, assign
 from topview.people.bodies import union_of
-from topview.people.existence import GONE_FROM_VIEW, Existence, is_put_out
+from topview.people.existence import TOLD, Existence, is_put_out
 from topview.people.height import HeightEstimate, measured_height
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -193,7 +193,7 @@ def _is_known(track: Track) -> bool:
 
 def _is_outside(track: Track) -> bool:
     """Whether somebody is most probably out of the picture."""
-    return track.places is not None and track.places.outside > GONE_FROM_VIEW
+    return track.places is not None and track.places.outside > TOLD
 
 
 def _kept(track: Track) -> Track:
