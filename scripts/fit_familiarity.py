@@ -26,13 +26,11 @@ from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
 from topview.track.familiarity import (
     DOUBT_EXPONENT,
-    FAMILIAR_DOUBT,
-    FAMILIAR_RESIDUAL,
     FIT_EXPONENT,
-    LEAST_DOUBT,
     LEAST_RESIDUAL,
+    widening_of,
 )
-from topview.track.joint_errors import JointSigns
+from topview.track.joint_errors import JointSigns, ray_axes
 from topview.track.joint_fit import body_joints
 from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
@@ -72,9 +70,7 @@ class Stated:
 
     def trusted(self, told: Trust) -> Array:
         """[N, 16, 3] errors in scales as they are trusted."""
-        residual = (self.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
-        doubt = (self.doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
-        widening = np.maximum(1.0, residual**told.of_residual * doubt**told.of_doubt)
+        widening = np.asarray(widening_of(self.residual, self.doubt, *told))
         return self.errors / widening[:, None, None]
 
     def held(self, told: Trust) -> tuple[Array, Array]:
@@ -97,7 +93,7 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     pooled, signs = pool(Evaluation(of_scales)), pool(Evaluation(of_signs)).samples
     samples = pooled.samples
     used = samples.found & np.isfinite(samples.joint_covariance_m2).all((1, 2, 3))
-    inverse = np.linalg.inv(_ray_axes(samples.predicted_camera[used]))
+    inverse = np.linalg.inv(ray_axes(samples.predicted_camera[used]))
     errors_m = pooled.corrected_camera[used] - samples.reference_camera[used]
     along = np.einsum("njab,njb->nja", inverse, errors_m)
     squares = np.einsum("njab,njbc,njac->nja", inverse, samples.joint_covariance_m2[used], inverse)
@@ -144,17 +140,10 @@ def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
     assert signs.proposals is not None
     places, scales_m = body_joints(signs.proposals, OUTPUT_JOINT_NAMES)
     mode = int(signs.proposals.weights[0].argmax())
-    axes = _ray_axes(places[mode])
+    axes = ray_axes(places[mode])
     squares = np.einsum("jab,jb,jcb->jac", axes, scales_m[mode] ** 2, axes)
     told = np.diag([signs.familiarity.residual, signs.familiarity.doubt, 1.0])
     return places[mode], squares, np.broadcast_to(told, squares.shape)
-
-
-def _ray_axes(joints_camera: Array) -> Array:
-    """[..., 3, 3] whose columns point right, down, and along the ray by a metre of depth."""
-    axes = np.broadcast_to(np.eye(3), (*joints_camera.shape, 3)).copy()
-    axes[..., 2] = joints_camera / joints_camera[..., 2:]
-    return axes
 
 
 def print_held(name: str, of_set: Stated) -> None:

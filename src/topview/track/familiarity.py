@@ -11,8 +11,13 @@ from dataclasses import dataclass, replace
 from math import exp, log
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import share_after
+
+Array = NDArray[np.float64]
 
 # Fitted by scripts/fit_familiarity.py. That of the residual: how errors grow with it, of rendered
 # people in rooms and motions that the network has not learnt, seeds 100 to 103, and of UTD-MHAD's
@@ -49,9 +54,19 @@ class Familiarity:
     @property
     def widening(self) -> float:
         """What the proposals' scales are to be multiplied by, 1 or more."""
-        residual = (self.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
-        doubt = (self.doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
-        return max(1.0, residual**FIT_EXPONENT * doubt**DOUBT_EXPONENT)
+        return float(widening_of(self.residual, self.doubt))
+
+
+def widening_of(
+    residual: float | Array,
+    doubt: float | Array,
+    fit_exponent: float = FIT_EXPONENT,
+    doubt_exponent: float = DOUBT_EXPONENT,
+) -> float | Array:
+    """`Familiarity.widening`, of one or [N]."""
+    fit = (residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
+    doubtful = (doubt + LEAST_DOUBT) / (FAMILIAR_DOUBT + LEAST_DOUBT)
+    return np.maximum(1.0, fit**fit_exponent * doubtful**doubt_exponent)
 
 
 FAMILIAR: Final = Familiarity()

@@ -172,9 +172,16 @@ class JointSigns:
 
     def _of_ray(self, variances: Array) -> Array:
         """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""
-        axes = np.broadcast_to(np.eye(3), (len(self.joints_camera), 3, 3)).copy()
-        axes[:, :, 2] = self.joints_camera / self.joints_camera[:, 2:]
+        axes = ray_axes(self.joints_camera)
         return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
+
+
+def ray_axes(joints_camera: Array) -> Array:
+    """[..., 3, 3] whose columns point right, down, and along the ray by a metre of depth, of
+    [..., 3] joints."""
+    axes = np.broadcast_to(np.eye(3), (*joints_camera.shape, 3)).copy()
+    axes[..., 2] = joints_camera / joints_camera[..., 2:]
+    return axes
 
 
 def told_errors(
