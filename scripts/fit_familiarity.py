@@ -5,29 +5,36 @@ they are trusted; and what `topview.track.familiarity` is fitted to.
 
 RENDERED are recordings with truth, which the network has not learnt from. Constant offsets are
 taken out, one a joint for each set; each of the globs, separated by commas, is a set. With both,
-the exponents are fitted: that of the residual is how errors grow with it; with that of the doubt
-90 % of the 90 % intervals of the other sets hold on the worst axis of the worst.
+how errors grow with the residual and towards other people is what makes all errors likeliest, each
+set at a level of its own; with the doubt's exponent 90 % of the 90 % intervals of UTD-MHAD's sets
+hold on the worst axis of the worst.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import log
 from pathlib import Path
 from typing import Final, NamedTuple, cast
 
 import numpy as np
 from cyclopts import App
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
 from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
+from topview.detect.joints.proposals import proposed_of_joints
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
 from topview.track.familiarity import (
     DOUBT_EXPONENT,
+    FAMILIAR_RESIDUAL,
     FIT_EXPONENT,
     LEAST_RESIDUAL,
+    OTHERS_EXPONENT,
+    OTHERS_REACH_M,
+    widening_beside,
     widening_of,
 )
 from topview.track.joint_errors import JointSigns, ray_axes
@@ -40,6 +47,8 @@ from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTE
 
 Array = NDArray[np.float64]
 RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
+STEP: Final = 0.1  # of exponents and logarithms, at first, where the likeliest are looked for
+FAR_M: Final = 100.0  # from others, where there are none
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
 
 
@@ -48,9 +57,17 @@ class Trust(NamedTuple):
 
     of_residual: float = FIT_EXPONENT
     of_doubt: float = DOUBT_EXPONENT
+    of_others: float = OTHERS_EXPONENT
+    reach_m: float = OTHERS_REACH_M
+
+    def widening(self, residual: Array, doubt: Array, to_others_m: Array) -> Array:
+        """[N, J, 1] of N people's scales; arguments as in `Stated`."""
+        of_person = np.asarray(widening_of(residual, doubt, self.of_residual, self.of_doubt))
+        of_joint = widening_beside(to_others_m, self.of_others, self.reach_m)
+        return (of_person[:, None] * of_joint)[..., None]
 
 
-AS_STATED: Final = Trust(0.0, 0.0)
+AS_STATED: Final = Trust(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,18 +77,19 @@ class Stated:
     Attributes:
         errors: [N, 16, 3] in scales, to the right, down and along the ray.
         residual, doubt: [N] as in `Familiarity`.
+        to_others_m: [N, 16] as in `JointProposals`.
         is_hidden: [N, 16] by others.
     """
 
     errors: Array
     residual: Array
     doubt: Array
+    to_others_m: Array
     is_hidden: NDArray[np.bool_]
 
     def trusted(self, told: Trust) -> Array:
         """[N, 16, 3] errors in scales as they are trusted."""
-        widening = np.asarray(widening_of(self.residual, self.doubt, *told))
-        return self.errors / widening[:, None, None]
+        return self.errors / told.widening(self.residual, self.doubt, self.to_others_m)
 
     def held(self, told: Trust) -> tuple[Array, Array]:
         """[3] shares of the 90 % intervals, so trusted, that hold: of joints in view, and of those
@@ -97,10 +115,11 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     errors_m = pooled.corrected_camera[used] - samples.reference_camera[used]
     along = np.einsum("njab,njb->nja", inverse, errors_m)
     squares = np.einsum("njab,njbc,njac->nja", inverse, samples.joint_covariance_m2[used], inverse)
-    told = signs.joint_covariance_m2[used][:, 0]
+    told = np.diagonal(signs.joint_covariance_m2[used], axis1=-2, axis2=-1)
     hidden = np.nan_to_num(total_share(samples.hidden[used][..., BY_OTHERS]))
     errors = np.abs(along) / np.sqrt(squares)
-    return Stated(errors, told[:, 0, 0], told[:, 1, 1], hidden >= HIDDEN_FROM)
+    residual, doubt, to_others_m = told[:, 0, 0], told[:, 0, 1], told[..., 2]
+    return Stated(errors, residual, doubt, to_others_m, hidden >= HIDDEN_FROM)
 
 
 def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceErrors]:
@@ -136,14 +155,18 @@ def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceEr
 
 def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
     """[J, 3] the likeliest joints, [J, 3, 3] the squares of their scales in the camera frame, and
-    [J, 3, 3] residual and doubt on the diagonal."""
+    [J, 3, 3] residual, doubt and the distance to others on the diagonal."""
     assert signs.proposals is not None
+    assert signs.proposals.to_others_m is not None
     places, scales_m = body_joints(signs.proposals, OUTPUT_JOINT_NAMES)
     mode = int(signs.proposals.weights[0].argmax())
     axes = ray_axes(places[mode])
     squares = np.einsum("jab,jb,jcb->jac", axes, scales_m[mode] ** 2, axes)
-    told = np.diag([signs.familiarity.residual, signs.familiarity.doubt, 1.0])
-    return places[mode], squares, np.broadcast_to(told, squares.shape)
+    told = np.zeros_like(squares)
+    told[:, 0, 0], told[:, 1, 1] = signs.familiarity.residual, signs.familiarity.doubt
+    proposed = proposed_of_joints(signs.proposals.joint_names, OUTPUT_JOINT_NAMES)
+    told[:, 2, 2] = np.minimum(signs.proposals.to_others_m[0, mode, proposed], FAR_M)
+    return places[mode], squares, told
 
 
 def print_held(name: str, of_set: Stated) -> None:
@@ -159,25 +182,41 @@ def print_held(name: str, of_set: Stated) -> None:
 
 
 def fit(rendered: Stated, others: Sequence[Stated]) -> Trust:
-    """How errors grow with the residual; then what makes 90 % of the others' intervals hold."""
-    of_residual = residual_exponent([rendered, *others])
+    """How errors grow with the residual and towards others; then what makes 90 % of the others'
+    intervals hold."""
+    likeliest = likeliest_trust([rendered, *others])
 
     def excess(of_doubt: float) -> float:
-        told = Trust(of_residual, of_doubt)
+        told = likeliest._replace(of_doubt=of_doubt)
         return min(own.held(told)[0].min() for own in others) - INTERVALS[INTERVAL]
 
     of_doubt = cast(float, brentq(excess, *RANGE))
-    return Trust(round(of_residual, 3), round(of_doubt, 3))
+    return Trust(*(round(float(value), 3) for value in likeliest._replace(of_doubt=of_doubt)))
 
 
-def residual_exponent(sets: Sequence[Stated]) -> float:
-    """The logarithm of a person's mean error in a frame, in scales, is linear in the logarithm of
-    the residual; each set has a level of its own and counts alike."""
-    slopes = [
-        np.polyfit(np.log(own.residual + LEAST_RESIDUAL), np.log(np.nanmean(own.errors, (1, 2))), 1)
-        for own in sets
-    ]
-    return float(np.mean(slopes, axis=0)[0])
+def likeliest_trust(sets: Sequence[Stated]) -> Trust:
+    """What makes the errors likeliest, without the doubt, each set at a level of its own and all
+    sets of the same weight."""
+
+    def surprise(parameters: Array) -> float:
+        of_residual, of_others, log_reach, *levels = parameters
+        told = Trust(of_residual, 0.0, of_others, float(np.exp(log_reach)))
+        return sum(map(_surprise, sets, [told] * len(sets), levels))
+
+    start = np.array([FIT_EXPONENT, OTHERS_EXPONENT, np.log(OTHERS_REACH_M), *np.zeros(len(sets))])
+    simplex = {"initial_simplex": [start, *(start + STEP * np.eye(len(start)))]}
+    best = minimize(surprise, start, method="Nelder-Mead", options=simplex)
+    of_residual, of_others, log_reach, *_ = best.x
+    return Trust(of_residual, 0.0, of_others, float(np.exp(log_reach)))
+
+
+def _surprise(of_set: Stated, told: Trust, level: float) -> float:
+    """Mean negative logarithm of the logistic law's density (see `HALF_WIDTHS`) of the errors."""
+    residual = (of_set.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
+    beside = widening_beside(of_set.to_others_m, told.of_others, told.reach_m)
+    log_scales = level + told.of_residual * np.log(residual)[:, None] + np.log(beside)
+    z = of_set.errors / np.exp(log_scales)[..., None] * (log(3.0) / log(2.0))
+    return float(np.nanmean(z + 2.0 * np.log1p(np.exp(-z)) + log_scales[..., None]))
 
 
 def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*,*_s2_*") -> None:

@@ -141,6 +141,46 @@ def fill_window(
 
 
 @njit(cache=True, nogil=True)
+def distances_to_others(
+    image: NDArray[np.float32],
+    middle: NDArray[np.float64],
+    half_m: float,
+    intrinsics: tuple[float, float, float, float],
+    points_camera: NDArray[np.float64],
+    out_m: NDArray[np.float64],
+) -> None:
+    """How far points are from what one window shows of other people.
+
+    Args:
+        image: [3, n, n] as `fill_window` fills it.
+        middle: [3] column, row and depth in metres of the box's middle.
+        half_m: from there to the box's sides, front and back.
+        intrinsics: fx, fy, cx and cy.
+        points_camera: [K, 3] metres.
+        out_m: [K] becomes the distance to the nearest pixel's point; infinite of none.
+    """
+    fx, fy, cx, cy = intrinsics
+    n = image.shape[1]
+    across = half_m / middle[2]
+    out_m[:] = np.inf
+    for i in range(n):
+        ray_y = (middle[1] - cy) / fy + ((2 * i + 1) / n - 1.0) * across
+        for j in range(n):
+            offset = image[0, i, j]
+            if image[2, i, j] == 0.0 or abs(offset) >= 1.0:
+                continue
+            z = middle[2] + offset * half_m
+            x = ((middle[0] - cx) / fx + ((2 * j + 1) / n - 1.0) * across) * z
+            y = ray_y * z
+            for k in range(len(out_m)):
+                dx, dy = points_camera[k, 0] - x, points_camera[k, 1] - y
+                dz = points_camera[k, 2] - z
+                out_m[k] = min(out_m[k], dx * dx + dy * dy + dz * dz)
+    for k in range(len(out_m)):
+        out_m[k] = np.sqrt(out_m[k])
+
+
+@njit(cache=True, nogil=True)
 def nearest_in_rows(is_own: NDArray[np.bool_], top: int, left: int, out: NDArray[np.int32]) -> None:
     """Fill a window with the columns of the nearest own pixels in the same rows.
 

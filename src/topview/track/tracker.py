@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import inf
 from typing import Any, Final
 
@@ -254,6 +254,8 @@ class Tracker:
             )
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
+            to_others_m = windows.to_others_m(proposals.positions_camera)
+            proposals = replace(proposals, to_others_m=to_others_m)
         self._proposed = {
             id: proposals.of_person(index)
             for index, id in enumerate(asked)

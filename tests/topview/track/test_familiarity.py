@@ -13,6 +13,7 @@ from topview.track.familiarity import (
     FAMILIAR_RESIDUAL,
     Familiarity,
     FamiliarityOverTime,
+    widening_beside,
 )
 
 residuals = st.floats(0.0, 50.0)
@@ -37,6 +38,34 @@ def test_scales_are_widened_and_places_stay(residual, doubt, scale_m):
     trusted = familiarity.trusted(proposals)
     np.testing.assert_array_equal(trusted.scales_m, familiarity.widening * proposals.scales_m)
     assert trusted.positions_camera is proposals.positions_camera
+
+
+def two_joints(to_others_m: list[float] | None) -> JointProposals:
+    return JointProposals(
+        np.ones((1, 1, 2, 3)),
+        np.full((1, 1, 2, 3), 0.01),
+        np.ones((1, 1)),
+        np.ones(1),
+        ("head", "neck"),
+        None if to_others_m is None else np.array([[to_others_m]]),
+    )
+
+
+def test_only_joints_beside_others_are_trusted_less_than_the_person():
+    familiarity = Familiarity(residual=1.0)
+    alone = familiarity.widened(two_joints(None)).scales_m
+    np.testing.assert_array_equal(familiarity.trusted(two_joints(None)).scales_m, alone)
+    touching = two_joints([np.inf, 0.05])
+    np.testing.assert_array_equal(familiarity.widened(touching).scales_m, alone)
+    trusted = familiarity.trusted(touching).scales_m
+    np.testing.assert_array_equal(trusted[..., 0, :], alone[..., 0, :])
+    assert (trusted[..., 1, :] > 1.2 * alone[..., 1, :]).all()
+
+
+@given(st.floats(0.0, 3.0), st.floats(0.0, 3.0))
+def test_nearer_to_others_never_makes_joints_surer(here_m, further_m):
+    near, far = widening_beside(np.array([here_m, here_m + further_m]))
+    assert near >= far >= 1.0
 
 
 @given(residuals, shares, residuals, shares)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
-from topview.kernels.windows import count_own, fill_window
+from topview.kernels.windows import count_own, distances_to_others, fill_window
 from topview.records import read_only
 
 Array = NDArray[np.float64]
@@ -86,6 +86,18 @@ class Windows:
         across = rays * middles[..., 2:] / halves_m
         along = (points_camera[..., 2:] - middles[..., 2:]) / halves_m
         return np.concatenate([across, along], axis=-1)
+
+    def to_others_m(self, points_camera: Array) -> Array:
+        """[P, ...] metres from each of [P, ..., 3] points to the nearest of what each window shows
+        of other people; infinite where it shows none."""
+        distances_m = np.empty(points_camera.shape[:-1])
+        intrinsics = self.fx, self.fy, self.cx, self.cy
+        for index, points in enumerate(points_camera):
+            distances_to_others(
+                self.images[index], self.middles[index], self.halves_m[index], intrinsics,
+                np.ascontiguousarray(points).reshape(-1, 3), distances_m[index].reshape(-1),
+            )  # fmt: skip
+        return distances_m
 
     def _for_each_place(self, dimensions: int) -> tuple[Array, Array]:
         shape = -1, *(1,) * (dimensions - 2)

@@ -75,6 +75,24 @@ def test_a_mirrored_image_gives_mirrored_windows_and_places(seed: int) -> None:
     assert there.to_camera(places(seed) * MIRROR) == pytest.approx(want, abs=1e-12)
 
 
+@given(SEEDS)
+def test_the_nearest_of_others_is_the_nearest_of_the_points_that_are_shown(seed: int) -> None:
+    view, labels = scene(seed)
+    windows = cut_windows(view, labels, [1, 2])
+    joints_camera = windows.to_camera(places(seed))
+    told_m = windows.to_others_m(joints_camera)
+    steps = (np.arange(WINDOW_PIXELS) + 0.5) * 2.0 / WINDOW_PIXELS - 1.0
+    across, down = np.meshgrid(steps, steps)
+    for person, image in enumerate(windows.images):
+        boxed = np.stack([across, down, image[DEPTH].astype(np.float64)], axis=-1)
+        shown = np.tile(boxed, (2, 1, 1, 1))
+        points = windows.to_camera(shown)[person]
+        others = points[(image[OTHER] > 0.0) & (np.abs(image[DEPTH]) < 1.0)]
+        ways = joints_camera[person][:, None] - others
+        want = np.linalg.norm(ways, axis=-1).min(axis=1, initial=np.inf)
+        assert told_m[person] == pytest.approx(want, abs=1e-9)
+
+
 def test_only_what_is_looked_at_is_mirrored() -> None:
     view, labels = scene(0)
     here, there = (cut_windows(view, labels, [1, 2], way) for way in (None, [False, True]))
