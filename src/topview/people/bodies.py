@@ -176,7 +176,8 @@ def masks_of(
         heads_camera = [track.place_camera for track in tracks]
         return split_by_overview(scene, bodies, heads_camera, radii_m)
     joints_camera = [told.joints_of(track.id) for track in tracks]
-    return split_users(scene, bodies, joints_camera, settings)
+    heights_m = [track.height.height_m for track in tracks]
+    return split_users(scene, bodies, joints_camera, heights_m, settings)
 
 
 def _people_first(tracks: Sequence[Track]) -> list[Distance]:

@@ -2,8 +2,9 @@
 
 Every user grows from the head: points within about half a shoulder breadth of the head's
 projection on the overview belong to the user, and from there everything that can be reached over
-the visible surface within the length of a body. Where two can reach a point it is the nearer one's;
-points that are about as near to both are given to both. `BY_OVERVIEW` is the thesis's way instead.
+the visible surface within the length of a body. Where two can reach a point it is the one's whose
+tracked body has the nearer surface; of users without one it is the nearer head's, and both's where
+both are about as near. `BY_OVERVIEW` is the thesis's way instead.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
+from topview.body.proportions import THESIS
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
@@ -37,7 +40,8 @@ class SegmentationSettings:
             breadth (Table 3.1) and some clothing.
         reach: the longest way over the body from the head's centre, to the toes or, with the arm
             stretched down, the fingers.
-        share_m: points that are this much further from one user than from another are both's.
+        share_m: points that are up to this much further from one head than from another are both's,
+            where a user has no tracked body.
         by_overview: whether all points within `core_radius` are the user's, and of what hangs
             together with them all that is in nobody else's cylinder, even if it is another's too.
     """
@@ -50,6 +54,11 @@ class SegmentationSettings:
 
 BY_OVERVIEW: Final = SegmentationSettings(core_radius=0.26, by_overview=True)
 """As Sec. 5.3.1 has it: about the shoulder breadth (Table 3.1) around the face."""
+
+
+_BONE_TO: Final = np.array([joint.bone_to for joint in JOINTS])
+# In shares of the stature, of the parts at whose end the joints lie (Table 3.1).
+_BONE_RADII: Final = BodyModel.of(1.0, THESIS).radii_m.mean(1)[[joint.part for joint in JOINTS]]
 
 
 NO_BODY: Final = np.empty((0, 0), np.float32)
@@ -139,13 +148,14 @@ def split_users(
     scene: Scene,
     distances_m: Sequence[NDArray[np.float32]],
     joints_camera: Sequence[NDArray[np.float64] | None],
+    heights_m: Sequence[float],
     settings: SegmentationSettings,
 ) -> list[NDArray[np.bool_]]:
     """[h, w] per user: the pixels that are nearer to this user than to the others, or about as
-    near.
+    near, over the surface from the head (`body_distance`, `distances_m`).
 
-    Over the surface from the head (`body_distance`, `distances_m`); but among users whose bodies
-    are tracked (`joints_camera` [J, 3], else None) it is the distance to the bones that counts.
+    Among users whose bodies are tracked (`joints_camera` [J, 3], else None) each pixel is the
+    one's to whose body it is nearest, as thick as that is with the user's stature (`heights_m`).
     """
     if not distances_m:
         return []
@@ -161,15 +171,17 @@ def split_users(
         return masks
     tracked = np.flatnonzero(is_tracked).tolist()
     points = scene.cloud.points_camera[is_contested].astype(np.float64)
-    to_bones_m = np.full((len(tracked), len(points)), np.inf)
+    to_bodies_m = np.full((len(tracked), len(points)), np.inf)
     for row, index in enumerate(tracked):
         is_reached = np.isfinite(distances_m[index][is_contested])
         joints = joints_camera[index]
         assert joints is not None
-        to_bones_m[row, is_reached] = bone_distance(points[is_reached], joints)
-    is_near = np.isfinite(to_bones_m) & (to_bones_m <= to_bones_m.min(0) + settings.share_m)
+        to_bodies_m[row, is_reached] = surface_distance(
+            points[is_reached], joints, heights_m[index]
+        )
+    nearest = to_bodies_m.argmin(0)
     for row, index in enumerate(tracked):
-        masks[index][is_contested] = is_near[row]
+        masks[index][is_contested] = (nearest == row) & np.isfinite(to_bodies_m[row])
     return masks
 
 
@@ -190,19 +202,16 @@ def split_by_overview(
     return [core | (own & ~is_core) for own, core in zip(reached, cores, strict=True)]
 
 
-def bone_distance(
-    points_camera: NDArray[np.float64], joints_camera: NDArray[np.float64]
+def surface_distance(
+    points_camera: NDArray[np.float64], joints_camera: NDArray[np.float64], height_m: float
 ) -> NDArray[np.float64]:
-    """[N] metres from [N, 3] points to the nearest of a body's bones (`topview.body.JOINTS`);
-    none end at joints that are absent, NaN."""
+    """[N] metres from [N, 3] points to a body's surface, below 0 inside: that of round bones
+    (`topview.body.JOINTS`) of somebody of this stature; none end at joints that are absent, NaN."""
     is_given = np.asarray(np.isfinite(joints_camera).all(1))
-    bones = [
-        (joint.bone_to, end)
-        for end, joint in enumerate(JOINTS)
-        if joint.bone_to >= 0 and is_given[joint.bone_to] and is_given[end]
-    ]
-    starts, ends = (joints_camera[list(indices)] for indices in zip(*bones, strict=True))
-    return np.sqrt(square_distances(points_camera, starts, ends).min(1))
+    ends = [end for end, to in enumerate(_BONE_TO) if to >= 0 and is_given[to] and is_given[end]]
+    starts = _BONE_TO[ends]
+    to_bones_m2 = square_distances(points_camera, joints_camera[starts], joints_camera[ends])
+    return (np.sqrt(to_bones_m2) - _BONE_RADII[ends] * height_m).min(1)
 
 
 def full_pixels(scene: Scene, is_users: NDArray[np.bool_]) -> NDArray[np.int32]:

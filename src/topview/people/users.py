@@ -37,8 +37,8 @@ class User:
         height_m: stature, the best estimate so far.
         height_is_measured: False while `height_m` is only the mean of all people.
         pixels: [N] int32 flat indices (row * width + column) into the depth image: the pixels that
-            belong, or may belong, to this person; users who touch may share some. Empty while the
-            person is fully hidden.
+            belong, or may belong, to this person; users who touch may share some until their
+            bodies are tracked. Empty while the person is fully hidden.
         face_share: how much of late the face has been seen to look at the camera, 0..1; None where
             nothing could tell (no colour, too far away, the head hidden).
     """

@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from people_scenes import frame, plane, render, standing_person
 
+from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
+from topview.body.proportions import THESIS
 from topview.detect.cloud import Cloud
 from topview.people.background import KNOWN_S, Background
 from topview.people.floor import FloorPlane
@@ -23,9 +25,9 @@ from topview.people.segmentation import (
     BY_OVERVIEW,
     SegmentationSettings,
     body_distance,
-    bone_distance,
     split_by_overview,
     split_users,
+    surface_distance,
 )
 
 UP = np.array([0.0, -1.0, 0.0])
@@ -73,22 +75,50 @@ def test_the_estimate_is_a_quantile_of_the_latest_measurements(
     assert estimate.height_m == pytest.approx(expected, abs=1e-12)
 
 
-def test_bone_distance_is_zero_on_the_bones_and_euclidean_beside_them() -> None:
-    generator = np.random.default_rng(0)
-    joints = generator.normal(size=(len(JOINTS), 3))
-    bones = [(end, joint.bone_to) for end, joint in enumerate(JOINTS) if joint.bone_to >= 0]
-    on_bones = np.array([0.3 * joints[a] + 0.7 * joints[b] for a, b in bones])
-    np.testing.assert_allclose(bone_distance(on_bones, joints), 0.0, atol=1e-9)
-    far = np.array([[100.0, 0.0, 0.0]])
-    nearest = min(
-        np.linalg.norm(far[0] - (joints[a] + s * (joints[b] - joints[a])))
-        for a, b in bones
-        for s in np.linspace(0, 1, 1001)
+@given(st.integers(0, 2**32 - 1), st.floats(1.1, 2.0), st.floats(-1.0, 3.0))
+@settings(max_examples=20)
+def test_beside_a_lone_bone_the_surface_is_as_far_as_the_bone_less_its_radius(
+    seed: int, height_m: float, aside_m: float
+) -> None:
+    generator = np.random.default_rng(seed)
+    radii_m = BodyModel.of(height_m, THESIS).radii_m.mean(1)
+    for end, joint in enumerate(JOINTS):
+        if joint.bone_to < 0:
+            continue
+        joints = np.full((len(JOINTS), 3), np.nan)
+        joints[[joint.bone_to, end]] = generator.normal(size=(2, 3))
+        along = joints[end] - joints[joint.bone_to]
+        across = np.cross(along, generator.normal(size=3))
+        points = 0.4 * joints[end] + 0.6 * joints[joint.bone_to]
+        points = (points + aside_m * across / np.linalg.norm(across))[None]
+        expected_m = abs(aside_m) - radii_m[joint.part]
+        assert surface_distance(points, joints, height_m)[0] == pytest.approx(expected_m)
+
+
+def test_of_several_bones_the_nearest_surface_counts() -> None:
+    """A point of a wide trunk is nearer to it than to a thin arm whose bone is as near."""
+    x = np.linspace(-1.0, 1.0, 41)
+    points = np.stack([x, np.zeros(41), np.full(41, 3.0)], 1)
+    joints = np.full((len(JOINTS), 3), np.nan)
+    thin, wide = (
+        max(
+            (end for end, joint in enumerate(JOINTS) if joint.bone_to >= 0),
+            key=lambda end: sign * BodyModel.of(1.0, THESIS).radii_m.mean(1)[JOINTS[end].part],
+        )
+        for sign in (-1.0, 1.0)
     )
-    assert bone_distance(far, joints)[0] == pytest.approx(nearest, abs=1e-2)
+    alone = []
+    for end, at in ((thin, -0.5), (wide, 0.5)):
+        ends = np.array([[at, -0.5, 3.0], [at, 0.5, 3.0]])
+        joints[[JOINTS[end].bone_to, end]] = ends
+        own = np.full((len(JOINTS), 3), np.nan)
+        own[[JOINTS[end].bone_to, end]] = ends
+        alone.append(surface_distance(points, own, 1.7))
+    np.testing.assert_allclose(surface_distance(points, joints, 1.7), np.minimum(*alone))
+    assert alone[1][20] < alone[0][20] - 0.02
 
 
-def test_tracked_bones_decide_between_two_who_touch() -> None:
+def test_tracked_bodies_decide_between_two_who_touch() -> None:
     ground_y = 1.1
     balls = standing_person(-0.25, 3.0, ground_y) + standing_person(0.25, 3.0, ground_y)
     scene = scene_with(render(balls, [plane(UP, ground_y)]), ground_y)
@@ -99,13 +129,15 @@ def test_tracked_bones_decide_between_two_who_touch() -> None:
     left = np.tile(heads[0], (len(JOINTS), 1))
     left[:, 1] = np.linspace(heads[0][1], ground_y, len(JOINTS))
     right = left + np.array([0.5, 0.0, 0.0])
-    by_surface = split_users(scene, bodies, [None, None], sizes)
-    by_bones = split_users(scene, bodies, [left, right], sizes)
+    statures_m = [1.75, 1.75]
+    over_surface = split_users(scene, bodies, [None, None], statures_m, sizes)
+    by_bodies = split_users(scene, bodies, [left, right], statures_m, sizes)
     x = scene.cloud.points_camera[..., 0]
-    for masks in (by_surface, by_bones):
+    for masks in (over_surface, by_bodies):
         assert (x[masks[0]] < 0.05).mean() > 0.97
         assert (x[masks[1]] > -0.05).mean() > 0.97
-    crossed = split_users(scene, bodies, [right, left], sizes)
+    assert not (by_bodies[0] & by_bodies[1]).any()
+    crossed = split_users(scene, bodies, [right, left], statures_m, sizes)
     is_contested = np.isfinite(bodies[0]) & np.isfinite(bodies[1])
     assert (x[crossed[0] & is_contested] > -0.1).mean() > 0.97
 

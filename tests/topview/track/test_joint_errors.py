@@ -134,9 +134,14 @@ class TestProposed:
         assert (np.abs((longest * rays).sum(-1)) > 0.99).all()
 
     def test_behind_another_person_it_is_less_sure(self):
+        """Whose surface is near then."""
+        beside = replace(proposals(0.05), to_others_m=np.full((1, 2, J), 0.05))
         free, behind = (
-            told(signs(proposals(0.05), state))[1]
-            for state in (JointState.VISIBLE, JointState.OCCLUDED_BY_PERSON)
+            told(signs(proposed, state))[1]
+            for proposed, state in (
+                (proposals(0.05), JointState.VISIBLE),
+                (beside, JointState.OCCLUDED_BY_PERSON),
+            )
         )
         assert (free > behind).all()
 
