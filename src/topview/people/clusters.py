@@ -29,6 +29,8 @@ from topview.people.track import Track
 from topview.people.users import User
 
 Mask = NDArray[np.bool_]
+Vector = NDArray[np.float64]
+Distance = NDArray[np.float32]
 
 # The id under which the network is asked about a cluster; no track has it.
 CLUSTER_ID: Final = -(2**31) + 1
@@ -59,6 +61,11 @@ class Cluster:
         """The cluster whose turn is the least is asked about."""
         return self.asked_s, abs(float(np.log(self.area_m2 / USUAL_M2)))
 
+    def distance_m(self, scene: Scene, head_camera: Vector) -> Distance:
+        """[h, w] of each of its pixels from a head [3], infinity elsewhere."""
+        offsets_m = np.linalg.norm(scene.cloud.points_camera - head_camera, axis=-1)
+        return np.where(self.is_own, offsets_m, np.inf).astype(np.float32)
+
     def as_user(self, scene: Scene) -> User:
         """As the network is asked about it; its middle stands for the head."""
         middle = np.median(scene.cloud.points_camera[self.is_own], axis=0).astype(np.float64)
@@ -71,11 +78,12 @@ class Clusters:
 
     Attributes:
         next: the one whose turn it is; None if none waits.
+        asked: the one that the network was asked about with the last frame, if it was.
     """
 
     def __init__(self) -> None:
         self.next: Cluster | None = None
-        self._asked: Cluster | None = None
+        self.asked: Cluster | None = None
         self._asked_s = np.zeros((0, 0), np.float32)
 
     def update(self, scene: Scene, is_somebodys: Mask, elapsed_s: float) -> Mask:
@@ -103,31 +111,33 @@ class Clusters:
     def tell(self, doubtful: Sequence[User]) -> None:
         """The network is asked about the first of these with this frame."""
         is_asked = bool(doubtful) and doubtful[0].id == CLUSTER_ID
-        self._asked = self.next if is_asked else None
+        self.asked = self.next if is_asked else None
 
     def _remember(self, depth_m: NDArray[np.float32], elapsed_s: float) -> None:
         """Where the network has looked, and forget it by and by."""
         if self._asked_s.shape != depth_m.shape:
-            self._asked_s, self._asked = np.zeros_like(depth_m), None
+            self._asked_s, self.asked = np.zeros_like(depth_m), None
         self._asked_s *= np.float32(exp(-elapsed_s / EVIDENCE_MEMORY_S))
-        if self._asked is not None:
-            self._asked_s[self._asked.is_own] += np.float32(elapsed_s)
+        if self.asked is not None:
+            self._asked_s[self.asked.is_own] += np.float32(elapsed_s)
 
 
 def track_of_cluster(
-    step: Step, tracks: Sequence[Track], key: int, existence: Existence
+    step: Step, asked: Cluster | None, tracks: Sequence[Track], key: int, existence: Existence
 ) -> Track | None:
     """A new track, of the cluster that the network was asked about, at the head that it tells; None
-    if that is no person's, or may be another's.
+    if that is no person's, or may be another's. The cluster is its body, wherever the head is: it
+    may be hidden behind that.
 
     Args:
         step: the frame after.
+        asked: the cluster; None if the network was asked about none.
         tracks: in that frame.
         key: of the new track.
         existence: says what is worth following.
     """
     scene, told = step.scene, step.told.heads.get(CLUSTER_ID)
-    if told is None or not told.is_sure:
+    if asked is None or step.last is None or told is None or not told.is_sure:
         return None
     head = step.head_at(told.head_camera)
     if not step.settings.areas.hold(scene, head.center_camera):
@@ -139,7 +149,8 @@ def track_of_cluster(
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:
         return None
-    return replace(track, body_m=body_of(scene, track, step.settings, None))
+    track = replace(track, body_m=asked.distance_m(step.last, head.center_camera))
+    return replace(track, body_m=body_of(scene, track, step.settings, step.last))
 
 
 def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:

@@ -203,7 +203,8 @@ class PeopleFinder:
 
     def _with_cluster(self, tracks: list[Track], step: Step) -> list[Track]:
         """The tracks, and that of the cluster which the network has taken for a person's."""
-        found = track_of_cluster(step, tracks, self._next_key, self._existence)
+        asked = self._clusters.asked
+        found = track_of_cluster(step, asked, tracks, self._next_key, self._existence)
         if found is None:
             return tracks
         self._background.forget(union_of(step.scene, [found]))

@@ -14,7 +14,14 @@ from standing_bodies import Standing
 
 from topview.body.parts import JOINT_NAMES
 from topview.detect.joints import JointProposals, Windows
-from topview.people.clusters import CLUSTER_ID, LOOKED_AT_S, Clusters, clusters_in
+from topview.people.clusters import (
+    CLUSTER_ID,
+    LOOKED_AT_S,
+    Cluster,
+    Clusters,
+    clusters_in,
+    track_of_cluster,
+)
 from topview.people.existence import Existence
 from topview.people.features import SHAPE
 from topview.people.likelihood import BODY_ODDS, CUT, MOST_LOG_ODDS, Evidence, shipped_likelihood
@@ -167,6 +174,23 @@ def test_the_body_of_who_lies_is_whole() -> None:
     assert is_own[is_clear].mean() > 0.85
     assert (is_own & ~IS_LYING).sum() < 0.05 * is_own.sum()
     assert not user.height_is_measured
+
+
+@pytest.mark.parametrize("head_camera", [HEAD, HEAD + np.array([-0.4, 0.0, 0.3])])
+def test_the_cluster_is_the_body_though_the_head_may_be_hidden(
+    head_camera: NDArray[np.float64],
+) -> None:
+    """As that of somebody is who lies with the feet to the camera."""
+    before, now = (scene_of(with_noise(LYING, index), None, index) for index in range(2))
+    [(is_own, area_m2)] = list(clusters_in(before, nobodys(LYING)))
+    told = told_of(CLUSTER_ID, head_camera, np.array([-1.0, 0.0, 0.0]))
+    step = Step(now, before, told, PeopleSettings())
+    track = track_of_cluster(step, Cluster(is_own, area_m2, 0.0), [], 1, Existence())
+    assert track is not None
+    assert track.body_m is not None
+    is_body = track.body_m < np.inf
+    assert is_body[is_own].mean() > 0.75
+    assert (is_body & ~small(IS_LYING)).sum() < 0.05 * is_own.sum()
 
 
 def told_of(id: int, head_camera: NDArray[np.float64], trunk: NDArray[np.float64] = UP) -> Told:
