@@ -145,7 +145,7 @@ def track_of_cluster(
     if is_free(scene, head, tracks, step.told) is not None:
         return None
     born = Track.born(key, scene.cloud, head, step.features_under(head, tracks)).found_by_body()
-    evidence = born.evidence.with_network(told.log_odds, step.elapsed_s, scene.time_s)
+    evidence = born.evidence.with_network(told.log_odds, step.elapsed_s, step.told_s)
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:
         return None

@@ -30,9 +30,6 @@ Vector = NDArray[np.float64]
 # All ours. A track is a person's from this probability of existence on, once its head has been seen
 # for so long (at once in the very first frame).
 CONFIRMED, NEW_TRACK_S = 0.9, 0.05
-# What the network says of a single frame is noisy, the mean over so long is not: then this is
-# enough, and in between as much less as time has gone by.
-KNOWN_WELL_S, CONFIRMED_LATE = 1.0, 0.6
 # Below it a confirmed one ends; and one that is not confirmed.
 ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
@@ -108,10 +105,8 @@ class Existence:
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
             return False
-        waited = min(track.evidence.asked_s / KNOWN_WELL_S, 1.0)
-        enough = CONFIRMED + waited * (CONFIRMED_LATE - CONFIRMED)
         is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
-        return track.is_seen and is_long_enough and track.existence(self.likelihood) > enough
+        return track.is_seen and is_long_enough and track.existence(self.likelihood) > CONFIRMED
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """Whether it is too unlikely to be followed."""

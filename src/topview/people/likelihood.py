@@ -94,7 +94,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         clear: how much that look counts, 0..1.
         network: mean log-odds of `p_person`.
         asked_s: how long the network has looked; what is cut counts less.
-        answered_s: when it last answered.
+        answered_s: of which time it last answered.
         by_body: whether no upright head is to be expected, so that the lack of one tells little.
         was_upright: whether one was followed before, so that what its body looks like counts.
     """
@@ -130,8 +130,8 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         )
 
     def with_network(self, log_odds: float, elapsed_s: float, time_s: float) -> Evidence:
-        """With what the network said of another frame, and of those since it was last asked, if
-        nothing new was to be expected of them."""
+        """With what the network said of another frame, at a time, and of those since it was last
+        asked, if nothing new was to be expected of them."""
         now = min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
         since_s = min(time_s - self.answered_s, self._answer_holds_s + elapsed_s)
         clear_s = self.clear * max(since_s, elapsed_s)

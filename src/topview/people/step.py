@@ -54,6 +54,11 @@ class Step:
         gone_s = 0.0 if self.last is None else self.scene.time_s - self.last.time_s
         return min(max(gone_s, 0.0), PAUSE_S)
 
+    @property
+    def told_s(self) -> float:
+        """When the network looked."""
+        return self.scene.time_s if self.last is None else self.last.time_s
+
     def moved(self, tracks: Sequence[Track], taken: Mapping[int, HeadCandidate]) -> list[Track]:
         """The tracks in this frame: updated with the heads that they have taken, by their indices;
         or coasted, to where their bodies are."""
@@ -88,7 +93,7 @@ class Step:
                 evidence = self._with_shape(track, tracks)
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
-                evidence = evidence.with_network(log_odds, self.elapsed_s, self.scene.time_s)
+                evidence = evidence.with_network(log_odds, self.elapsed_s, self.told_s)
             is_upright = self.told.is_upright(track, self.scene.up_camera)
             if track.id and is_upright is False and self.told.is_near(track):
                 evidence = replace(evidence, by_body=True)
@@ -139,7 +144,7 @@ class Step:
                 return track.found_by_body(), self.head_at(told_camera)
             if is_upright:
                 there = self.head_at(told_camera)
-                return track.restarted(self.scene.cloud, there), there
+                return track.restarted(self.scene.cloud, there).asked_anew(), there
         is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
         if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import JOINTS
+from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.geometry.segments import square_distances
 from topview.people.track import Track
@@ -110,7 +111,7 @@ class Told:
         """[3] a track's head, if the network knows it and it is not another's; now, as the track
         has gone on for so long."""
         head = self.heads.get(track.told_as)
-        if head is None or not head.is_sure or _is_anothers(head, track, tracks):
+        if head is None or not head.is_sure or self._is_anothers(head, track, tracks):
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
 
@@ -130,7 +131,7 @@ class Told:
     def is_shadow(self, track: Track, tracks: Sequence[Track]) -> bool:
         """Whether what is followed as a head belongs to somebody whose head is seen elsewhere."""
         head = self.heads.get(track.told_as)
-        return track.is_seen and head is not None and _is_anothers(head, track, tracks)
+        return track.is_seen and head is not None and self._is_anothers(head, track, tracks)
 
     def claims(self, head_camera: Vector, tracks: Sequence[Track]) -> bool:
         """Whether a head at [3] is, for the network, that of one of the people."""
@@ -157,18 +158,25 @@ class Told:
         head = self.heads.get(track.told_as)
         if head is None:
             return None
-        is_elsewhere = not head.is_near(track.place_camera) or _is_anothers(head, track, tracks)
+        is_anothers = self._is_anothers(head, track, tracks)
+        is_elsewhere = is_anothers or not head.is_near(track.place_camera)
         return min(head.log_odds, ELSEWHERE) if is_elsewhere else head.log_odds
 
-
-def _is_anothers(head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
-    """Whether a head that was told for one track is nearer to another's that is seen."""
-    own_m = float(np.linalg.norm(head.head_camera - track.place_camera))
-    return any(
-        np.linalg.norm(head.head_camera - other.place_camera) < min(ANOTHERS_M, own_m)
-        for other in tracks
-        if other.key != track.key and other.id and other.is_seen
-    )
+    def _is_anothers(self, head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
+        """Whether a head that was told for one track is that of another's that is seen: the same
+        that the network sees in the other's window, or where it knows of none there, nearer to the
+        other's head than to the track's."""
+        own_m = float(np.linalg.norm(head.head_camera - track.place_camera))
+        for other in tracks:
+            if other.key == track.key or not other.id or not other.is_seen:
+                continue
+            told = self.heads.get(other.id)
+            there_camera, within_m = other.place_camera, ANOTHERS_M
+            if told is not None and told.is_sure and told.is_near(other.place_camera):
+                there_camera, within_m = told.head_camera, HEAD_RADIUS_M
+            if np.linalg.norm(head.head_camera - there_camera) < min(within_m, own_m):
+                return True
+        return False
 
 
 NOTHING_TOLD: Final = Told()

@@ -193,8 +193,12 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 
     def found_by_body(self) -> Track:
         """Without an upright head: what the network says of the body counts from now on."""
-        evidence = replace(self.evidence, by_body=True, was_upright=False, network=0.0, asked_s=0.0)
-        return replace(self, evidence=evidence, confidence=0.0)
+        evidence = replace(self.evidence, by_body=True, was_upright=False)
+        return replace(self, evidence=evidence, confidence=0.0).asked_anew()
+
+    def asked_anew(self) -> Track:
+        """What the network said until now was of something else than what is followed."""
+        return replace(self, evidence=replace(self.evidence, network=0.0, asked_s=0.0))
 
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """What was followed was not the head; this is."""

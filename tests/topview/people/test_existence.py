@@ -16,9 +16,7 @@ from people_scenes import head_of, render, standing_person
 from topview.people.background import Background
 from topview.people.existence import (
     CONFIRMED,
-    CONFIRMED_LATE,
     ENDED,
-    KNOWN_WELL_S,
     NEW_TRACK_S,
     REFUSED,
     ROOM_S,
@@ -70,16 +68,12 @@ def confirmed(existence: Existence, *tracks: Track, has_network: bool = False) -
     return [track.id for track in existence.confirmed(tracks, LATER, free, has_network)]
 
 
-@given(log_odds)
-def test_who_is_probably_a_person_is_confirmed(odds: float) -> None:
+@given(log_odds, st.floats(1e-9, 10.0))
+def test_who_is_probably_a_person_is_confirmed_however_long_that_took(
+    odds: float, asked_s: float
+) -> None:
     is_person = probability(odds) > CONFIRMED
-    assert confirmed(Existence(None, LIKE_A_PERSON), track_with(odds)) == [int(is_person)]
-
-
-@given(log_odds)
-def test_whom_the_network_has_looked_at_for_long_needs_less(odds: float) -> None:
-    is_person = probability(odds) > CONFIRMED_LATE
-    track = track_with(odds, asked_s=KNOWN_WELL_S)
+    track = track_with(odds, asked_s=asked_s)
     assert confirmed(Existence(None, LIKE_A_PERSON), track) == [int(is_person)]
 
 

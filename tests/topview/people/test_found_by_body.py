@@ -197,7 +197,9 @@ def told_of(id: int, head_camera: NDArray[np.float64], trunk: NDArray[np.float64
     return Told((), {id: ToldHead(0.99, head_camera, True, trunk)}, True)
 
 
-STANDING = scene_of(render(standing_person(0.2, 3.0, GROUND_Y), ROOM), None, 0)
+STANDING, A_FRAME_LATER = (
+    scene_of(render(standing_person(0.2, 3.0, GROUND_Y), ROOM), None, index) for index in (0, 1)
+)
 BOTTOM = track_at(STANDING, head_of(0.2, 3.0, GROUND_Y) - 0.6 * UP)
 IN_DOUBT = replace(BOTTOM, id=0)
 
@@ -222,6 +224,16 @@ def test_who_is_in_doubt_is_at_once_where_the_network_sees_an_upright_head() -> 
         assert moved.is_seen
         assert not moved.evidence.by_body
         assert np.linalg.norm(moved.place_camera - true_camera) < 0.02
+
+
+def test_what_was_said_of_another_place_does_not_count_at_the_head() -> None:
+    """Of shoulders, before the head came into the picture."""
+    said = replace(IN_DOUBT, evidence=IN_DOUBT.evidence.with_network(-3.0, 0.3, 0.0))
+    told = told_of(IN_DOUBT.told_as, head_of(0.2, 3.0, GROUND_Y))
+    step = Step(A_FRAME_LATER, STANDING, told, PeopleSettings())
+    [moved] = step.with_evidence(step.moved([said], {0: said.head}), True)
+    assert moved.evidence.network == pytest.approx(told.heads[IN_DOUBT.told_as].log_odds)
+    assert moved.evidence.is_to_be_asked(A_FRAME_LATER.time_s)
 
 
 def test_another_s_head_is_not_taken() -> None:

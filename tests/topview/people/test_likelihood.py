@@ -120,6 +120,18 @@ def test_the_network_is_believed_against_the_shape() -> None:
     assert nobody.log_odds(LIKELIHOOD) < Evidence.starting_with(clear, 0.0).log_odds(LIKELIHOOD)
 
 
+def test_who_has_just_come_is_asked_about_in_each_frame_and_later_when_it_is_news() -> None:
+    """What the network says of a frame is known with the next."""
+    frame_s, asked = 1.0 / 30.0, []
+    evidence = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0)
+    for frame in range(60):
+        asked.append(evidence.is_to_be_asked(frame * frame_s))
+        if asked[-1]:
+            evidence = evidence.with_network(1.0, frame_s, frame * frame_s)
+    assert all(asked[:9])
+    assert 0.05 < np.mean(asked[-15:]) < 0.4
+
+
 def test_the_worst_feature_is_the_one_that_weighs_most() -> None:
     for index, name in enumerate(SHAPE):
         if LIKELIHOOD.weights[name] > 0.0:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import head_of, render
 
 from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES, PARTS
+from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.people.told import (
     ELSEWHERE,
@@ -95,6 +98,18 @@ def test_who_is_followed_on_the_body_of_another_is_the_others_shadow() -> None:
     assert not shadow.is_shadow(ONE, [ONE, replace(other, id=0)])
     assert not shadow.is_shadow(ONE, [ONE, unseen(other)])
     assert not shadow.is_shadow(unseen(ONE), [ONE, other])
+
+
+@given(st.floats(0.0, 0.35))
+def test_two_who_hug_are_two_where_the_network_sees_two_heads(apart_m: float) -> None:
+    """However near the head is to that of the other, as long as they are not the same."""
+    other = track_at(SCENE, PLACE + 0.3 * RIGHT, 2)
+    theirs = ToldHead(0.95, other.place_camera, True)
+    own = ToldHead(0.95, other.place_camera - apart_m * RIGHT, True)
+    told = Told((), {1: own, 2: theirs}, True)
+    is_same = apart_m < min(HEAD_RADIUS_M, abs(0.3 - apart_m))
+    assert told.is_shadow(ONE, [ONE, other]) == is_same
+    assert (told.head_of(ONE, [ONE, other], 0.0) is None) == is_same
 
 
 def test_the_head_that_the_network_sees_is_a_persons_own() -> None:
