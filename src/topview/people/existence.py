@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from topview.detect.heads import HEAD_RADIUS_M, HeadCandidate
+from topview.detect.heads import HeadCandidate
 from topview.people.bodies import SHOWN_M2
 from topview.people.features import Features
 from topview.people.likelihood import (
@@ -124,13 +124,9 @@ class Existence:
         return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
 
     def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
-        """Those that have not ended, one for each head; what the network said of the others is kept
-        for their places, but of who has gone."""
-        after = [
-            track
-            for track in tracks
-            if not self.has_ended(track, scene) and not _is_double(track, tracks)
-        ]
+        """Those that have not ended; what the network said of the others is kept for their places,
+        but of who has gone."""
+        after = [track for track in tracks if not self.has_ended(track, scene)]
         keys, left = {track.key for track in tracks}, {track.key for track in after}
         before = [track for track in self._remembered if track.key not in keys]
         ended = [track for track in tracks if track.key not in left and _is_there(track)]
@@ -164,17 +160,6 @@ class Existence:
         is_person = track.existence(self.likelihood) > CONFIRMED
         reason = NEW if is_person else self.likelihood.worst_of(track.evidence.features)
         return Refusal(HeadCandidate(track.place_camera, track.confidence), reason)
-
-
-def _is_double(track: Track, tracks: Sequence[Track]) -> bool:
-    """Whether what is not confirmed is the head of somebody who is: of who was hidden, and is
-    back."""
-    return not track.id and any(
-        other.id
-        and other.places is None
-        and dist(other.place_camera, track.place_camera) < HEAD_RADIUS_M
-        for other in tracks
-    )
 
 
 def _is_there(track: Track) -> bool:

@@ -72,7 +72,6 @@ class Step:
             if told_camera is not None:
                 own, head = self._by_body(track, tracks, head, told_camera)
             if head is not None:
-                head = self._whole(own, head, told_camera)
                 now = own.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
             else:
                 now = own.coasted(scene, others)
@@ -150,16 +149,6 @@ class Step:
         if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)
         return track, head
-
-    def _whole(
-        self, track: Track, head: HeadCandidate, told_camera: Vector | None
-    ) -> HeadCandidate:
-        """A person's head; one that comes to be covered, of which the rest alone is measured, is
-        where the network tells that it is, [3]."""
-        if not track.id or told_camera is None:
-            return head
-        is_whole = self.scene.covered_share(told_camera) <= IN_VIEW
-        return head if is_whole else replace(head, center_camera=told_camera)
 
     @cached_property
     def heads_of_doubtful(self) -> dict[int, tuple[HeadCandidate, float]]:

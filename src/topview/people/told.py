@@ -168,13 +168,14 @@ class Told:
         other's head than to the track's."""
         own_m = float(np.linalg.norm(head.head_camera - track.place_camera))
         for other in tracks:
-            if other.key != track.key and other.id and other.is_seen:
-                there_camera, within_m = other.place_camera, ANOTHERS_M
-                told = self.heads.get(other.id)
-                if told is not None and told.is_sure and self.is_near(other):
-                    there_camera, within_m = told.head_camera, HEAD_RADIUS_M
-                if np.linalg.norm(head.head_camera - there_camera) < min(within_m, own_m):
-                    return True
+            if other.key == track.key or not other.id or not other.is_seen:
+                continue
+            told = self.heads.get(other.id)
+            there_camera, within_m = other.place_camera, ANOTHERS_M
+            if told is not None and told.is_sure and told.is_near(other.place_camera):
+                there_camera, within_m = told.head_camera, HEAD_RADIUS_M
+            if np.linalg.norm(head.head_camera - there_camera) < min(within_m, own_m):
+                return True
         return False
 
 

@@ -191,18 +191,6 @@ def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
     assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
 
 
-@pytest.mark.parametrize(
-    ("aside_m", "id", "goes_on"), [(0.05, 2, False), (0.05, 0, True), (0.3, 2, True)]
-)
-def test_who_is_back_at_the_head_of_who_was_in_doubt_is_the_same(
-    aside_m: float, id: int, goes_on: bool
-) -> None:
-    doubtful = track_with(4.0, key=3, seen_s=LATER.time_s)
-    back = replace(doubtful, key=2, id=id, place_camera=HEAD + np.array([aside_m, 0.0, 0.0]))
-    after = Existence(None, LIKE_A_PERSON).going_on([back, doubtful], LATER)
-    assert after == ([back, doubtful] if goes_on else [back])
-
-
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
     worst = "too low"
     likelihood = Likelihood(

@@ -54,22 +54,6 @@ def test_who_stands_behind_cover_is_still_there() -> None:
     assert 0.0 < certainty <= 1.0
 
 
-@pytest.mark.parametrize("speed_m_per_s", [0.0, 1.0])
-def test_who_stood_stays_and_who_walked_walks_on_or_stops(speed_m_per_s: float) -> None:
-    """After a second most who stood are where they were; some who walked are 0.6 m on, some have
-    hardly gone."""
-    scene, walk = scene_of(COVERED, None, 0), np.array([speed_m_per_s, 0.0, 0.0])
-    places = Places.around(scene, replace(Motion.starting_at(HEAD), walk=walk), 1)
-    for index in range(1, FPS + 1):
-        places = places.seen(scene_of(COVERED, None, index), 1 / FPS, 1)
-    gone_m = places.overview_m[:, 0] - scene.overview_of(HEAD)[0]
-    if speed_m_per_s:
-        assert 0.2 < (gone_m > 0.6).mean() < 0.8
-        assert 0.2 < (gone_m < 0.5).mean() < 0.8
-    else:
-        assert (np.abs(gone_m) < 0.2).mean() > 0.7
-
-
 def test_where_another_s_head_is_nobody_is_hidden() -> None:
     assert watched(COVERED, 0.5, 1, [HEAD])[0].presence < 0.2
     far = HEAD + np.array([1.5, 0.0, 0.0])

@@ -9,13 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import box, head_of, render, standing_person
+from people_scenes import head_of, render
 
 from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES, PARTS
-from topview.detect.heads import HEAD_RADIUS_M, HeadCandidate
+from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
-from topview.people.settings import PeopleSettings
-from topview.people.step import Step
 from topview.people.told import (
     ELSEWHERE,
     ELSEWHERE_M,
@@ -121,25 +119,6 @@ def test_the_head_that_the_network_sees_is_a_persons_own() -> None:
     assert not told_of(1, seen).claims(PLACE - 0.5 * RIGHT, BOTH)
     assert not told_of(1, seen, 0.2).claims(seen, BOTH)
     assert not told_of(1, seen).claims(seen, [replace(ONE, id=0), OTHER])
-
-
-def test_a_head_that_comes_to_be_covered_is_where_the_network_tells() -> None:
-    """What is measured of it is beside what covers it; of a whole one, and of who is in doubt, what
-    is measured counts."""
-    half = box((-0.6, GROUND_Y - 2.2, 1.6), (0.0, GROUND_Y, 1.8))
-    covered, free = (
-        scene_of(render(standing_person(0.0, 2.6, GROUND_Y), [*ROOM, *before]), None, 1)
-        for before in ([half], [])
-    )
-    measured = HeadCandidate(PLACE + 0.06 * RIGHT, 0.9)
-    for scene, track, is_told in (
-        (covered, ONE, 1),
-        (free, ONE, 0),
-        (covered, replace(ONE, id=0), 0),
-    ):
-        step = Step(scene, SCENE, told_of(track.told_as, PLACE), PeopleSettings())
-        [moved] = step.moved([track], {0: measured})
-        assert np.linalg.norm(moved.place_camera - PLACE) == pytest.approx(0.06 * (1 - is_told))
 
 
 def test_a_head_that_was_seen_goes_on_with_its_track() -> None:
