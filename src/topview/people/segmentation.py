@@ -181,7 +181,7 @@ def split_users(
         )
     nearest = to_bodies_m.argmin(0)
     for row, index in enumerate(tracked):
-        masks[index][is_contested] = (nearest == row) & np.isfinite(to_bodies_m[row])
+        masks[index][is_contested] = nearest == row
     return masks
 
 
