@@ -2,9 +2,10 @@
 
 Two systems, or a system and a reference, rarely agree on what "the shoulder" is. A joint's
 constant offset is that difference of definition: one vector per joint, in the frame of the part
-that carries it and in shares of the stature, the same in every frame. It is the mean, over all
-frames evaluated, of reference minus prediction. The predicted joints are corrected by it, and
-distances and angles are told of the joints as they are and as they are corrected.
+that carries it and in shares of the stature, the same in every frame. It is the mean of reference
+minus prediction over the frames in which the joint is in view, or over all where it never is: where
+a joint is hidden, what is wrong is not the definition. The predicted joints are corrected by it in
+all frames, and distances and angles are told of the joints as they are and as they are corrected.
 
 `offsets="set"` estimates one offset for all recordings and people pooled; `offsets="person"` one
 for each person of each recording, which also takes out what a system gets constantly wrong about
@@ -27,6 +28,8 @@ from topview_lab.metrics.statistics import CM_PER_M, Comparison, statistic
 
 Offsets = Literal["set", "person"]
 
+IN_VIEW_SHARE: Final = 0.05
+"""Of a joint; where less of it is hidden, by whatever, its constant offset is told (ours)."""
 _JOINT_PARTS: Final = [joint.part for joint in JOINTS]
 _END_PARTS: Final = [joint.part for joint in END_JOINTS]
 
@@ -100,7 +103,12 @@ def pool(evaluation: Evaluation, offsets: Offsets = "set") -> Pool:
         pairs = np.stack([sequence, samples.person], axis=1)
         group = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1)
     joint_offsets, corrected_camera = _corrected(
-        samples, samples.predicted_camera, samples.reference_camera, _JOINT_PARTS, group
+        samples,
+        samples.predicted_camera,
+        samples.reference_camera,
+        samples.hidden,
+        _JOINT_PARTS,
+        group,
     )
     return Pool(
         samples=samples,
@@ -116,16 +124,20 @@ def _corrected(
     samples: Samples,
     predicted_camera: NDArray[np.float64],
     reference_camera: NDArray[np.float64],
+    hidden: NDArray[np.float64],
     parts: Sequence[int],
     group: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """[G, J, 3] constant offset of each joint, as in `Pool`, and the [N, J, 3] predicted joints
-    with it taken out, of joints that these parts carry."""
+    with it taken out, of joints that these parts carry. Where nothing tells that a joint is hidden,
+    it is in view."""
     Rs_camera_part = samples.Rs_camera_part[:, parts]
     stature_m = samples.stature_m[:, None, None]
     errors_camera = reference_camera - predicted_camera
     errors_part = np.einsum("njab,nja->njb", Rs_camera_part, errors_camera) / stature_m
-    offsets = group_means(errors_part, group)
+    is_in_view = np.nan_to_num(total_share(hidden)) < IN_VIEW_SHARE
+    in_view_means = group_means(np.where(is_in_view[..., None], errors_part, np.nan), group)
+    offsets = np.where(np.isfinite(in_view_means), in_view_means, group_means(errors_part, group))
     offsets_part_m = offsets[group] * stature_m
     return offsets, predicted_camera + np.einsum("njab,njb->nja", Rs_camera_part, offsets_part_m)
 
@@ -138,7 +150,7 @@ def end_errors(pool: Pool) -> Errors:
         samples.reference_ends_camera,
     )
     _, corrected_camera = _corrected(
-        samples, predicted_camera, reference_camera, _END_PARTS, pool.group
+        samples, predicted_camera, reference_camera, samples.hidden_ends, _END_PARTS, pool.group
     )
     return Errors(
         names=END_NAMES,

@@ -212,6 +212,26 @@ class TestExamples:
         assert table.raw.std == pytest.approx(3.0)
         assert table.offset_out.mean == pytest.approx(3.0)
 
+    def test_what_is_wrong_where_a_hand_is_hidden_is_no_offset(self) -> None:
+        truth = people_standing(4, 0.0)
+        joints, hidden = truth.copy(), np.zeros(truth.shape[:3])
+        hand = JOINT_NAMES.index("left_hand")
+        joints[:, 0, hand] += (0.0, -0.02, 0.0)
+        joints[2:, 0, hand] += (0.4, 0.0, 0.0)
+        hidden[2:, 0, hand] = (0.06, 1.0)
+        reference = reference_of(truth, occluded_by_person=hidden)
+        summary = summarise(evaluate_sequence(predicted_of(joints), reference))
+        assert summary.joint_offsets["left_hand"] == pytest.approx((0.0, 0.02 / STATURE_M, 0.0))
+        assert summary.joints_cm["all"]["left_hand"].offset_out.mean == pytest.approx(20.0)
+
+    def test_a_joint_that_is_never_in_view_has_an_offset_too(self) -> None:
+        truth = people_standing(2, 0.0)
+        joints = truth.copy()
+        joints[:, 0, JOINT_NAMES.index("left_hand")] += (0.0, -0.02, 0.0)
+        reference = reference_of(truth, occluded_by_person=np.ones(truth.shape[:3]))
+        summary = summarise(evaluate_sequence(predicted_of(joints), reference))
+        assert summary.joints_cm["all"]["left_hand"].offset_out.mean == pytest.approx(0.0, abs=1e-9)
+
     def test_a_forearm_30_degrees_off(self) -> None:
         joints = people_standing(1, 0.0)
         rotations = np.tile(np.eye(3), (1, 1, B, 1, 1))
