@@ -5,9 +5,11 @@ they are trusted; and what `topview.track.familiarity` is fitted to.
 
 RENDERED are recordings with truth, which the network has not learnt from. Constant offsets are
 taken out, one a joint for each set; each of the globs, separated by commas, is a set. With both,
-how errors grow with the residual and towards other people is what makes all errors likeliest, each
-set at a level of its own; with the doubt's exponent 90 % of the 90 % intervals of UTD-MHAD's sets
-hold on the worst axis of the worst.
+how errors grow with the residual, with disagreement and towards cover is what makes all errors
+likeliest, each set at a level of its own, hidden joints counting as much as those in view. Then two
+are found that make intervals hold: with the doubt's exponent 90 % of UTD-MHAD's 90 % intervals, on
+the worst axis of the worst set; with the familiar disagreement 92 % of those of rendered joints in
+view.
 """
 
 from __future__ import annotations
@@ -28,14 +30,17 @@ from topview.detect.joints.proposals import proposed_of_joints
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
 from topview.track.familiarity import (
+    COVER_EXPONENT,
+    COVER_REACH_M,
+    DISAGREEMENT_EXPONENT,
     DOUBT_EXPONENT,
+    FAMILIAR_DISAGREEMENT,
     FAMILIAR_RESIDUAL,
     FIT_EXPONENT,
     LEAST_RESIDUAL,
-    OTHERS_EXPONENT,
-    OTHERS_REACH_M,
     widening_beside,
     widening_of,
+    widening_unsteady,
 )
 from topview.track.joint_errors import JointSigns, ray_axes
 from topview.track.joint_fit import body_joints
@@ -47,27 +52,38 @@ from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTE
 
 Array = NDArray[np.float64]
 RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
+FAMILIAR_RANGE: Final = 0.02, 5.0  # in which the familiar disagreement is
+KNOWN_HELD: Final = 0.92  # of rendered joints in view, whose people the network knows
 STEP: Final = 0.1  # of exponents and logarithms, at first, where the likeliest are looked for
 FAR_M: Final = 100.0  # from others, where there are none
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
+FIRST, SECOND = (0, 0, 1), (1, 2, 2)  # rows and columns beside a diagonal
 
 
 class Trust(NamedTuple):
-    """`topview.track.familiarity`'s exponents."""
+    """`topview.track.familiarity`'s parameters."""
 
     of_residual: float = FIT_EXPONENT
     of_doubt: float = DOUBT_EXPONENT
-    of_others: float = OTHERS_EXPONENT
-    reach_m: float = OTHERS_REACH_M
+    of_disagreement: float = DISAGREEMENT_EXPONENT
+    of_cover: float = COVER_EXPONENT
+    reach_m: float = COVER_REACH_M
+    familiar: float = FAMILIAR_DISAGREEMENT
 
-    def widening(self, residual: Array, doubt: Array, to_others_m: Array) -> Array:
-        """[N, J, 1] of N people's scales; arguments as in `Stated`."""
-        of_person = np.asarray(widening_of(residual, doubt, self.of_residual, self.of_doubt))
-        of_joint = widening_beside(to_others_m, self.of_others, self.reach_m)
-        return (of_person[:, None] * of_joint)[..., None]
+    def of_joints(self, told: Stated) -> Array:
+        """[N, J, 3] what scales of N people's joints are multiplied by, whoever the people are."""
+        unsteady = widening_unsteady(told.disagreement, self.of_disagreement, self.familiar)
+        return unsteady * widening_beside(told.to_cover_m, self.of_cover, self.reach_m)[..., None]
+
+    def widening(self, told: Stated) -> Array:
+        """[N, J, 3] of N people's scales."""
+        of_person = np.asarray(
+            widening_of(told.residual, told.doubt, self.of_residual, self.of_doubt)
+        )
+        return of_person[:, None, None] * self.of_joints(told)
 
 
-AS_STATED: Final = Trust(0.0, 0.0, 0.0)
+AS_STATED: Final = Trust(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,19 +93,21 @@ class Stated:
     Attributes:
         errors: [N, 16, 3] in scales, to the right, down and along the ray.
         residual, doubt: [N] as in `Familiarity`.
-        to_others_m: [N, 16] as in `JointProposals`.
+        disagreement: [N, 16, 3] as in `Familiarity`, the familiar one where there is none.
+        to_cover_m: [N, 16] as in `JointProposals`.
         is_hidden: [N, 16] by others.
     """
 
     errors: Array
     residual: Array
     doubt: Array
-    to_others_m: Array
+    disagreement: Array
+    to_cover_m: Array
     is_hidden: NDArray[np.bool_]
 
     def trusted(self, told: Trust) -> Array:
         """[N, 16, 3] errors in scales as they are trusted."""
-        return self.errors / told.widening(self.residual, self.doubt, self.to_others_m)
+        return self.errors / told.widening(self)
 
     def held(self, told: Trust) -> tuple[Array, Array]:
         """[3] shares of the 90 % intervals, so trusted, that hold: of joints in view, and of those
@@ -118,8 +136,9 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     told = np.diagonal(signs.joint_covariance_m2[used], axis1=-2, axis2=-1)
     hidden = np.nan_to_num(total_share(samples.hidden[used][..., BY_OTHERS]))
     errors = np.abs(along) / np.sqrt(squares)
-    residual, doubt, to_others_m = told[:, 0, 0], told[:, 0, 1], told[..., 2]
-    return Stated(errors, residual, doubt, to_others_m, hidden >= HIDDEN_FROM)
+    residual, doubt, to_cover_m = told[:, 0, 0], told[:, 0, 1], told[..., 2]
+    disagreement = signs.joint_covariance_m2[used][..., FIRST, SECOND]
+    return Stated(errors, residual, doubt, disagreement, to_cover_m, hidden >= HIDDEN_FROM)
 
 
 def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceErrors]:
@@ -155,9 +174,9 @@ def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceEr
 
 def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
     """[J, 3] the likeliest joints, [J, 3, 3] the squares of their scales in the camera frame, and
-    [J, 3, 3] residual, doubt and the distance to others on the diagonal."""
+    [J, 3, 3] residual, doubt and the distance to cover on the diagonal, disagreement beside it."""
     assert signs.proposals is not None
-    assert signs.proposals.to_others_m is not None
+    assert signs.proposals.to_cover_m is not None
     places, scales_m = body_joints(signs.proposals, OUTPUT_JOINT_NAMES)
     mode = int(signs.proposals.weights[0].argmax())
     axes = ray_axes(places[mode])
@@ -165,7 +184,11 @@ def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
     told = np.zeros_like(squares)
     told[:, 0, 0], told[:, 1, 1] = signs.familiarity.residual, signs.familiarity.doubt
     proposed = proposed_of_joints(signs.proposals.joint_names, OUTPUT_JOINT_NAMES)
-    told[:, 2, 2] = np.minimum(signs.proposals.to_others_m[0, mode, proposed], FAR_M)
+    told[:, 2, 2] = np.minimum(signs.proposals.to_cover_m[0, mode, proposed], FAR_M)
+    disagreement = signs.familiarity.disagreement
+    told[:, FIRST, SECOND] = FAMILIAR_DISAGREEMENT
+    if disagreement is not None:
+        told[:, FIRST, SECOND] = disagreement[proposed]
     return places[mode], squares, told
 
 
@@ -182,41 +205,52 @@ def print_held(name: str, of_set: Stated) -> None:
 
 
 def fit(rendered: Stated, others: Sequence[Stated]) -> Trust:
-    """How errors grow with the residual and towards others; then what makes 90 % of the others'
-    intervals hold."""
+    """What makes errors likeliest; then what makes intervals hold."""
     likeliest = likeliest_trust([rendered, *others])
 
-    def excess(of_doubt: float) -> float:
+    def known_held(familiar: float, told: Trust) -> float:
+        return float(rendered.held(told._replace(familiar=familiar))[0].mean()) - KNOWN_HELD
+
+    def with_doubt(of_doubt: float) -> Trust:
         told = likeliest._replace(of_doubt=of_doubt)
+        return told._replace(familiar=cast(float, brentq(known_held, *FAMILIAR_RANGE, (told,))))
+
+    def excess(of_doubt: float) -> float:
+        told = with_doubt(of_doubt)
         return min(own.held(told)[0].min() for own in others) - INTERVALS[INTERVAL]
 
-    of_doubt = cast(float, brentq(excess, *RANGE))
-    return Trust(*(round(float(value), 3) for value in likeliest._replace(of_doubt=of_doubt)))
+    found = with_doubt(cast(float, brentq(excess, *RANGE)))
+    return Trust(*(round(float(value), 3) for value in found))
 
 
 def likeliest_trust(sets: Sequence[Stated]) -> Trust:
     """What makes the errors likeliest, without the doubt, each set at a level of its own and all
     sets of the same weight."""
 
-    def surprise(parameters: Array) -> float:
-        of_residual, of_others, log_reach, *levels = parameters
-        told = Trust(of_residual, 0.0, of_others, float(np.exp(log_reach)))
-        return sum(map(_surprise, sets, [told] * len(sets), levels))
+    def trust_of(parameters: Array) -> Trust:
+        of_residual, of_disagreement, of_cover, log_reach = parameters[:4]
+        return Trust(of_residual, 0.0, of_disagreement, of_cover, float(np.exp(log_reach)))
 
-    start = np.array([FIT_EXPONENT, OTHERS_EXPONENT, np.log(OTHERS_REACH_M), *np.zeros(len(sets))])
+    def surprise(parameters: Array) -> float:
+        told = trust_of(parameters)
+        return sum(map(_surprise, sets, [told] * len(sets), parameters[4:]))
+
+    exponents = [FIT_EXPONENT, DISAGREEMENT_EXPONENT, COVER_EXPONENT, np.log(COVER_REACH_M)]
+    start = np.array([*exponents, *np.zeros(len(sets))])
     simplex = {"initial_simplex": [start, *(start + STEP * np.eye(len(start)))]}
-    best = minimize(surprise, start, method="Nelder-Mead", options=simplex)
-    of_residual, of_others, log_reach, *_ = best.x
-    return Trust(of_residual, 0.0, of_others, float(np.exp(log_reach)))
+    return trust_of(minimize(surprise, start, method="Nelder-Mead", options=simplex).x)
 
 
 def _surprise(of_set: Stated, told: Trust, level: float) -> float:
-    """Mean negative logarithm of the logistic law's density (see `HALF_WIDTHS`) of the errors."""
+    """Negative logarithm of the logistic law's density (see `HALF_WIDTHS`) of the errors, the mean
+    of the means over joints in view and hidden ones."""
     residual = (of_set.residual + LEAST_RESIDUAL) / (FAMILIAR_RESIDUAL + LEAST_RESIDUAL)
-    beside = widening_beside(of_set.to_others_m, told.of_others, told.reach_m)
-    log_scales = level + told.of_residual * np.log(residual)[:, None] + np.log(beside)
-    z = of_set.errors / np.exp(log_scales)[..., None] * (log(3.0) / log(2.0))
-    return float(np.nanmean(z + 2.0 * np.log1p(np.exp(-z)) + log_scales[..., None]))
+    log_scales = level + told.of_residual * np.log(residual)[:, None, None]
+    log_scales = log_scales + np.log(told.of_joints(of_set))
+    z = of_set.errors / np.exp(log_scales) * (log(3.0) / log(2.0))
+    surprises = z + 2.0 * np.log1p(np.exp(-z)) + log_scales
+    where = [~of_set.is_hidden, of_set.is_hidden]
+    return float(np.mean([np.nanmean(surprises[there]) for there in where if there.any()]))
 
 
 def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*,*_s2_*") -> None:

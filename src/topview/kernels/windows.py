@@ -141,15 +141,16 @@ def fill_window(
 
 
 @njit(cache=True, nogil=True)
-def distances_to_others(
+def distances_to_cover(
     image: NDArray[np.float32],
     middle: NDArray[np.float64],
     half_m: float,
     intrinsics: tuple[float, float, float, float],
     points_camera: NDArray[np.float64],
+    aside: float,
     out_m: NDArray[np.float64],
 ) -> None:
-    """How far points are from what one window shows of other people.
+    """How far points are from what one window shows of other people nearer to the camera.
 
     Args:
         image: [3, n, n] as `fill_window` fills it.
@@ -157,7 +158,9 @@ def distances_to_others(
         half_m: from there to the box's sides, front and back.
         intrinsics: fx, fy, cx and cy.
         points_camera: [K, 3] metres.
-        out_m: [K] becomes the distance to the nearest pixel's point; infinite of none.
+        aside: how many times ways to the side, up and down count.
+        out_m: [K] becomes the distance to the nearest pixel's point that is less deep; infinite of
+            none.
     """
     fx, fy, cx, cy = intrinsics
     n = image.shape[1]
@@ -173,9 +176,10 @@ def distances_to_others(
             x = ((middle[0] - cx) / fx + ((2 * j + 1) / n - 1.0) * across) * z
             y = ray_y * z
             for k in range(len(out_m)):
-                dx, dy = points_camera[k, 0] - x, points_camera[k, 1] - y
                 dz = points_camera[k, 2] - z
-                out_m[k] = min(out_m[k], dx * dx + dy * dy + dz * dz)
+                if dz > 0.0:
+                    dx, dy = aside * (points_camera[k, 0] - x), aside * (points_camera[k, 1] - y)
+                    out_m[k] = min(out_m[k], dx * dx + dy * dy + dz * dz)
     for k in range(len(out_m)):
         out_m[k] = np.sqrt(out_m[k])
 

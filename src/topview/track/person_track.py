@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from topview.body.ends import output_joints
 from topview.body.known_body import KnownBody, KnownBone
 from topview.body.parts import OUTPUT_JOINTS
+from topview.detect.joints import JointProposals
 from topview.people.users import User
 from topview.records import JointState, Person
 from topview.track.body_tracker import BodyMethod, KnowsFamiliarity, LearnsBones, Subject
-from topview.track.familiarity import FAMILIAR, Familiarity
+from topview.track.familiarity import FAMILIAR, DisagreementOverTime, Familiarity
 from topview.track.feet import Feet
 from topview.track.joint_errors import JointSigns, shipped_joint_errors, told_errors
 from topview.track.pose import FittedBody
@@ -31,6 +34,7 @@ class PersonTrack:
         self._needs = method.needs
         self._tracker = method.tracker(subject)
         self._feet = Feet()
+        self._disagreement = DisagreementOverTime()
         self._last_seen_s = np.full(len(OUTPUT_JOINTS), -np.inf)
         self.signs: JointSigns | None = None
         self._stature_m: float | None = None
@@ -56,10 +60,13 @@ class PersonTrack:
             bones = self._tracker.bones.known(self._tracker.model.stature_m)
         return KnownBody(self._stature_m, bones, seconds)
 
-    @property
-    def _familiarity(self) -> Familiarity:
+    def _familiarity(self, proposals: JointProposals | None, time_s: float) -> Familiarity:
+        """How far the proposals of this frame can be relied on."""
         own = self._tracker
-        return own.familiarity if isinstance(own, KnowsFamiliarity) else FAMILIAR
+        familiarity = own.familiarity if isinstance(own, KnowsFamiliarity) else FAMILIAR
+        if proposals is None:
+            return familiarity
+        return replace(familiarity, disagreement=self._disagreement.update(proposals, time_s))
 
     def seen_in(self, scene: FittedScene, body: FittedBody) -> Person:
         """The person, with the state of each joint in a scene in which all bodies are fitted."""
@@ -77,7 +84,7 @@ class PersonTrack:
             visibility,
             frame.timestamp_s - self._last_seen_s,
             proposals,
-            self._familiarity,
+            self._familiarity(proposals, frame.timestamp_s),
         )
         covariances_m2, confidences = told_errors(self.signs, shipped_joint_errors())
         return Person(

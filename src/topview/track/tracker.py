@@ -254,8 +254,8 @@ class Tracker:
             )
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
-            to_others_m = windows.to_others_m(proposals.positions_camera)
-            proposals = replace(proposals, to_others_m=to_others_m)
+            to_cover_m = windows.to_cover_m(proposals.positions_camera)
+            proposals = replace(proposals, to_cover_m=to_cover_m)
         self._proposed = {
             id: proposals.of_person(index)
             for index, id in enumerate(asked)

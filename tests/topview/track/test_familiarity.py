@@ -9,8 +9,12 @@ from hypothesis import strategies as st
 
 from topview.detect.joints import JointProposals
 from topview.track.familiarity import (
+    FAMILIAR_DISAGREEMENT,
     FAMILIAR_DOUBT,
     FAMILIAR_RESIDUAL,
+    LEAST_DISAGREEMENT,
+    LONGEST_STEP_S,
+    DisagreementOverTime,
     Familiarity,
     FamiliarityOverTime,
     widening_beside,
@@ -40,14 +44,14 @@ def test_scales_are_widened_and_places_stay(residual, doubt, scale_m):
     assert trusted.positions_camera is proposals.positions_camera
 
 
-def two_joints(to_others_m: list[float] | None) -> JointProposals:
+def two_joints(to_cover_m: list[float] | None) -> JointProposals:
     return JointProposals(
         np.ones((1, 1, 2, 3)),
         np.full((1, 1, 2, 3), 0.01),
         np.ones((1, 1)),
         np.ones(1),
         ("head", "neck"),
-        None if to_others_m is None else np.array([[to_others_m]]),
+        None if to_cover_m is None else np.array([[to_cover_m]]),
     )
 
 
@@ -96,3 +100,62 @@ def test_one_odd_frame_hardly_counts_and_a_new_look_is_learnt():
     assert sure.doubt < odd.doubt < 2.0 * sure.doubt
     lasting = [over_time.update(0.1, 0.5, 1 / 30) for _ in range(900)][-1]
     assert lasting.doubt == pytest.approx(0.5, rel=0.05)
+
+
+def a_head_at(place_camera: tuple[float, float, float]) -> JointProposals:
+    return JointProposals(
+        np.array([[[place_camera]]]),
+        np.full((1, 1, 1, 3), 0.01),
+        np.ones((1, 1)),
+        np.ones(1),
+        ("head",),
+    )
+
+
+def disagreement_of(places_camera: list[tuple[float, float, float]], step_s: float = 1 / 30):
+    over_time = DisagreementOverTime()
+    told = [over_time.update(a_head_at(p), i * step_s) for i, p in enumerate(places_camera)]
+    return told[-1]
+
+
+def test_nothing_is_expected_of_the_third_place_but_by_two():
+    assert disagreement_of([(0.0, 0.0, 2.0)] * 2) is None
+    assert disagreement_of([(0.0, 0.0, 2.0)] * 3) is not None
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
+def test_whoever_keeps_their_velocity_agrees(across_m, down_m):
+    places = [(across_m * i, down_m * i, 2.0) for i in range(6)]
+    assert disagreement_of(places) == pytest.approx(LEAST_DISAGREEMENT, rel=1e-6)
+
+
+def test_what_jumps_to_a_side_disagrees_on_that_axis_alone():
+    places = [(0.05 * (i % 2), 0.0, 2.0) for i in range(9)]
+    told = disagreement_of(places)
+    assert told is not None
+    assert told[0, 0] > 1.0
+    assert told[0, 1:] == pytest.approx(LEAST_DISAGREEMENT)
+
+
+def test_where_frames_are_rare_the_same_jump_says_less():
+    places = [(0.05 * (i % 2), 0.0, 2.0) for i in range(9)]
+    often, rarely = disagreement_of(places), disagreement_of(places, 0.2)
+    assert often is not None
+    assert rarely is not None
+    assert rarely[0, 0] < 0.5 * often[0, 0]
+
+
+def test_after_a_pause_nothing_is_expected():
+    over_time = DisagreementOverTime()
+    for i in range(5):
+        over_time.update(a_head_at((0.0, 0.0, 2.0)), i / 30)
+    after_s = 5 / 30 + 2.0 * LONGEST_STEP_S
+    assert over_time.update(a_head_at((1.0, 0.0, 2.0)), after_s) is None
+
+
+def test_joints_that_disagree_are_trusted_less_than_stated_and_others_more():
+    told = FAMILIAR_DISAGREEMENT * np.array([[0.5, 1.0, 4.0]])
+    scales = Familiarity(disagreement=told).trusted(a_head_at((0.0, 0.0, 2.0))).scales_m[0, 0, 0]
+    assert scales[0] < 0.01
+    assert scales[1] == pytest.approx(0.01)
+    assert scales[2] > 0.012

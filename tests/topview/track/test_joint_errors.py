@@ -135,7 +135,7 @@ class TestProposed:
 
     def test_behind_another_person_it_is_less_sure(self):
         """Whose surface is near then."""
-        beside = replace(proposals(0.05), to_others_m=np.full((1, 2, J), 0.05))
+        beside = replace(proposals(0.05), to_cover_m=np.full((1, 2, J), 0.05))
         free, behind = (
             told(signs(proposed, state))[1]
             for proposed, state in (

@@ -46,8 +46,9 @@ class JointProposals:
         weights: [P, M] of the modes, each person's sum to 1, or all 0 where nothing is proposed.
         p_person: [P] probability that the window shows one person.
         joint_names: [J].
-        to_others_m: [P, M, J] metres from each joint to the nearest surface that is seen of another
-            person, infinite where none is; None where nobody has looked.
+        to_cover_m: [P, M, J] metres from each joint to the nearest surface that is seen of another
+            person before it: `topview.detect.joints.windows.Windows.to_cover_m`; None where nobody
+            has looked.
     """
 
     positions_camera: NDArray[np.float64]
@@ -55,7 +56,7 @@ class JointProposals:
     weights: NDArray[np.float64]
     p_person: NDArray[np.float64]
     joint_names: tuple[str, ...]
-    to_others_m: NDArray[np.float64] | None = None
+    to_cover_m: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         P, M = self.weights.shape
@@ -76,8 +77,8 @@ class JointProposals:
         if not (self.weights >= 0.0).all():
             raise InputError(f"weights holds {self.weights.min()}; all must be 0 or more")
         read_only(self.weights)
-        if self.to_others_m is not None:
-            read_only(self.to_others_m)
+        if self.to_cover_m is not None:
+            read_only(self.to_cover_m)
 
     def of_person(self, index: int) -> JointProposals:
         """The proposals of one of the people, P = 1."""
@@ -88,7 +89,7 @@ class JointProposals:
             self.weights[one],
             self.p_person[one],
             self.joint_names,
-            None if self.to_others_m is None else self.to_others_m[one],
+            None if self.to_cover_m is None else self.to_cover_m[one],
         )
 
 

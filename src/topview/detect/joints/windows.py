@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
-from topview.kernels.windows import count_own, distances_to_others, fill_window
+from topview.kernels.windows import count_own, distances_to_cover, fill_window
 from topview.records import read_only
 
 Array = NDArray[np.float64]
@@ -30,6 +30,9 @@ LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to l
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
 FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
+ASIDE: Final = (
+    4.0  # times that a way to the side of what may hide a joint counts, against one behind
+)
 NO_READING: Final = 1.0  # the depth where nothing was read, as of what is far behind
 
 
@@ -87,15 +90,17 @@ class Windows:
         along = (points_camera[..., 2:] - middles[..., 2:]) / halves_m
         return np.concatenate([across, along], axis=-1)
 
-    def to_others_m(self, points_camera: Array) -> Array:
+    def to_cover_m(self, points_camera: Array) -> Array:
         """[P, ...] metres from each of [P, ..., 3] points to the nearest of what each window shows
-        of other people; infinite where it shows none."""
+        of other people before it, ways to the side counted `ASIDE` times; infinite where it shows
+        none."""
         distances_m = np.empty(points_camera.shape[:-1])
         intrinsics = self.fx, self.fy, self.cx, self.cy
         for index, points in enumerate(points_camera):
-            distances_to_others(
+            distances_to_cover(
                 self.images[index], self.middles[index], self.halves_m[index], intrinsics,
-                np.ascontiguousarray(points).reshape(-1, 3), distances_m[index].reshape(-1),
+                np.ascontiguousarray(points).reshape(-1, 3), ASIDE,
+                distances_m[index].reshape(-1),
             )  # fmt: skip
         return distances_m
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from topview.camera.pyramid import DepthView
 from topview.detect.joints.windows import (
+    ASIDE,
     BOX_MARGIN_M,
     DEPTH,
     HALF_BOX_M,
@@ -80,7 +81,7 @@ def test_the_nearest_of_others_is_the_nearest_of_the_points_that_are_shown(seed:
     view, labels = scene(seed)
     windows = cut_windows(view, labels, [1, 2])
     joints_camera = windows.to_camera(places(seed))
-    told_m = windows.to_others_m(joints_camera)
+    told_m = windows.to_cover_m(joints_camera)
     steps = (np.arange(WINDOW_PIXELS) + 0.5) * 2.0 / WINDOW_PIXELS - 1.0
     across, down = np.meshgrid(steps, steps)
     for person, image in enumerate(windows.images):
@@ -88,8 +89,9 @@ def test_the_nearest_of_others_is_the_nearest_of_the_points_that_are_shown(seed:
         shown = np.tile(boxed, (2, 1, 1, 1))
         points = windows.to_camera(shown)[person]
         others = points[(image[OTHER] > 0.0) & (np.abs(image[DEPTH]) < 1.0)]
-        ways = joints_camera[person][:, None] - others
-        want = np.linalg.norm(ways, axis=-1).min(axis=1, initial=np.inf)
+        ways = (joints_camera[person][:, None] - others) * (ASIDE, ASIDE, 1.0)
+        distances_m = np.where(ways[..., 2] > 0.0, np.linalg.norm(ways, axis=-1), np.inf)
+        want = distances_m.min(axis=1, initial=np.inf)
         assert told_m[person] == pytest.approx(want, abs=1e-9)
 
 
