@@ -144,8 +144,8 @@ class Existence:
             assert track.body_m is not None
             is_here = dist(track.place_camera, born.place_camera) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
-                own = replace(track, id=0, height=born.height, face=born.face)
-                return replace(own.restarted(scene.cloud, born.head), body_m=born.body_m)
+                own = track.restarted(scene.cloud, born.head)
+                return replace(own, id=0, body_m=born.body_m)
         return born
 
     def is_room(self, track: Track, scene: Scene) -> bool:

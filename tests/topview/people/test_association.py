@@ -83,6 +83,21 @@ def test_a_head_in_plain_view_is_taken() -> None:
     assert taken([track], scene, [far, head]) == ({0: head}, [far])
 
 
+def test_the_stature_of_a_shoulder_is_forgotten_once_the_head_is_known() -> None:
+
+    place = head_of(0.0, 2.6, GROUND_Y)
+    before, scene = (
+        scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1)
+    )
+    head = HeadCandidate(place, 0.95)
+    shoulder = track_at(before, place - 0.3 * UP, stature_m=1.4)
+    for track, is_taken in (
+        (track_at(before, place, stature_m=1.4), False),
+        (shoulder.restarted(before.cloud, head), True),
+    ):
+        assert (taken([track], scene, [head])[0] == {0: head}) == is_taken
+
+
 def test_a_head_that_nobody_detects_is_followed_by_its_shape() -> None:
     place = head_of(0.0, 2.6, GROUND_Y)
     depths = [render(standing_person(x, 2.6, GROUND_Y), ROOM) for x in (0.0, 0.08)]
