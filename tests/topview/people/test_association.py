@@ -84,7 +84,6 @@ def test_a_head_in_plain_view_is_taken() -> None:
 
 
 def test_the_stature_of_a_shoulder_is_forgotten_once_the_head_is_known() -> None:
-
     place = head_of(0.0, 2.6, GROUND_Y)
     before, scene = (
         scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1)
