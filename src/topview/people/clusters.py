@@ -63,8 +63,7 @@ class Cluster:
 
     def distance_m(self, scene: Scene, head_camera: Vector) -> Distance:
         """[h, w] of each of its pixels from a head [3], infinity elsewhere."""
-        offsets_m = np.linalg.norm(scene.cloud.points_camera - head_camera, axis=-1)
-        return np.where(self.is_own, offsets_m, np.inf).astype(np.float32)
+        return np.where(self.is_own, scene.away_m(head_camera), np.inf).astype(np.float32)
 
     def as_user(self, scene: Scene) -> User:
         """As the network is asked about it; its middle stands for the head."""

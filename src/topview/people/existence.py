@@ -35,7 +35,8 @@ ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 UNSEEN_S: Final = 0.3
 # A confirmed one that is so new, or that stands and has not moved yet, and of which the network is
-# asked, ends below this.
+# asked, ends below this; a new one of the very first frame, confirmed before the network was asked,
+# where it would not be confirmed again.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
@@ -69,7 +70,7 @@ class Existence:
         self.likelihood = likelihood or shipped_likelihood()
         self._most = most
         self._next_id = 1
-        self._is_first = True
+        self._first_s: float | None = None  # time of the first frame
         self._remembered: list[Track] = []  # that ended though the network was asked about them
 
     def confirmed(
@@ -84,6 +85,7 @@ class Existence:
             free: keys of those that may be no part of somebody else.
             has_network: whether a network is asked.
         """
+        self._first_s = scene.time_s if self._first_s is None else self._first_s
         ready = [
             track
             for track in tracks
@@ -93,7 +95,6 @@ class Existence:
         there = sum(is_put_out(track, scene) for track in tracks)
         most = len(ready) if self._most is None else max(self._most - there, 0)
         ids = self._identities(ready[:most])
-        self._is_first = False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
@@ -103,9 +104,10 @@ class Existence:
         return {track.key: first + number for number, track in enumerate(ready)}
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
-        if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
+        is_first = scene.time_s == self._first_s
+        if has_network and not (track.evidence.asked_s > 0.0 or is_first):
             return False
-        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+        is_long_enough = is_first or scene.time_s - track.born_s >= NEW_TRACK_S
         return track.is_seen and is_long_enough and track.existence(self.likelihood) > CONFIRMED
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
@@ -120,8 +122,11 @@ class Existence:
             is_kept = is_asked and track.evidence.still == 1.0
             return track.existence(self.likelihood) < REFUSED and not is_kept
         has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
-        is_new = has_stood or scene.time_s - track.born_s < NEW_S
-        return track.existence(self.likelihood) < (DOUBTED if is_new and is_asked else ENDED)
+        is_new = scene.time_s - track.born_s < NEW_S
+        least = ENDED
+        if is_asked and (is_new or has_stood):
+            least = CONFIRMED if is_new and track.born_s == self._first_s else DOUBTED
+        return track.existence(self.likelihood) < least
 
     def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
@@ -139,8 +144,8 @@ class Existence:
             assert track.body_m is not None
             is_here = dist(track.place_camera, born.place_camera) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
-                own = replace(track, id=0, height=born.height, face=born.face)
-                return replace(own.restarted(scene.cloud, born.head), body_m=born.body_m)
+                own = track.restarted(scene.cloud, born.head)
+                return replace(own, id=0, body_m=born.body_m)
         return born
 
     def is_room(self, track: Track, scene: Scene) -> bool:

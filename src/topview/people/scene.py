@@ -147,6 +147,10 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
         overview_m = self.overview_m[window]
         return np.hypot(overview_m[..., 0] - right, overview_m[..., 1] - forward)
 
+    def away_m(self, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[h, w] how far each pixel's point is from a [3] point."""
+        return np.linalg.norm(self.cloud.points_camera - point_camera, axis=-1)
+
     def is_under(self, head_camera: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
         """[h, w] what lies in the upright cylinder under a head."""
         top_m = self.height_of(head_camera) + HEAD_HALF_HEIGHT_M

@@ -17,6 +17,7 @@ from people_scenes import box, head_of, render, standing_person
 from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under
 from topview.people.association import assign, associate
+from topview.people.background import Background
 from topview.people.motion import Motion
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -80,6 +81,20 @@ def test_a_head_in_plain_view_is_taken() -> None:
     assert taken([track], scene, [head]) == ({0: head}, [])
     far = HeadCandidate(head_of(1.2, 2.6, GROUND_Y), 0.95)
     assert taken([track], scene, [far, head]) == ({0: head}, [far])
+
+
+def test_the_stature_of_a_shoulder_is_forgotten_once_the_head_is_known() -> None:
+    place = head_of(0.0, 2.6, GROUND_Y)
+    before, scene = (
+        scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1)
+    )
+    head = HeadCandidate(place, 0.95)
+    shoulder = track_at(before, place - 0.3 * UP, stature_m=1.4)
+    for track, is_taken in (
+        (track_at(before, place, stature_m=1.4), False),
+        (shoulder.restarted(before.cloud, head), True),
+    ):
+        assert (taken([track], scene, [head])[0] == {0: head}) == is_taken
 
 
 def test_a_head_that_nobody_detects_is_followed_by_its_shape() -> None:
@@ -169,6 +184,26 @@ def test_who_was_hidden_comes_back_where_a_person_of_that_height_may_be(
     matches, left = taken([behind], scene, [head], log_odds)
     assert (matches == {0: head}) == comes_back
     assert (left == [head]) != comes_back
+
+
+@pytest.mark.parametrize(
+    ("stood_s", "beside_m", "comes_back"),
+    [(0.5, 0.4, True), (2.0, 0.4, False), (2.0, 0.2, True)],
+)
+def test_what_stood_elsewhere_before_somebody_was_hidden_is_not_who_comes_back(
+    stood_s: float, beside_m: float, comes_back: bool
+) -> None:
+    """Hidden for a second; so near to the last place it may be the head itself."""
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 60)
+    steady = Background(np.inf)
+    for time_s in (0.0, stood_s):
+        steady.update(scene.cloud.depth_m, np.zeros(scene.heights_m.shape, np.bool_), time_s)
+    covered = scene_of(render([], [*ROOM, box((-0.9, -1.1, 1.6), (0.9, 1.1, 1.8))]), None, 59)
+    before = track_at(scene, place + np.array([beside_m, 0.0, 0.0]), stature_m=1.75)
+    head = HeadCandidate(place, 0.95)
+    matches, _ = taken([hidden(before, covered, 1.0)], replace(scene, steady=steady), [head])
+    assert (matches == {0: head}) == comes_back
 
 
 @pytest.mark.parametrize("rgb", [RED, BLUE])

@@ -33,9 +33,9 @@ from topview.people.track import Track
 FRAME_S = 1 / 30
 HEAD = head_of(0.0, 2.6, GROUND_Y)
 SCENES = [
-    scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 30)
+    scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1, 30)
 ]
-FIRST, LATER = SCENES
+FIRST, SOON, LATER = SCENES
 LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 0.0, 1.0, 0.0)
 """Whose log-odds are those of the network."""
 log_odds = st.floats(-4.9, 4.9)
@@ -118,11 +118,24 @@ def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_
     unasked = Evidence.starting_with(np.zeros(len(SHAPE)), 0.0)
     shape = Existence(None, replace_bias(sure))
     for each in (existence, shape):
-        confirmed(each)  # the first frame, of nobody
+        each.confirmed([], FIRST, set(), False)
     assert confirmed(existence, track_with(sure, born_s=born_s)) == [0]
     assert confirmed(existence, track_with(sure)) == [1]
     assert confirmed(shape, track_with(0.0, evidence=unasked), has_network=True) == [0]
     assert confirmed(shape, track_with(0.0, evidence=unasked)) == [1]
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_who_is_confirmed_before_the_network_is_asked_has_to_be_confirmed_by_it(
+    is_first: bool,
+) -> None:
+    existence = Existence(None, LIKE_A_PERSON)
+    existence.confirmed([], FIRST if is_first else LATER, set(), True)
+    sure, unsure = (
+        track_with(log_odds_of(share), id=1, seen_s=SOON.time_s) for share in (0.95, 0.8)
+    )
+    assert not existence.has_ended(sure, SOON)
+    assert existence.has_ended(unsure, SOON) == is_first
 
 
 def replace_bias(bias: float) -> Likelihood:
