@@ -30,9 +30,7 @@ LEAST_WINDOW_PIXELS: Final = 40  # of a person; with fewer there is nothing to l
 NEAREST_MIDDLE_M: Final = 0.3  # a box's middle is no nearer to the camera
 FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
-ASIDE: Final = (
-    4.0  # times that a way to the side of what may hide a joint counts, against one behind
-)
+TIMES_ASIDE: Final = 4.0  # that ways to the side of what may hide a joint count
 NO_READING: Final = 1.0  # the depth where nothing was read, as of what is far behind
 
 
@@ -92,14 +90,14 @@ class Windows:
 
     def to_cover_m(self, points_camera: Array) -> Array:
         """[P, ...] metres from each of [P, ..., 3] points to the nearest of what each window shows
-        of other people before it, ways to the side counted `ASIDE` times; infinite where it shows
-        none."""
+        of other people before it, ways to the side counted `TIMES_ASIDE` times; infinite where it
+        shows none."""
         distances_m = np.empty(points_camera.shape[:-1])
         intrinsics = self.fx, self.fy, self.cx, self.cy
         for index, points in enumerate(points_camera):
             distances_to_cover(
                 self.images[index], self.middles[index], self.halves_m[index], intrinsics,
-                np.ascontiguousarray(points).reshape(-1, 3), ASIDE,
+                np.ascontiguousarray(points).reshape(-1, 3), TIMES_ASIDE,
                 distances_m[index].reshape(-1),
             )  # fmt: skip
         return distances_m

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from topview.camera.pyramid import DepthView
 from topview.detect.joints.windows import (
-    ASIDE,
     BOX_MARGIN_M,
     DEPTH,
     HALF_BOX_M,
@@ -19,6 +18,7 @@ from topview.detect.joints.windows import (
     LEAST_WINDOW_PIXELS,
     OTHER,
     OWN,
+    TIMES_ASIDE,
     WINDOW_PIXELS,
     Windows,
     box_of,
@@ -89,7 +89,7 @@ def test_the_nearest_of_others_is_the_nearest_of_the_points_that_are_shown(seed:
         shown = np.tile(boxed, (2, 1, 1, 1))
         points = windows.to_camera(shown)[person]
         others = points[(image[OTHER] > 0.0) & (np.abs(image[DEPTH]) < 1.0)]
-        ways = (joints_camera[person][:, None] - others) * (ASIDE, ASIDE, 1.0)
+        ways = (joints_camera[person][:, None] - others) * (TIMES_ASIDE, TIMES_ASIDE, 1.0)
         distances_m = np.where(ways[..., 2] > 0.0, np.linalg.norm(ways, axis=-1), np.inf)
         want = distances_m.min(axis=1, initial=np.inf)
         assert told_m[person] == pytest.approx(want, abs=1e-9)
