@@ -123,10 +123,9 @@ class Existence:
             return track.existence(self.likelihood) < REFUSED and not is_kept
         has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
         is_new = scene.time_s - track.born_s < NEW_S
-        least = ENDED
-        if is_asked and (is_new or has_stood):
-            least = CONFIRMED if is_new and track.born_s == self._first_s else DOUBTED
-        return track.existence(self.likelihood) < least
+        least = CONFIRMED if is_new and track.born_s == self._first_s else DOUBTED
+        is_doubted = is_asked and (is_new or has_stood)
+        return track.existence(self.likelihood) < (least if is_doubted else ENDED)
 
     def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
@@ -144,8 +143,8 @@ class Existence:
             assert track.body_m is not None
             is_here = dist(track.place_camera, born.place_camera) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
-                own = track.restarted(scene.cloud, born.head)
-                return replace(own, id=0, body_m=born.body_m)
+                there = track.restarted(scene.cloud, born.head)
+                return replace(there, id=0, body_m=born.body_m)
         return born
 
     def is_room(self, track: Track, scene: Scene) -> bool:
@@ -155,10 +154,8 @@ class Existence:
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""
-        return self._new_odds(features) > REFUSED
-
-    def _new_odds(self, features: Features) -> float:
-        return probability(Evidence.starting_with(features, 0.0).log_odds(self.likelihood))
+        log_odds = Evidence.starting_with(features, 0.0).log_odds(self.likelihood)
+        return probability(log_odds) > REFUSED
 
     def refusal_of(self, track: Track) -> Refusal:
         """Why a track is not confirmed."""

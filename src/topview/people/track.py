@@ -201,17 +201,10 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         return replace(self, evidence=replace(self.evidence, network=0.0, asked_s=0.0))
 
     def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
-        """What was followed was not the head; this is. What it told of stature and face is of
-        something else."""
-        there = replace(
-            self,
-            motion=self.motion.restarted(head.center_camera),
-            motion_s=cloud.frame.timestamp_s,
-            height=HeightEstimate(),
-            face=FaceMemory(),
-            rival_since_s=None,
-        )
-        return there.updated(cloud, head)
+        """What was followed was not the head, nor were stature and face this one's; this is."""
+        motion = self.motion.restarted(head.center_camera)
+        there = replace(self, motion=motion, motion_s=cloud.frame.timestamp_s, rival_since_s=None)
+        return replace(there, height=HeightEstimate(), face=FaceMemory()).updated(cloud, head)
 
     def as_person(self, other: Track) -> Track:
         """The same head and body, with the identity of another and what is known of that person."""
