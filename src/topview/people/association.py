@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import track_head
-from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
+from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under, head_colors_against, unlikeness
 from topview.people.existence import is_too_near
-from topview.people.height import sunk_m
-from topview.people.likelihood import FLICKER, MOVED
+from topview.people.height import TALLER_M, sunk_m
 from topview.people.motion import Motion
-from topview.people.places import HEADS_APART_M
 from topview.people.scene import Scene
 from topview.people.track import Track
 
@@ -36,8 +34,6 @@ UNLIKE_HEAD, LIKE_HEAD = -2.0, 2.0
 HEAD_COLOR_WEIGHT, CLOTHES_WEIGHT = 4.0, 10.0
 # The unlikeness of clothes between that of one person and that of two.
 SAME_CLOTHES: Final = 0.45
-# Nobody becomes taller: a head above the stature, besides an error, by so much is unlikely.
-TALLER_M: Final = 0.04
 # A head that something comes to cover does not move down, but what is seen of it does.
 COVERED, SLIP_M, SLIP_M_PER_S = 0.15, 0.02, 0.3
 SLIPPED: Final = 8.0
@@ -136,7 +132,7 @@ class Seeker:
         track, scene, center = self.track, self.scene, head.center_camera
         if track.places is not None:
             ratio = track.places.log_density(scene, center, track.unseen_s(scene.time_s))
-            if ratio < FARTHEST or self._stood_there(center):
+            if ratio < FARTHEST:
                 return -np.inf
             by_shape = self.log_odds_of(head)
             ratio += by_shape - log(CLUTTER_PER_M3 + NEW_PER_M3 * exp(min(by_shape, 50.0)))
@@ -148,15 +144,6 @@ class Seeker:
             ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
         ratio += self._by_stature(head) + self._by_colors(head)
         return ratio - ANOTHERS_HEAD * self._is_anothers(head) - SLIPPED * self._slips(head)
-
-    def _stood_there(self, center_camera: Vector) -> bool:
-        """Whether what is at a [3] place has been there unchanged since before the head was last
-        seen, which was elsewhere."""
-        track, scene = self.track, self.scene
-        if dist(center_camera, track.motion.position_camera) < HEADS_APART_M:
-            return False
-        is_there = scene.away_m(center_camera) < HEAD_HALF_HEIGHT_M
-        return scene.changed_share(is_there, track.motion_s) < FLICKER + MOVED
 
     def _by_stature(self, head: HeadCandidate) -> float:
         below_m = sunk_m(self.scene, head.center_camera, self.track.height)

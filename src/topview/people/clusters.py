@@ -29,8 +29,6 @@ from topview.people.track import Track
 from topview.people.users import User
 
 Mask = NDArray[np.bool_]
-Vector = NDArray[np.float64]
-Distance = NDArray[np.float32]
 
 # The id under which the network is asked about a cluster; no track has it.
 CLUSTER_ID: Final = -(2**31) + 1
@@ -60,10 +58,6 @@ class Cluster:
     def turn(self) -> tuple[float, float]:
         """The cluster whose turn is the least is asked about."""
         return self.asked_s, abs(float(np.log(self.area_m2 / USUAL_M2)))
-
-    def distance_m(self, scene: Scene, head_camera: Vector) -> Distance:
-        """[h, w] of each of its pixels from a head [3], infinity elsewhere."""
-        return np.where(self.is_own, scene.away_m(head_camera), np.inf).astype(np.float32)
 
     def as_user(self, scene: Scene) -> User:
         """As the network is asked about it; its middle stands for the head."""
@@ -148,7 +142,8 @@ def track_of_cluster(
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:
         return None
-    track = replace(track, body_m=asked.distance_m(step.last, head.center_camera))
+    body_m = np.where(asked.is_own, step.last.away_m(head.center_camera), np.inf)
+    track = replace(track, body_m=body_m.astype(np.float32))
     return replace(track, body_m=body_of(scene, track, step.settings, step.last))
 
 

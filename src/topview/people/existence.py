@@ -35,8 +35,8 @@ ENDED, REFUSED = 0.2, 0.05
 # One that is not confirmed ends, too, when its head has not been seen for so long.
 UNSEEN_S: Final = 0.3
 # A confirmed one that is so new, or that stands and has not moved yet, and of which the network is
-# asked, ends below this; a new one of the very first frame, confirmed before the network was asked,
-# where it would not be confirmed again.
+# asked, ends below this; a new one that was confirmed in the very first frame, before the network
+# was asked, where it would not be confirmed again.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
@@ -70,7 +70,8 @@ class Existence:
         self.likelihood = likelihood or shipped_likelihood()
         self._most = most
         self._next_id = 1
-        self._first_s: float | None = None  # time of the first frame
+        self._is_first = True
+        self._unasked: set[int] = set()  # who was confirmed in the first frame
         self._remembered: list[Track] = []  # that ended though the network was asked about them
 
     def confirmed(
@@ -85,7 +86,6 @@ class Existence:
             free: keys of those that may be no part of somebody else.
             has_network: whether a network is asked.
         """
-        self._first_s = scene.time_s if self._first_s is None else self._first_s
         ready = [
             track
             for track in tracks
@@ -95,6 +95,8 @@ class Existence:
         there = sum(is_put_out(track, scene) for track in tracks)
         most = len(ready) if self._most is None else max(self._most - there, 0)
         ids = self._identities(ready[:most])
+        if self._is_first:
+            self._unasked, self._is_first = set(ids.values()), False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
@@ -104,10 +106,9 @@ class Existence:
         return {track.key: first + number for number, track in enumerate(ready)}
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
-        is_first = scene.time_s == self._first_s
-        if has_network and not (track.evidence.asked_s > 0.0 or is_first):
+        if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
             return False
-        is_long_enough = is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
         return track.is_seen and is_long_enough and track.existence(self.likelihood) > CONFIRMED
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
@@ -123,10 +124,9 @@ class Existence:
             return track.existence(self.likelihood) < REFUSED and not is_kept
         has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
         is_new = scene.time_s - track.born_s < NEW_S
-        least = ENDED
-        if is_asked and (is_new or has_stood):
-            least = CONFIRMED if is_new and track.born_s == self._first_s else DOUBTED
-        return track.existence(self.likelihood) < least
+        least = CONFIRMED if is_new and track.id in self._unasked else DOUBTED
+        is_doubted = is_asked and (is_new or has_stood)
+        return track.existence(self.likelihood) < (least if is_doubted else ENDED)
 
     def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
@@ -138,15 +138,22 @@ class Existence:
         self._remembered = [*before, *ended][-MOST_REMEMBERED:]
         return after
 
-    def taken_up(self, born: Track, scene: Scene) -> Track:
-        """A track that has just been born; or the one that ended there, if nothing has changed."""
+    def remembered_at(self, head_camera: Vector, scene: Scene) -> Track | None:
+        """The track that ended at a head at [3], if nothing has changed there."""
         for track in self._remembered:
             assert track.body_m is not None
-            is_here = dist(track.place_camera, born.place_camera) < HEADS_APART_M
+            is_here = dist(track.place_camera, head_camera) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
-                own = track.restarted(scene.cloud, born.head)
-                return replace(own, id=0, body_m=born.body_m)
-        return born
+                return track
+        return None
+
+    def taken_up(self, born: Track, scene: Scene) -> Track:
+        """A track that has just been born; or what is known of that place goes on."""
+        track = self.remembered_at(born.place_camera, scene)
+        if track is None:
+            return born
+        own = replace(track, id=0, height=born.height, face=born.face)
+        return replace(own.restarted(scene, born.head), body_m=born.body_m)
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
@@ -155,10 +162,8 @@ class Existence:
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""
-        return self._new_odds(features) > REFUSED
-
-    def _new_odds(self, features: Features) -> float:
-        return probability(Evidence.starting_with(features, 0.0).log_odds(self.likelihood))
+        log_odds = Evidence.starting_with(features, 0.0).log_odds(self.likelihood)
+        return probability(log_odds) > REFUSED
 
     def refusal_of(self, track: Track) -> Refusal:
         """Why a track is not confirmed."""

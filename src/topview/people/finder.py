@@ -115,7 +115,7 @@ class PeopleFinder:
         with self.clock.stage("users"):
             step = Step(scene, last, told, self.settings)
             is_time = self._looks.due(scene.time_s) > 0
-            by_shape = ShapeOdds(step, before, self._existence.likelihood)
+            by_shape = ShapeOdds(step, before, self._existence)
             told_heads = [head for head, _ in step.heads_of_doubtful.values()]
             taken, left = associate(before, scene, heads, by_shape, told_heads)
             tracks = step.moved(before, taken)

@@ -26,6 +26,8 @@ QUANTILE = 0.8
 # Ours: for so many seconds of standing upright; what lies between two measurements counts for no
 # more than so many.
 HEIGHT_MEMORY_S, LONGEST_UPRIGHT_S = 10.0, 0.2
+# Ours. Nobody becomes taller: a head above the stature, besides an error, by so much is unlikely.
+TALLER_M = 0.04
 
 
 class HeightEstimate:

@@ -111,7 +111,7 @@ def rejoined(
         elif track.id and scene.time_s - since_s < NEW_TRACK_S:
             after.append(replace(track, rival_since_s=since_s))
         else:
-            after.append(track.restarted(scene.cloud, rival))
+            after.append(track.restarted(scene, rival))
             left.remove(rival)
     return after, left
 

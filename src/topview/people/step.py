@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
 from topview.people.bodies import body_of, left_of, over_body
-from topview.people.existence import is_too_near
+from topview.people.existence import Existence, is_too_near
 from topview.people.features import Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.people.likelihood import Evidence, Likelihood
+from topview.people.likelihood import Evidence
 from topview.people.motion import PAUSE_S
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
@@ -72,7 +72,7 @@ class Step:
             if told_camera is not None:
                 own, head = self._by_body(track, tracks, head, told_camera)
             if head is not None:
-                now = own.updated(scene.cloud, head).corrected(scene.cloud, told_camera)
+                now = own.updated(scene.cloud, head).corrected(scene, told_camera)
             else:
                 now = own.coasted(scene, others)
             body_m = body_of(scene, now, self.settings, self.last)
@@ -144,7 +144,7 @@ class Step:
                 return track.found_by_body(), self.head_at(told_camera)
             if is_upright:
                 there = self.head_at(told_camera)
-                return track.restarted(self.scene.cloud, there).asked_anew(), there
+                return track.restarted(self.scene, there).asked_anew(), there
         is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
         if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)
@@ -179,15 +179,19 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShapeOdds:
-    """Log-odds, by shape or, of a head that it tells, by the network, that what nobody explained in
-    the last frame is a person below a head."""
+    """Log-odds that what nobody explained in the last frame is a person below a head: of a head
+    that it tells by the network, of what is remembered by all that is known, or else by shape."""
 
     step: Step
     before: Sequence[Track]
-    likelihood: Likelihood
+    existence: Existence
 
     def __call__(self, head: HeadCandidate) -> float:
         if id(head) in self.step.heads_of_doubtful:
             return self.step.heads_of_doubtful[id(head)][1]
+        likelihood = self.existence.likelihood
+        known = self.existence.remembered_at(head.center_camera, self.step.scene)
+        if known is not None:
+            return known.evidence.log_odds(likelihood)
         seen = [track for track in self.before if track.is_seen]
-        return self.likelihood.log_odds_of_shape(self.step.features_under(head, seen))
+        return likelihood.log_odds_of_shape(self.step.features_under(head, seen))

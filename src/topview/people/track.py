@@ -17,7 +17,7 @@ from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.colors import FaceMemory
 from topview.people.features import Features
-from topview.people.height import HeightEstimate
+from topview.people.height import TALLER_M, HeightEstimate, sunk_m
 from topview.people.likelihood import Evidence, Likelihood, probability
 from topview.people.motion import PAUSE_S, Motion
 from topview.people.places import Places
@@ -165,10 +165,10 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             certainty=1.0,
         )
 
-    def corrected(self, cloud: Cloud, told_camera: Vector | None) -> Track:
+    def corrected(self, scene: Scene, told_camera: Vector | None) -> Track:
         """At the head [3] that the joint network told, if another place has been followed for long
         enough."""
-        time_s = cloud.frame.timestamp_s
+        time_s = scene.time_s
         is_off = told_camera is not None and bool(
             np.linalg.norm(told_camera - self.place_camera) > TOLD_OFF_M
         )
@@ -179,7 +179,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         if time_s - self.off_since_s < TOLD_OFF_S:
             return self
         head = HeadCandidate(told_camera, self.confidence)
-        return replace(self.restarted(cloud, head), off_since_s=None)
+        return replace(self.restarted(scene, head), off_since_s=None)
 
     def restricted_to(self, is_own: NDArray[np.bool_]) -> Track:
         """With those pixels of its body, [h, w], that are its own."""
@@ -200,18 +200,13 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         """What the network said until now was of something else than what is followed."""
         return replace(self, evidence=replace(self.evidence, network=0.0, asked_s=0.0))
 
-    def restarted(self, cloud: Cloud, head: HeadCandidate) -> Track:
-        """What was followed was not the head; this is. What it told of stature and face is of
-        something else."""
-        there = replace(
-            self,
-            motion=self.motion.restarted(head.center_camera),
-            motion_s=cloud.frame.timestamp_s,
-            height=HeightEstimate(),
-            face=FaceMemory(),
-            rival_since_s=None,
-        )
-        return there.updated(cloud, head)
+    def restarted(self, scene: Scene, head: HeadCandidate) -> Track:
+        """What was followed was not the head; this is. A stature below it was not its own."""
+        motion = self.motion.restarted(head.center_camera)
+        is_above = (sunk_m(scene, head.center_camera, self.height) or 0.0) < -TALLER_M
+        height = HeightEstimate() if is_above else self.height
+        there = replace(self, motion=motion, motion_s=scene.time_s, rival_since_s=None)
+        return replace(there, height=height).updated(scene.cloud, head)
 
     def as_person(self, other: Track) -> Track:
         """The same head and body, with the identity of another and what is known of that person."""

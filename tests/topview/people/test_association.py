@@ -17,7 +17,6 @@ from people_scenes import box, head_of, render, standing_person
 from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under
 from topview.people.association import assign, associate
-from topview.people.background import Background
 from topview.people.motion import Motion
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -92,7 +91,7 @@ def test_the_stature_of_a_shoulder_is_forgotten_once_the_head_is_known() -> None
     shoulder = track_at(before, place - 0.3 * UP, stature_m=1.4)
     for track, is_taken in (
         (track_at(before, place, stature_m=1.4), False),
-        (shoulder.restarted(before.cloud, head), True),
+        (shoulder.restarted(before, head), True),
     ):
         assert (taken([track], scene, [head])[0] == {0: head}) == is_taken
 
@@ -184,26 +183,6 @@ def test_who_was_hidden_comes_back_where_a_person_of_that_height_may_be(
     matches, left = taken([behind], scene, [head], log_odds)
     assert (matches == {0: head}) == comes_back
     assert (left == [head]) != comes_back
-
-
-@pytest.mark.parametrize(
-    ("stood_s", "beside_m", "comes_back"),
-    [(0.5, 0.4, True), (2.0, 0.4, False), (2.0, 0.2, True)],
-)
-def test_what_stood_elsewhere_before_somebody_was_hidden_is_not_who_comes_back(
-    stood_s: float, beside_m: float, comes_back: bool
-) -> None:
-    """Hidden for a second; so near to the last place it may be the head itself."""
-    place = head_of(0.0, 2.6, GROUND_Y)
-    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 60)
-    steady = Background(np.inf)
-    for time_s in (0.0, stood_s):
-        steady.update(scene.cloud.depth_m, np.zeros(scene.heights_m.shape, np.bool_), time_s)
-    covered = scene_of(render([], [*ROOM, box((-0.9, -1.1, 1.6), (0.9, 1.1, 1.8))]), None, 59)
-    before = track_at(scene, place + np.array([beside_m, 0.0, 0.0]), stature_m=1.75)
-    head = HeadCandidate(place, 0.95)
-    matches, _ = taken([hidden(before, covered, 1.0)], replace(scene, steady=steady), [head])
-    assert (matches == {0: head}) == comes_back
 
 
 @pytest.mark.parametrize("rgb", [RED, BLUE])

@@ -28,6 +28,9 @@ from topview.people.existence import (
 from topview.people.features import FEATURE_NAMES, SHAPE
 from topview.people.likelihood import Evidence, Likelihood, probability
 from topview.people.places import Places
+from topview.people.settings import PeopleSettings
+from topview.people.step import ShapeOdds, Step
+from topview.people.told import NOTHING_TOLD
 from topview.people.track import Track
 
 FRAME_S = 1 / 30
@@ -129,10 +132,13 @@ def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_
 def test_who_is_confirmed_before_the_network_is_asked_has_to_be_confirmed_by_it(
     is_first: bool,
 ) -> None:
-    existence = Existence(None, LIKE_A_PERSON)
-    existence.confirmed([], FIRST if is_first else LATER, set(), True)
+    existence = Existence(None, replace_bias(4.0))
+    if not is_first:
+        existence.confirmed([], FIRST, set(), True)
+    unasked = track_with(0.0, evidence=Evidence.starting_with(np.zeros(len(SHAPE)), 0.0))
+    existence.confirmed([unasked], FIRST, {unasked.key}, True)
     sure, unsure = (
-        track_with(log_odds_of(share), id=1, seen_s=SOON.time_s) for share in (0.95, 0.8)
+        track_with(log_odds_of(share) - 4.0, id=1, seen_s=SOON.time_s) for share in (0.95, 0.8)
     )
     assert not existence.has_ended(sure, SOON)
     assert existence.has_ended(unsure, SOON) == is_first
@@ -188,7 +194,7 @@ def test_who_has_not_moved_is_believed_no_longer_than_likely(still: float, ends:
     assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
 
 
-def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
+def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_changed() -> None:
     is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
     body_m = np.where(is_own, np.float32(0.0), np.float32(np.inf))
     since_s = FIRST.time_s + 10 * FRAME_S
@@ -198,7 +204,10 @@ def test_what_was_refused_is_taken_up_where_nothing_has_changed() -> None:
     for steady_s, key in ((2.0, 7), (0.1, 9)):
         existence = Existence(None, LIKE_A_PERSON)
         assert existence.going_on([refused], LATER) == []
-        assert existence.taken_up(born, replace(LATER, steady=steady_for(steady_s))).key == key
+        scene = replace(LATER, steady=steady_for(steady_s))
+        assert existence.taken_up(born, scene).key == key
+        odds = ShapeOdds(Step(scene, FIRST, NOTHING_TOLD, PeopleSettings()), [], existence)
+        assert (odds(born.head) == -4.0) == (key == 7)
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
     elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))
     assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
