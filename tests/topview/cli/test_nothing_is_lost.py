@@ -115,10 +115,12 @@ def test_a_frame_number_that_no_result_can_hold_is_left_out(topview, make_record
     assert frames_in(tmp_path / "out") == [0, 2]
 
 
-# What a shell starts in the background ignores SIGINT, and so would the command.
+# What a shell starts in the background ignores SIGINT, what nohup starts SIGHUP, and so would the
+# command.
 RUN = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from topview.cli.main import main
 main()
 """
