@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import share_after
+from topview.track.joint_filter import metres_of_measured
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class Familiarity:
 
     def trusted(self, proposals: JointProposals) -> JointProposals:
         """The same proposals of one person, as sure of each joint as they may be trusted to be."""
-        scales_m = self.widening * proposals.scales_m
+        scales_m = self.widened(proposals).scales_m
         if self.disagreement is not None:
             scales_m = scales_m * widening_unsteady(self.disagreement)
         if proposals.to_cover_m is not None:
@@ -158,8 +159,7 @@ class DisagreementOverTime:
         mode; None while nothing is expected."""
         mode = int(np.argmax(proposals.weights[0]))
         places, scales_m = proposals.positions_camera[0, mode], proposals.scales_m[0, mode]
-        depth_m = places[:, 2:]
-        to_metres = np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], axis=-1)
+        to_metres = metres_of_measured(places)
         if self._before and not 0.0 < time_s - self._before[-1][0] <= LONGEST_STEP_S:
             self._before, self._log, self._frames = [], None, 0
         if len(self._before) == 2:

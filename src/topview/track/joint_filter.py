@@ -59,8 +59,7 @@ class JointFilter:
             elapsed_s: since the ones before.
         """
         places_camera, scales_m = proposals.positions_camera[0], proposals.scales_m[0]
-        depth_m = places_camera[..., 2:]
-        to_metres = np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], axis=-1)
+        to_metres = metres_of_measured(places_camera)
         measured = places_camera / to_metres
         noise = 2.0 * (scales_m / to_metres) ** 2  # the variance of a Laplace law
         unrest = self.settings.unrest_m2_s3 / to_metres**2
@@ -71,7 +70,7 @@ class JointFilter:
             return proposals
         self._predict(elapsed_s, unrest)
         self._correct(measured, noise, unrest)
-        rays = np.concatenate([self._place[..., :2], np.ones_like(depth_m)], axis=-1)
+        rays = np.concatenate([self._place[..., :2], np.ones_like(self._place[..., 2:])], axis=-1)
         filtered = rays * self._place[..., 2:]
         return replace(proposals, positions_camera=filtered[None])
 
@@ -99,3 +98,10 @@ class JointFilter:
         )
         self._covariance = np.where(has_jumped, 0.0, (1.0 - gain) * self._covariance)
         self._variance = np.where(has_jumped, noise, (1.0 - gain) * self._variance)
+
+
+def metres_of_measured(places_camera: Array) -> Array:
+    """[..., 3] what places across and down, as shares of the depth, and in depth are to be
+    multiplied by to be the metres of [..., 3] places."""
+    depth_m = places_camera[..., 2:]
+    return np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], axis=-1)
