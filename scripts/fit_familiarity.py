@@ -8,8 +8,10 @@ taken out, one a joint for each set; each of the globs, separated by commas, is 
 how errors grow with the residual, with disagreement and towards cover is what makes all errors
 likeliest, each set at a level of its own, hidden joints counting as much as those in view. Then two
 are found that make intervals hold: with the doubt's exponent 90 % of UTD-MHAD's 90 % intervals, on
-the worst axis of the worst set; with the familiar disagreement 92 % of those of rendered joints in
-view.
+the worst axis of the worst set; with the familiar disagreement so many of those of rendered joints
+in view that 90 % would be left if the people had other proportions. For the network knows the
+rendered people. Their windows, as they are and stretched at random as it has learnt them, tell how
+much less holds of people whom it does not know.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
+from topview.detect.joints.network import WEIGHTS, mode_weights, opened
 from topview.detect.joints.proposals import proposed_of_joints
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
@@ -48,12 +51,21 @@ from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, fin
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES
-from topview_lab.training.joints.measuring import HALF_WIDTHS, HIDDEN_FROM, INTERVAL, INTERVALS
+from topview_lab.training.joints.measuring import (
+    HALF_WIDTHS,
+    HIDDEN_FROM,
+    INTERVAL,
+    INTERVALS,
+    Network,
+)
+from topview_lab.training.joints.recordings import Samples, folders_in, gathered, read_labelled
+from topview_lab.training.joints.windows import AS_THEY_ARE, Variation, labelled_window
 
 Array = NDArray[np.float64]
 RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
 FAMILIAR_RANGE: Final = 0.02, 5.0  # in which the familiar disagreement is
-KNOWN_HELD: Final = 0.92  # of rendered joints in view, whose people the network knows
+OTHER_PROPORTIONS: Final = replace(AS_THEY_ARE, stretch=Variation().stretch)
+COMPARED_WINDOWS: Final = 3000
 STEP: Final = 0.1  # of exponents and logarithms, at first, where the likeliest are looked for
 FAR_M: Final = 100.0  # from others, where there are none
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
@@ -204,16 +216,40 @@ def print_held(name: str, of_set: Stated) -> None:
     print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
 
 
-def fit(rendered: Stated, others: Sequence[Stated]) -> Trust:
-    """What makes errors likeliest; then what makes intervals hold."""
+def known_share(recordings: Samples) -> float:
+    """Share that has to hold of people as they are for 90 % to hold of those with other
+    proportions, of joints in view."""
+    network = opened(WEIGHTS.read_bytes()).answers
+    known, other = (
+        _in_scales(network, recordings, how) for how in (AS_THEY_ARE, OTHER_PROPORTIONS)
+    )
+    return float(np.mean(known < np.quantile(other, INTERVALS[INTERVAL])))
+
+
+def _in_scales(network: Network, samples: Samples, how: Variation) -> Array:
+    """[N] errors of windows' joints in view, each axis for itself, in scales, offsets out."""
+    off, scales = [], []
+    for number in range(0, len(samples), max(1, len(samples) // COMPARED_WINDOWS)):
+        window = labelled_window(samples, number, np.random.default_rng(number), how)
+        said = network(window.image[None])
+        best = int(mode_weights(said["mode_logits"], said["log_scales"])[0].argmax())
+        is_in_view = window.is_known & ~(window.hidden >= HIDDEN_FROM)
+        off.append(np.where(is_in_view[:, None], said["places"][0, best] - window.places, np.nan))
+        scales.append(np.exp(said["log_scales"][0, best]))
+    errors = np.abs(off - np.nanmean(off, axis=0)) / scales
+    return errors[np.isfinite(errors)]
+
+
+def fit(rendered: Stated, others: Sequence[Stated], known_held: float) -> Trust:
+    """What makes errors likeliest; then what makes intervals hold, so many of rendered people."""
     likeliest = likeliest_trust([rendered, *others])
 
-    def known_held(familiar: float, told: Trust) -> float:
-        return float(rendered.held(told._replace(familiar=familiar))[0].mean()) - KNOWN_HELD
+    def too_many(familiar: float, told: Trust) -> float:
+        return float(rendered.held(told._replace(familiar=familiar))[0].mean()) - known_held
 
     def with_doubt(of_doubt: float) -> Trust:
         told = likeliest._replace(of_doubt=of_doubt)
-        return told._replace(familiar=cast(float, brentq(known_held, *FAMILIAR_RANGE, (told,))))
+        return told._replace(familiar=cast(float, brentq(too_many, *FAMILIAR_RANGE, (told,))))
 
     def excess(of_doubt: float) -> float:
         told = with_doubt(of_doubt)
@@ -264,7 +300,9 @@ def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*
             others.append(stated(find_utd_mhad(utd_mhad, glob)))
             print_held(f"UTD-MHAD {glob}", others[-1])
     if own is not None and others:
-        print(f"fitted: {fit(own, others)}")
+        known_held = known_share(gathered([read_labelled(each) for each in folders_in(rendered)]))
+        print(f"{100 * known_held:.1f} % have to hold of people whom the network knows")
+        print(f"fitted: {fit(own, others, known_held)}")
 
 
 if __name__ == "__main__":
