@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 # subjects 1 and 2, a real sensor that no training has seen. How errors grow with the residual, with
 # disagreement and towards cover is what makes all errors likeliest. With the doubt's exponent 90 %
 # of the intervals of 90 % hold on the worst axis of the worse of these subjects; with the familiar
-# disagreement 93.2 % hold of rendered joints in view, of people whom the network knows, so that 90 %
-# hold when they are stretched to other proportions.
+# disagreement 93.2 % hold of rendered joints in view, of people whom the network knows, so that
+# 90 % hold when they are stretched to other proportions.
 FIT_EXPONENT: Final = 0.246
 DOUBT_EXPONENT: Final = 0.380
 DISAGREEMENT_EXPONENT: Final = 0.227

@@ -2,7 +2,8 @@
 
 A joint's error is a multivariate Student law: as a Gaussian one, with more of the errors that are
 far too large. Its matrix is a sum of terms that the frame tells (`JointSigns.terms`), each with a
-weight that `topview train-confidence` has fitted. What is told as the covariance is scaled so that
+weight that `topview train-confidence` has fitted. However unsure a proposal is, the body is where
+it is: what it states is bounded. What is told as the covariance is scaled so that
 the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these.
 """
 
@@ -34,6 +35,7 @@ ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 
 HIDDEN_MEMORY_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
 
 TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "unconfirmed", "lost")
+STATED: Final = 2  # of these, the first, are what the proposals state
 
 # Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
 # weight.
@@ -75,6 +77,7 @@ class JointErrors(msgspec.Struct, frozen=True):
             the limb begins.
         unconfirmed_m2: of these, where nothing is seen of them.
         lost_m2: of these, hidden for long by others or things, or out of view.
+        most_m2: that the variances which the proposals state come near to, at the most.
         tails: degrees of freedom of the Student law; fewer have more errors that are far too
             large.
         tails_behind: the same of joints behind another person.
@@ -88,6 +91,7 @@ class JointErrors(msgspec.Struct, frozen=True):
     swing_rad2: float
     unconfirmed_m2: float
     lost_m2: float
+    most_m2: float
     tails: float
     tails_behind: float
 
@@ -100,6 +104,11 @@ class JointErrors(msgspec.Struct, frozen=True):
                 *(self.unconfirmed_m2, self.lost_m2),
             ]
         )
+
+    def matrices(self, terms: Array) -> Array:
+        """[N, 3, 3] of the laws, of [K, N, 3, 3] `TERMS`."""
+        told = np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
+        return np.einsum("k,knab->nab", self.weights, told)
 
 
 @cache
@@ -189,13 +198,20 @@ def told_errors(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
-    matrices = np.einsum("k,kjab->jab", errors.weights, signs.terms())
+    matrices = errors.matrices(signs.terms())
     tails = np.where(signs.is_behind, errors.tails_behind, errors.tails)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
     covariances = student_covariances(matrices, tails)
     covariances[is_absent] = np.nan
     confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails))
     return covariances.astype(np.float32), confidences.astype(np.float32)
+
+
+def bounded(matrices: Array, most: float) -> Array:
+    """[..., 3, 3] matrices as they are where they are small, and nearly `most` along the axes along
+    which they are large."""
+    less = matrices @ np.linalg.inv(np.eye(3) + matrices / most)
+    return 0.5 * (less + np.swapaxes(less, -1, -2))
 
 
 def student_covariances(matrices: Array, tails: Array) -> Array:

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 MOST_JOINTS: Final = 20_000  # that are fitted to, evenly taken
 FEWEST_JOINTS: Final = 100  # of each kind
 ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
-START_LOG_WEIGHT, START_TAILS = -3.0, 5.0
+START_LOG_WEIGHT, START_MOST_M2, START_TAILS = -3.0, 0.1, 5.0
 LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
 TAILS: Final = (2.0, 50.0)
 SIGNIFICANT_DIGITS: Final = 4
@@ -169,12 +169,12 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
     shares = _shares(is_behind, rows.recording[chosen])
 
     def loss(place: Array) -> float:
-        matrices = np.einsum("k,knab->nab", np.exp(place[:-2]), terms)
-        tails = np.exp(np.where(is_behind, place[-1], place[-2]))
-        return -float(shares @ log_likelihoods(errors, matrices, tails))
+        told = JointErrors(source, *np.exp(place))
+        tails = np.where(is_behind, told.tails_behind, told.tails)
+        return -float(shares @ log_likelihoods(errors, told.matrices(terms), tails))
 
-    start = [*[START_LOG_WEIGHT] * len(TERMS), *[np.log(START_TAILS)] * 2]
-    bounds = [LOG_WEIGHTS] * len(TERMS) + [(np.log(TAILS[0]), np.log(TAILS[1]))] * 2
+    start = [*[START_LOG_WEIGHT] * len(TERMS), np.log(START_MOST_M2), *[np.log(START_TAILS)] * 2]
+    bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]
     fitted = minimize(loss, start, bounds=bounds, method="L-BFGS-B")
     values = [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.exp(fitted.x)]
     return JointErrors(source, *values)

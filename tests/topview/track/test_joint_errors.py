@@ -13,6 +13,7 @@ from rendered_bodies import MODEL, standing_pose
 from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
 from topview.body.ends import output_joints
 from topview.detect.joints import JointProposals
+from topview.geometry.rotations import rotations_from_vectors
 from topview.records import JointState
 from topview.track.familiarity import Familiarity
 from topview.track.joint_errors import (
@@ -20,6 +21,7 @@ from topview.track.joint_errors import (
     ELLIPSOID_SHARE,
     RIGHT_M,
     JointSigns,
+    bounded,
     confidences_of,
     shipped_joint_errors,
     student_covariances,
@@ -173,3 +175,11 @@ class TestNotProposed:
     def test_a_hidden_joint_fades(self, state):
         over_time = [told(signs(None, state, 0.0, t))[1] for t in (0.0, 0.5, 1.0, 5.0)]
         assert (np.diff(over_time, axis=0) < 0.0).all()
+
+
+def test_what_proposals_state_is_bounded_along_each_axis():
+    matrix = np.diag([1e-4, 0.05, 100.0])
+    turn = rotations_from_vectors(np.array([0.3, -0.5, 0.2]))
+    less = bounded(turn @ matrix @ turn.T, 0.05)
+    assert np.array_equal(less, less.T)
+    assert turn.T @ less @ turn == pytest.approx(np.diag([1e-4, 0.025, 0.05]), rel=0.01, abs=1e-9)

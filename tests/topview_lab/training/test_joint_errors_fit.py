@@ -25,23 +25,25 @@ from topview_lab.training.joint_errors import (
     log_likelihoods,
 )
 
-TRUE = JointErrors("made up", 0.4, 1.2, 0.1, 0.0005, 0.01, 0.01, 0.02, 6.0, 3.0)
+TRUE = JointErrors("made up", 0.4, 1.2, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0)
 
 
 def made_up(count: int, seed: int = 0) -> ErrorRows:
-    """Errors of the true law: half of the joints proposed, a third of all behind others."""
+    """Errors of the true law: half of the joints proposed, a tenth of these very unsure; a third of
+    all behind others."""
     rng = np.random.default_rng(seed)
     is_behind, is_proposed = rng.random(count) < 0.33, rng.random(count) < 0.5
     amounts = np.zeros((len(TERMS), count))
-    amounts[0] = np.where(is_behind, 0.0, rng.uniform(1e-4, 0.01, count))
-    amounts[1] = np.where(is_behind, rng.uniform(1e-4, 0.01, count), 0.0)
+    stated_m2 = rng.uniform(1e-4, 0.01, count) * np.where(rng.random(count) < 0.1, 50.0, 1.0)
+    amounts[0] = np.where(is_behind, 0.0, stated_m2)
+    amounts[1] = np.where(is_behind, stated_m2, 0.0)
     amounts[2] = rng.exponential(0.01, count)
     amounts[3] = 1.0
     amounts[4:] = rng.uniform(0.0, 1.0, (3, count))
     amounts[:3] *= is_proposed
     amounts[3:] *= ~is_proposed
     terms = amounts[..., None, None] * np.eye(3)
-    sigma = np.sqrt(TRUE.weights @ amounts)
+    sigma = np.sqrt(TRUE.matrices(terms)[:, 0, 0])
     tails = np.where(is_behind, TRUE.tails_behind, TRUE.tails)
     errors = sigma[:, None] * rng.normal(size=(count, 3))
     errors /= np.sqrt(rng.chisquare(tails) / tails)[:, None]
@@ -52,6 +54,7 @@ def test_the_law_that_made_the_errors_is_found() -> None:
     fitted = fit_joint_errors(made_up(12_000), "these")
     assert fitted.source == "these"
     assert fitted.weights == pytest.approx(TRUE.weights, rel=0.35, abs=0.001)
+    assert fitted.most_m2 == pytest.approx(TRUE.most_m2, rel=0.35)
     assert (fitted.tails, fitted.tails_behind) == pytest.approx((6.0, 3.0), rel=0.25)
 
 
