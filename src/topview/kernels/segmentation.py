@@ -68,51 +68,56 @@ def _spread(
     out_m: NDArray[np.float32],
 ) -> None:
     """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w]."""
-    height, width = depth_m.shape
-    size = height * width
-    is_queued = np.zeros((height, width), np.bool_)
+    width = depth_m.shape[1]
+    size = depth_m.size
+    z_of, told = depth_m.ravel(), out_m.ravel()
+    is_queued = np.zeros(size, np.bool_)
     for k in range(count):
-        is_queued[queue[k] // width, queue[k] % width] = True
+        is_queued[queue[k]] = True
     head = 0
     while count > 0:
         pixel = queue[head]
         head = head + 1 if head + 1 < size else 0
         count -= 1
-        row, column = pixel // width, pixel % width
-        is_queued[row, column] = False
-        z = depth_m[row, column]
-        start = out_m[row, column]
-        for i in range(max(row - 1, 0), min(row + 2, height)):
-            for j in range(max(column - 1, 0), min(column + 2, width)):
-                known = out_m[i, j]
-                nearer = min(z, depth_m[i, j])
+        is_queued[pixel] = False
+        z = z_of[pixel]
+        start = told[pixel]
+        column = pixel % width
+        left, right = int(column > 0), int(column < width - 1)
+        above = pixel - width if pixel >= width else pixel
+        below = pixel + width if pixel + width < size else pixel
+        for middle in range(above, below + 1, width):
+            for other in range(middle - left, middle + right + 1):
+                known = told[other]
+                if start >= known:
+                    continue
+                nearer = min(z, z_of[other])
                 across = nearer / focal_px
                 # Even straight ahead it would be no shorter.
                 if start + across >= known:
                     continue
-                dz = depth_m[i, j] - z
+                dz = z_of[other] - z
                 if abs(dz) > law_at(float(nearer), jump):
                     continue
-                square = across * across * ((i != row) + (j != column))
+                square = across * across * ((middle != pixel) + (other != middle))
                 way = np.float32(start + np.sqrt(square + dz * dz))
                 if way < known and way <= limit_m:
-                    out_m[i, j] = way
-                    if not is_queued[i, j]:
-                        is_queued[i, j] = True
+                    told[other] = way
+                    if not is_queued[other]:
+                        is_queued[other] = True
                         tail = head + count
-                        queue[tail if tail < size else tail - size] = i * width + j
+                        queue[tail if tail < size else tail - size] = other
                         count += 1
-    for row in range(height):
-        for column in range(width):
-            out_m[row, column] = abs(out_m[row, column])
+    for pixel in range(size):
+        told[pixel] = abs(told[pixel])
 
 
 @njit(cache=True, nogil=True)
 def grow_body(
+    standing_px: NDArray[np.int64],
     points_camera: NDArray[np.float32],
     overview_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
-    is_free_standing: NDArray[np.bool_],
     is_bulky: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     focal_px: float,
@@ -138,10 +143,10 @@ def grow_body(
     known to have been, as far as then, if the depth has changed by less than the law `stays` says.
 
     Args:
+        standing_px: flat indices of what stands free.
         points_camera: [h, w, 3] metres.
         overview_m: [h, w, 2] the same seen from above.
         heights_m: [h, w] along up.
-        is_free_standing: [h, w].
         is_bulky: [h, w].
         depth_m: [h, w].
         focal_px: of the depth image.
@@ -160,60 +165,62 @@ def grow_body(
             it is no start.
         out_m: [h, w] the distances, infinity where there is no way.
     """
-    height, width = heights_m.shape
-    queue = np.empty(height * width, np.int32)
+    queue = np.empty(depth_m.size, np.int32)
     count = 0
     is_remembered = len(last_body_m) > 0
     head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
     head_z = np.float32(head_camera[2])
     head_right, head_forward = np.float32(head_overview_m[0]), np.float32(head_overview_m[1])
+    point_of, overview_of = points_camera.reshape(-1, 3), overview_m.reshape(-1, 2)
+    height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
+    last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
     out_m[:] = -np.inf
-    for row in range(height):
-        for column in range(width):
-            if not is_free_standing[row, column]:
-                continue
-            right = overview_m[row, column, 0] - head_right
-            forward = overview_m[row, column, 1] - head_forward
-            aside_m = np.sqrt(right * right + forward * forward)
-            if is_bulky[row, column] and aside_m >= torso_reach_m:
-                continue
+    out_of = out_m.ravel()
+    for pixel in standing_px:
+        right = overview_of[pixel, 0] - head_right
+        forward = overview_of[pixel, 1] - head_forward
+        aside_m = np.sqrt(right * right + forward * forward)
+        if is_bulk[pixel] and aside_m >= torso_reach_m:
+            continue
+        start_m = np.float32(np.inf)
+        if from_head:
+            x = point_of[pixel, 0] - head_x
+            y = point_of[pixel, 1] - head_y
+            z = point_of[pixel, 2] - head_z
+            from_head_m = np.sqrt(x * x + y * y + z * z)
+            is_core = aside_m < core[0] and core[1] < height_of[pixel] < core[2]
+            if is_core or from_head_m < head_radius_m:
+                start_m = from_head_m
+        if is_remembered and start_m == np.inf:
+            off_m = abs(z_of[pixel] - last_z_of[pixel])
+            if off_m < law_at(z_of[pixel], stays):
+                start_m = last_body_of[pixel] + np.float32(faded_m)
+        if start_m <= limit_m:
+            queue[count] = pixel
+            count += 1
+        else:
             start_m = np.float32(np.inf)
-            if from_head:
-                x = points_camera[row, column, 0] - head_x
-                y = points_camera[row, column, 1] - head_y
-                z = points_camera[row, column, 2] - head_z
-                from_head_m = np.sqrt(x * x + y * y + z * z)
-                is_core = aside_m < core[0] and core[1] < heights_m[row, column] < core[2]
-                if is_core or from_head_m < head_radius_m:
-                    start_m = from_head_m
-            if is_remembered and start_m == np.inf:
-                off_m = abs(depth_m[row, column] - last_depth_m[row, column])
-                if off_m < law_at(depth_m[row, column], stays):
-                    start_m = last_body_m[row, column] + np.float32(faded_m)
-            if start_m <= limit_m:
-                queue[count] = row * width + column
-                count += 1
-            else:
-                start_m = np.float32(np.inf)
-            out_m[row, column] = start_m
+        out_of[pixel] = start_m
     _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
 
 
 @njit(cache=True, nogil=True)
 def share_bodies(
     bodies_m: NDArray[np.float32],
+    is_persons: NDArray[np.bool_],
     is_tracked: NDArray[np.bool_],
     share_m: float,
-    out_is_own: NDArray[np.bool_],
     out_is_contested: NDArray[np.bool_],
 ) -> int:
-    """Which pixels are whose: the nearest one's, and those who are no further by over `share_m`.
+    """Leave to each body the pixels that are its own: of all the nearest one's, and those that are
+    no further by over `share_m`; what any person reaches is no other thing's.
 
     Args:
-        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's.
+        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's;
+            replaced by what is left, but for what is contested, which tracked ones keep.
+        is_persons: [N].
         is_tracked: [N].
         share_m: see above.
-        out_is_own: [N, h, w].
         out_is_contested: [h, w] where several tracked ones are reached.
 
     Returns:
@@ -221,7 +228,7 @@ def share_bodies(
     """
     count, height, width = bodies_m.shape
     contested = 0
-    nearest_m = np.empty(width, np.float32)
+    nearest_m = np.empty((2, width), np.float32)
     reached = np.empty(width, np.int32)
     # Row by row without branches, so that several pixels are looked at together.
     for row in range(height):
@@ -229,29 +236,23 @@ def share_bodies(
         reached[:] = 0
         for n in range(count):
             body_m, is_counted = bodies_m[n, row], np.int32(is_tracked[n])
+            to_kind_m = nearest_m[int(is_persons[n])]
             for column in range(width):
-                nearest_m[column] = min(nearest_m[column], body_m[column])
+                to_kind_m[column] = min(to_kind_m[column], body_m[column])
                 reached[column] += is_counted & (body_m[column] < np.inf)
-        for n in range(count):
-            body_m, is_own = bodies_m[n, row], out_is_own[n, row]
-            for column in range(width):
-                is_near = body_m[column] <= nearest_m[column] + np.float32(share_m)
-                is_own[column] = is_near & (body_m[column] < np.inf)
         for column in range(width):
+            is_persons_own = nearest_m[1, column] < np.inf
+            nearest_m[0, column] = -np.inf if is_persons_own else nearest_m[0, column]
             out_is_contested[row, column] = reached[column] > 1
             contested += reached[column] > 1
+        for n in range(count):
+            body_m, may_keep = bodies_m[n, row], is_tracked[n]
+            to_kind_m = nearest_m[int(is_persons[n])]
+            for column in range(width):
+                is_near = body_m[column] <= to_kind_m[column] + np.float32(share_m)
+                is_near |= may_keep & (reached[column] > 1)
+                body_m[column] = body_m[column] if is_near else np.float32(np.inf)
     return contested
-
-
-@njit(cache=True, nogil=True)
-def leave_to_nearer(
-    body_m: NDArray[np.float32], other_m: NDArray[np.float32], out_m: NDArray[np.float32]
-) -> None:
-    """Set `out_m` to infinity where another body is nearer; all [h, w] distances from heads."""
-    for row in range(body_m.shape[0]):
-        for column in range(body_m.shape[1]):
-            if other_m[row, column] < body_m[row, column]:
-                out_m[row, column] = np.inf
 
 
 @njit(cache=True, nogil=True)

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from topview.people.bodies import body_of
+from topview.people.bodies import body_of, nearest_body
 from topview.people.existence import REFUSED, Existence
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
 from topview.people.likelihood import EVIDENCE_MEMORY_S
@@ -137,7 +137,8 @@ def track_of_cluster(
         return None
     if is_free(scene, head, tracks, step.told) is not None:
         return None
-    born = Track.born(key, scene.cloud, head, step.features_under(head, tracks)).found_by_body()
+    features = step.features_under(head, nearest_body(scene, tracks))
+    born = Track.born(key, scene.cloud, head, features).found_by_body()
     evidence = born.evidence.with_network(told.log_odds, step.elapsed_s, step.told_s)
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:

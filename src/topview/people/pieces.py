@@ -59,14 +59,11 @@ class Pieces:
         pixels = small_pieces(labels, cloud.depth_m, count, cloud.camera.fx, *settings.area_m2)
         return cls(scene, settings, labels, count, pixels)
 
-    def joined_to(
-        self, body: Distance, head_camera: NDArray[np.float64], height_m: float
-    ) -> Distance:
-        """A body [h, w] and the pieces before it that touch it in the picture and are near enough;
-        they are as far from the head as the straight line."""
+    def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:
+        """Add to a body [h, w] the pieces before it that touch it in the picture and are near
+        enough; they are as far from the head as the straight line."""
         if not len(self.pixels):
-            return body
-        whole = body.copy()
+            return
         join_pieces(
             self.pixels,
             self.labels,
@@ -76,6 +73,5 @@ class Pieces:
             head_camera.astype(np.float32),
             self.settings.reach * height_m,
             self.settings.gap_m,
-            whole,
+            body,
         )
-        return whole

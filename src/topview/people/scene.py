@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import msgspec
@@ -41,7 +42,7 @@ class SceneSettings:
     huge_core_m2: float = 0.8
 
 
-class Scene(msgspec.Struct, frozen=True, eq=False):
+class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
     """A cloud with up and down: heights, the overview, and what may be a person's.
 
     Attributes:
@@ -117,6 +118,11 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
             inset_m,
             is_bulky,
         )
+
+    @cached_property
+    def standing_px(self) -> NDArray[np.int64]:
+        """Flat indices, ascending, of `is_free_standing`."""
+        return np.flatnonzero(self.is_free_standing)
 
     @property
     def room_ends_m(self) -> float:

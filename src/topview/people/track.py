@@ -181,11 +181,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(scene, head), off_since_s=None)
 
-    def restricted_to(self, is_own: NDArray[np.bool_]) -> Track:
-        """With those pixels of its body, [h, w], that are its own."""
-        assert self.body_m is not None
-        return replace(self, body_m=np.where(is_own, self.body_m, np.float32(np.inf)))
-
     def shadowed(self, is_shadow: bool, time_s: float, evidence: Evidence) -> Track:
         """With new evidence, and whether what is followed belongs to another."""
         since_s = time_s if self.shadow_since_s is None else self.shadow_since_s
