@@ -16,7 +16,7 @@ from topview.detect.heads import (
     HEAD_HALF_HEIGHT_M,
     TILT_PENALTY,
     HeadCandidate,
-    head_evidence,
+    head_confidences,
     median_near,
     tilted_ups,
 )
@@ -182,10 +182,10 @@ def _confidence(
 ) -> NDArray[np.float64]:
     """[N] confidence of heads at [N, 3] places, each at its best tilt."""
     ups = tilted_ups(up_camera, tilts_rad)
-    evidence = head_evidence(
+    confidence = head_confidences(
         cloud, np.tile(centers_camera, (len(ups), 1)), np.repeat(ups, len(centers_camera), axis=0)
     )
-    return (_upright(tilts_rad)[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
+    return (_upright(tilts_rad)[:, None] * confidence.reshape(len(ups), -1)).max(0)
 
 
 def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:

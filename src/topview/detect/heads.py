@@ -13,16 +13,13 @@ from typing import Final
 
 import msgspec
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
 from topview.kernels.heads import (
-    below_others,
-    fit_template,
+    confidences,
+    find_heads,
     median_about,
-    places_of_heads,
-    strongest,
     unread_shares,
 )
 from topview.records import check_range
@@ -122,65 +119,35 @@ def right_of(up_camera: Vector) -> Vector:
 OCCLUDED_SHOULDERS: Final = 0.75
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeadEvidence:
-    """How well the surroundings of N points fit the template of a head; shares, 0..1 each.
-
-    Attributes:
-        inside: [N] of the head's disc that is there, of what lies in the picture, or of half of it.
-        free: [N] of the visible space above and beside it that is empty.
-        shoulders: [N] of the visible shoulders and chest that is there.
-        shoulders_seen: [N] of them that is not occluded.
-    """
-
-    inside: NDArray[np.float64]
-    free: NDArray[np.float64]
-    shoulders: NDArray[np.float64]
-    shoulders_seen: NDArray[np.float64]
-
-    @property
-    def confidence(self) -> NDArray[np.float64]:
-        """[N] 0..1: all three must hold; occluded shoulders count as `OCCLUDED_SHOULDERS`."""
-        seen = self.shoulders_seen
-        shoulders = seen * self.shoulders + (1.0 - seen) * OCCLUDED_SHOULDERS
-        return self.inside * self.free * shoulders
-
-
 def tilted_ups(up_camera: Vector, angles_rad: NDArray[np.float64]) -> Vector:
     """[T, 3] the directions at each of [T] angles to the image's right of up."""
     across = np.sin(angles_rad)[:, None] * right_of(up_camera)
     return np.cos(angles_rad)[:, None] * up_camera + across
 
 
-def head_evidence(
-    cloud: Cloud, centers_camera: Vector, ups_camera: Vector, least: float = 0.0
-) -> HeadEvidence:
-    """Compare the depth image around each of [N, 3] head centres with the template, upright along
-    `ups_camera`, [N, 3]. All shares are 0 where the head and the free space alone limit the
-    confidence to less than `least`."""
+def head_confidences(
+    cloud: Cloud, centers_camera: Vector, ups_camera: Vector
+) -> NDArray[np.float64]:
+    """[N] how well the depth image around each of [N, 3] centres fits the template of a head,
+    upright along `ups_camera`, [N, 3]; 0..1."""
     camera = cloud.camera
-    evidence = np.empty((4, len(centers_camera)))
-    fit_template(
+    return confidences(
         cloud.depth_m,
         (camera.fx, camera.fy),
         (camera.cx, camera.cy),
         centers_camera,
         ups_camera,
-        INSIDE,
-        FREE,
-        SHOULDERS,
+        (INSIDE, FREE, SHOULDERS),
         (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
         camera.noise.times(2.0),
-        least,
-        evidence,
+        OCCLUDED_SHOULDERS,
     )
-    return HeadEvidence(*evidence)
 
 
 def upright_confidence(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> float:
     """Of one head, [3], that stands along [3]."""
     centers, ups = np.array(center_camera, ndmin=2), np.array(up_camera, ndmin=2)
-    return float(head_evidence(cloud, centers, ups).confidence[0])
+    return float(head_confidences(cloud, centers, ups)[0])
 
 
 # Ours: a torso in black cloth absorbs the infrared light, but a zip or a hand may have a reading.
@@ -202,6 +169,7 @@ def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) ->
 # Ours: people lean to the side; the template is tilted with them, at this penalty per radian.
 TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
+UPRIGHT: Final = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
 # Ours: the centres of two heads are at least two heads' breadths apart.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
 # Ours: the near shoulder of a person in profile looks like a head. The true head is above it by
@@ -249,54 +217,31 @@ class DepthHeadDetector:
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
         """Heads in the frame, best first; the hints are not used."""
-        ups, camera = tilted_ups(up_camera, TILTS_RAD), cloud.camera
-        centers, tilt = places_of_heads(
+        camera = cloud.camera
+        centers, confidence, lone_centers, alone = find_heads(
             cloud.depth_m,
             cloud.points_camera,
             (camera.fx, camera.fy),
             (camera.cx, camera.cy),
-            ups,
-            self.max_depth_m,
-            STEP_M,
-            HEAD_HALF_HEIGHT_M,
-            SURFACE_M,
+            up_camera,
+            tilted_ups(up_camera, TILTS_RAD),
+            UPRIGHT,
+            (self.max_depth_m, STEP_M, HEAD_HALF_HEIGHT_M, SURFACE_M),
+            (INSIDE, FREE, SHOULDERS),
+            (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
+            camera.noise.times(2.0),
+            OCCLUDED_SHOULDERS,
+            self.min_confidence,
+            UNREAD_SHARE,
+            (ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M),
+            (LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE),
         )
-        if not len(centers):
-            return []
-        evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
-        upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
-        confidence = upright * evidence.confidence
-        is_good = confidence >= self.min_confidence
-        is_good[is_good] = ~_is_shoulder(centers[is_good], up_camera)
-        heads = _strongest(centers[is_good], confidence[is_good])
-        alone = upright * evidence.inside * evidence.free
-        is_lone = alone >= self.min_confidence
-        is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
-        if is_lone.any():
-            is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], ups[tilt[is_lone]])
-        lone_heads = _strongest(centers[is_lone], alone[is_lone])
+        heads = [HeadCandidate(*head) for head in zip(centers, confidence.tolist(), strict=True)]
         return heads + [
-            replace(lone, torso_is_unread=True)
-            for lone in lone_heads
-            if all(
-                np.linalg.norm(lone.center_camera - head.center_camera) > LEAST_APART_M
-                for head in heads
-            )
+            HeadCandidate(center, share, torso_is_unread=True)
+            for center, share in zip(lone_centers, alone.tolist(), strict=True)
+            if all(np.linalg.norm(center - head) > LEAST_APART_M for head in centers)
         ]
-
-
-def _is_shoulder(centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
-    """[N] which of [N, 3] candidates are the near shoulder of a person in profile: there is another
-    candidate right above and behind."""
-    return below_others(
-        centers_camera, up_camera, ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M
-    )
-
-
-def _strongest(centers_camera: Vector, confidence: NDArray[np.float64]) -> list[HeadCandidate]:
-    """One candidate per head: the best within a head's size, averaged with those nearly as good."""
-    centers, best = strongest(centers_camera, confidence, LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE)
-    return [HeadCandidate(*found) for found in zip(centers, best.tolist(), strict=True)]
 
 
 def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:

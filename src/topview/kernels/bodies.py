@@ -11,21 +11,21 @@ from topview.kernels.noise import Law, law_at
 
 @njit(cache=True, nogil=True)
 def share_within(
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     is_body: NDArray[np.bool_],
     right_m: float,
     forward_m: float,
     radius_m: float,
 ) -> float:
     """Share of a body's pixels [h, w] that are nearer than `radius_m` to a place, seen from above
-    (`overview_m`, [h, w, 2]); NaN if it has none."""
+    (`plan_m`, [2, h, w]); NaN if it has none."""
     height, width = is_body.shape
     pixels, within = 0, 0
     for row in range(height):
         for column in range(width):
             if is_body[row, column]:
-                right = overview_m[row, column, 0] - right_m
-                forward = overview_m[row, column, 1] - forward_m
+                right = plan_m[0, row, column] - right_m
+                forward = plan_m[1, row, column] - forward_m
                 pixels += 1
                 within += right * right + forward * forward < radius_m * radius_m
     return within / pixels if pixels else np.nan
@@ -38,7 +38,7 @@ def measure_body(
     nearest_m: NDArray[np.float32],
     depth_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     inset_m: NDArray[np.float32],
     focal_px: float,
     head: tuple[float, float, float],
@@ -58,7 +58,7 @@ def measure_body(
         nearest_m: [h, w] that from the nearest of others' heads; nearer ones are somebody else's.
         depth_m: [h, w].
         heights_m: [h, w] along up.
-        overview_m: [h, w, 2] seen from above: to the right and forward.
+        plan_m: [2, h, w] seen from above: to the right and forward.
         inset_m: [h, w] how far each pixel is from what surrounds its surface.
         focal_px: of the depth image.
         head: its place to the right and forward, and the height of its top.
@@ -85,7 +85,8 @@ def measure_body(
     edges, bust, near, own, pixels = 0, 0, 0, 0, 0
     top, bottom, left, right = height, -1, width, -1
     from_head_of, nearest_of = body_m.ravel(), nearest_m.ravel()
-    for pixel in standing_px:
+    for k in range(len(standing_px)):
+        pixel = int(standing_px[k])
         from_head_m = from_head_of[pixel]
         if from_head_m == np.inf:
             continue
@@ -93,7 +94,7 @@ def measure_body(
         if nearest_of[pixel] < from_head_m:
             continue
         own += 1
-        row, column = pixel // width, pixel % width
+        row, column = int(pixel // width), int(pixel % width)
         z = depth_m[row, column]
         pixel_m2 = (z / focal_px) ** 2
         area_m2 += pixel_m2
@@ -102,8 +103,8 @@ def measure_body(
         above_m2 += pixel_m2 * (-below_m > over_m)
         chest_m2 += pixel_m2 * (chest_m[0] < below_m < chest_m[1])
         head_m2 += pixel_m2 * (head_m[0] < below_m < head_m[1])
-        right_m = overview_m[row, column, 0] - head[0]
-        forward_m = overview_m[row, column, 1] - head[1]
+        right_m = plan_m[0, row, column] - head[0]
+        forward_m = plan_m[1, row, column] - head[1]
         near += right_m * right_m + forward_m * forward_m < aside_m * aside_m
         if from_head_m < reaches_m[1]:
             radius_m = max(radius_m, inset_m[row, column])

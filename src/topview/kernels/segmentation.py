@@ -57,7 +57,7 @@ def _may_tell(out_m: NDArray[np.float32], row: int, column: int) -> bool:
     return farthest_m > out_m[row, column]
 
 
-@njit(nogil=True)
+@njit(error_model="numpy", nogil=True)
 def _spread(
     depth_m: NDArray[np.float32],
     focal_px: float,
@@ -116,7 +116,7 @@ def _spread(
 def grow_body(
     standing_px: NDArray[np.int64],
     points_camera: NDArray[np.float32],
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
     is_bulky: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
@@ -145,7 +145,7 @@ def grow_body(
     Args:
         standing_px: flat indices of what stands free.
         points_camera: [h, w, 3] metres.
-        overview_m: [h, w, 2] the same seen from above.
+        plan_m: [2, h, w] the same seen from above: right and forward.
         heights_m: [h, w] along up.
         is_bulky: [h, w].
         depth_m: [h, w].
@@ -171,14 +171,15 @@ def grow_body(
     head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
     head_z = np.float32(head_camera[2])
     head_right, head_forward = np.float32(head_overview_m[0]), np.float32(head_overview_m[1])
-    point_of, overview_of = points_camera.reshape(-1, 3), overview_m.reshape(-1, 2)
+    point_of = points_camera.reshape(-1, 3)
+    right_of, forward_of = plan_m[0].ravel(), plan_m[1].ravel()
     height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
     last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
     out_m[:] = -np.inf
     out_of = out_m.ravel()
-    for pixel in standing_px:
-        right = overview_of[pixel, 0] - head_right
-        forward = overview_of[pixel, 1] - head_forward
+    for k in range(len(standing_px)):
+        pixel = int(standing_px[k])
+        right, forward = right_of[pixel] - head_right, forward_of[pixel] - head_forward
         aside_m = np.sqrt(right * right + forward * forward)
         if is_bulk[pixel] and aside_m >= torso_reach_m:
             continue

@@ -151,10 +151,10 @@ def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings)
     """[N, h, w] the tracks' bodies with the limbs that the image cuts off from them."""
     pieces = Pieces.of(scene, union_of(scene, tracks), settings.pieces)
     whole_m = np.empty((len(tracks), *scene.cloud.depth_m.shape), np.float32)
-    for track, body_m in zip(tracks, whole_m, strict=True):
-        body_m[:] = track.body_m
+    for index, track in enumerate(tracks):
+        whole_m[index] = track.body_m
         if track.is_seen:
-            pieces.join_to(body_m, track.place_camera, stature_m(track))
+            pieces.join_to(whole_m[index], track.place_camera, stature_m(track))
     return whole_m
 
 

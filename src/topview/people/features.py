@@ -89,7 +89,7 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, nearest: Dist
     right, forward = scene.overview_of(center).tolist()
     area_m2, above_m2, bust_m2, bottom_m, edges, torso_m, near, chest_m, head_m, kept, seen_m = (
         measure_body(
-            scene.standing_px, body, nearest, cloud.depth_m, scene.heights_m, scene.overview_m,
+            scene.standing_px, body, nearest, cloud.depth_m, scene.heights_m, scene.plan_m,
             scene.inset_m, cloud.camera.fx, (right, forward, top_m), OVER_HEAD_M, ASIDE_M,
             (BUST_REACH_M, TORSO_REACH_M), CHEST_BAND_M, HEAD_BAND_M, LEAST_PIXELS,
             jump_of(noise, ROUGH_M),

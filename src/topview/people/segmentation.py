@@ -112,7 +112,7 @@ def body_distance(
     grow_body(
         scene.standing_px,
         cloud.points_camera,
-        scene.overview_m,
+        scene.plan_m,
         scene.heights_m,
         scene.is_bulky,
         cloud.depth_m,
