@@ -52,6 +52,11 @@ class HeadCandidate(msgspec.Struct, frozen=True, eq=False):
     by_face: float = 0.0
 
     @property
+    def place(self) -> list[float]:
+        """The centre, as `math.dist` takes it at once."""
+        return self.center_camera.tolist()
+
+    @property
     def by_shape(self) -> float:
         """The confidence by its shape alone."""
         return self.confidence - self.by_face

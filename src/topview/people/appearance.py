@@ -120,7 +120,7 @@ def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> lis
 
 def apart_m(one: Track, other: Track) -> float:
     """Between two heads."""
-    return dist(one.place_camera, other.place_camera)
+    return dist(one.place_camera.tolist(), other.place_camera.tolist())
 
 
 def nearest_m(track: Track, others: Sequence[Track]) -> float:

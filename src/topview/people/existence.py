@@ -142,7 +142,7 @@ class Existence:
         """The track that ended at a head at [3], if nothing has changed there."""
         for track in self._remembered:
             assert track.body_m is not None
-            is_here = dist(track.place_camera, head_camera) < HEADS_APART_M
+            is_here = dist(track.place_camera.tolist(), head_camera.tolist()) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
                 return track
         return None

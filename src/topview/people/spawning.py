@@ -99,7 +99,7 @@ def rejoined(
                 if _is_better(scene, track, head)
                 and reaches(scene, track, head)
                 and all(
-                    dist(other.place_camera, head.center_camera) > SAME_HEAD_M for other in others
+                    dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others
                 )
                 and existence.may_be(features_of(head, nearest_body(scene, others)))
             ),
