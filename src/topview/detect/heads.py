@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import Final
 
 import msgspec
@@ -266,7 +267,8 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
 
 def center_behind(surface_camera: Vector) -> Vector:
     """[3] the centre of a head, from the middle of its visible surface, [3]."""
-    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface_camera))
+    away_m = sqrt(surface_camera.dot(surface_camera))
+    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / away_m)
 
 
 def median_near(

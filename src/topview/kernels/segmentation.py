@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from topview.kernels.noise import Law, law_at
 
+# Whether ways may lead over a pixel, and whether it waits to tell its neighbours.
+FORBIDDEN, ALLOWED, QUEUED = range(3)
+
 
 @njit(cache=True, nogil=True)
 def geodesic_distance(
@@ -33,17 +36,19 @@ def geodesic_distance(
             where no way may lead; replaced by the distances, infinity where there is no way.
     """
     height, width = depth_m.shape
-    queue = np.empty(height * width, np.int32)
+    queue, state = np.empty(depth_m.size, np.int32), np.empty(depth_m.size, np.uint8)
     count = 0
     for row in range(height):
         for column in range(width):
-            if 0.0 <= out_m[row, column] <= limit_m:
+            pixel, start_m = row * width + column, out_m[row, column]
+            state[pixel] = FORBIDDEN if start_m < 0.0 else ALLOWED
+            if 0.0 <= start_m <= limit_m:
                 if _may_tell(out_m, row, column):
-                    queue[count] = row * width + column
+                    queue[count] = pixel
                     count += 1
-            elif out_m[row, column] >= 0.0:
+            else:
                 out_m[row, column] = np.inf
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
 
 
 @njit(nogil=True)
@@ -65,21 +70,22 @@ def _spread(
     limit_m: float,
     queue: NDArray[np.int32],
     count: int,
+    state: NDArray[np.uint8],
     out_m: NDArray[np.float32],
 ) -> None:
-    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w]."""
+    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w];
+    `state` [h * w] says which pixels are allowed."""
     width = depth_m.shape[1]
     size = depth_m.size
     z_of, told = depth_m.ravel(), out_m.ravel()
-    is_queued = np.zeros(size, np.bool_)
     for k in range(count):
-        is_queued[queue[k]] = True
+        state[queue[k]] = QUEUED
     head = 0
     while count > 0:
         pixel = queue[head]
         head = head + 1 if head + 1 < size else 0
         count -= 1
-        is_queued[pixel] = False
+        state[pixel] = ALLOWED
         z = z_of[pixel]
         start = told[pixel]
         column = pixel % width
@@ -89,7 +95,7 @@ def _spread(
         for middle in range(above, below + 1, width):
             for other in range(middle - left, middle + right + 1):
                 known = told[other]
-                if start >= known:
+                if start >= known or state[other] == FORBIDDEN:
                     continue
                 nearer = min(z, z_of[other])
                 across = nearer / focal_px
@@ -103,13 +109,11 @@ def _spread(
                 way = np.float32(start + np.sqrt(square + dz * dz))
                 if way < known and way <= limit_m:
                     told[other] = way
-                    if not is_queued[other]:
-                        is_queued[other] = True
+                    if state[other] != QUEUED:
+                        state[other] = QUEUED
                         tail = head + count
                         queue[tail if tail < size else tail - size] = other
                         count += 1
-    for pixel in range(size):
-        told[pixel] = abs(told[pixel])
 
 
 @njit(cache=True, nogil=True)
@@ -165,7 +169,7 @@ def grow_body(
             it is no start.
         out_m: [h, w] the distances, infinity where there is no way.
     """
-    queue = np.empty(depth_m.size, np.int32)
+    queue, state = np.empty(depth_m.size, np.int32), np.zeros(depth_m.size, np.uint8)
     count = 0
     is_remembered = len(last_body_m) > 0
     head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
@@ -175,7 +179,7 @@ def grow_body(
     right_of, forward_of = plan_m[0].ravel(), plan_m[1].ravel()
     height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
     last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
-    out_m[:] = -np.inf
+    out_m[:] = np.inf
     out_of = out_m.ravel()
     for k in range(len(standing_px)):
         pixel = int(standing_px[k])
@@ -183,6 +187,7 @@ def grow_body(
         aside_m = np.sqrt(right * right + forward * forward)
         if is_bulk[pixel] and aside_m >= torso_reach_m:
             continue
+        state[pixel] = ALLOWED
         start_m = np.float32(np.inf)
         if from_head:
             x = point_of[pixel, 0] - head_x
@@ -199,10 +204,8 @@ def grow_body(
         if start_m <= limit_m:
             queue[count] = pixel
             count += 1
-        else:
-            start_m = np.float32(np.inf)
-        out_of[pixel] = start_m
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+            out_of[pixel] = start_m
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
 
 
 @njit(cache=True, nogil=True)

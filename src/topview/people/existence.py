@@ -183,8 +183,8 @@ def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> b
     if not tracks:
         return False
     offsets_camera = head_camera - np.array([track.place_camera for track in tracks])
-    aside_m2 = (scene.overview_of(offsets_camera) ** 2).sum(1)
-    return bool(aside_m2.min() < HEADS_APART_M**2)
+    aside = scene.overview_of(offsets_camera).tolist()
+    return any(right * right + forward * forward < HEADS_APART_M**2 for right, forward in aside)
 
 
 def is_put_out(track: Track, scene: Scene) -> bool:

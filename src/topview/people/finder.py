@@ -18,6 +18,7 @@ from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import HeadCandidate, Hints, refine_center
 from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
+from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
 from topview.people.background import Background
@@ -241,5 +242,5 @@ class PeopleFinder:
             return
         is_somebodys = np.zeros(scene.cloud.frame.depth_m.shape, np.bool_)
         for user in users:
-            is_somebodys.ravel()[user.pixels] = True
+            fill_at(user.pixels, 1, is_somebodys)
         self._skin.update_background(is_somebodys)

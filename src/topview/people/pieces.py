@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,11 +51,12 @@ class Pieces:
     @classmethod
     def of(cls, scene: Scene, is_somebodys: NDArray[np.bool_], settings: PieceSettings) -> Pieces:
         """`is_somebodys` [h, w]: what is a body already."""
-        is_piece = scene.is_free_standing & ~is_somebodys & ~scene.is_bulky
-        count, numbers = cv2.connectedComponents(is_piece.view(np.uint8), connectivity=8)
-        labels = np.asarray(numbers, np.int32)
         cloud = scene.cloud
-        pixels = small_pieces(labels, cloud.depth_m, count, cloud.camera.fx, *settings.area_m2)
+        loose_px = np.flatnonzero(scene.is_free_standing & ~(is_somebodys | scene.is_bulky))
+        labels = np.empty(cloud.depth_m.shape, np.int32)
+        pixels, count = small_pieces(
+            loose_px, cloud.depth_m, cloud.camera.fx, *settings.area_m2, labels
+        )
         return cls(scene, settings, labels, count, pixels)
 
     def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:

@@ -179,11 +179,14 @@ def test_what_a_person_reaches_is_no_other_things(generator: np.random.Generator
 
 
 def test_only_small_pieces_are_kept() -> None:
-    labels = np.array([[1, 1, 0, 2], [1, 1, 0, 0], [0, 0, 3, 3]], np.int32)
+    labels = np.array([[1, 1, 0, 2], [1, 1, 0, 0], [0, 0, 0, 0], [0, 0, 3, 3]], np.int32)
     depth = np.full(labels.shape, 2.0, np.float32)
     # A pixel covers 0.01 m^2.
-    pixels = small_pieces(labels, depth, 4, 20.0, 0.015, 0.035)
-    np.testing.assert_array_equal(pixels, [10, 11])
+    found = np.empty(labels.shape, np.int32)
+    pixels, count = small_pieces(np.flatnonzero(labels), depth, 20.0, 0.015, 0.035, found)
+    np.testing.assert_array_equal(pixels, [14, 15])
+    np.testing.assert_array_equal(found, labels)
+    assert count == 4
 
 
 def a_body_beside_a_piece(
