@@ -132,10 +132,10 @@ def tilted_ups(up_camera: Vector, angles_rad: NDArray[np.float64]) -> Vector:
 
 
 def head_confidences(
-    cloud: Cloud, centers_camera: Vector, ups_camera: Vector
+    cloud: Cloud, centers_camera: Vector, ups_camera: Vector, upright: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """[N] how well the depth image around each of [N, 3] centres fits the template of a head,
-    upright along `ups_camera`, [N, 3]; 0..1."""
+    """[N] how well the depth image around each of [N, 3] centres fits the template of a head that
+    stands along the best of `ups_camera`, [T, 3], which count for `upright`, [T]; 0..1."""
     camera = cloud.camera
     return confidences(
         cloud.depth_m,
@@ -143,6 +143,7 @@ def head_confidences(
         (camera.cx, camera.cy),
         centers_camera,
         ups_camera,
+        upright,
         (INSIDE, FREE, SHOULDERS),
         (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
         camera.noise.times(2.0),
@@ -153,7 +154,7 @@ def head_confidences(
 def upright_confidence(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> float:
     """Of one head, [3], that stands along [3]."""
     centers, ups = np.array(center_camera, ndmin=2), np.array(up_camera, ndmin=2)
-    return float(head_confidences(cloud, centers, ups)[0])
+    return float(head_confidences(cloud, centers, ups, np.ones(1))[0])
 
 
 # Ours: a torso in black cloth absorbs the infrared light, but a zip or a hand may have a reading.
@@ -282,16 +283,13 @@ def median_near(
     """[3] median of the cloud's points within a ball, and in an upright cylinder about the same
     centre; and how many there are."""
     median = np.zeros(3)
-    x, y, z = center_camera.tolist()
-    if z <= 0.0:
+    if center_camera[2] <= 0.0:
         return median, 0
     camera = cloud.camera
-    reach_x, reach_y = (radius_m * focal / z + 1.0 for focal in (camera.fx, camera.fy))
-    column, row = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
     count = median_about(
         cloud.points_camera,
-        _window(row, reach_y, camera.height),
-        _window(column, reach_x, camera.width),
+        (camera.fx, camera.fy),
+        (camera.cx, camera.cy),
         center_camera,
         up_camera,
         radius_m,
@@ -300,9 +298,3 @@ def median_near(
         median,
     )
     return median, count
-
-
-def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
-    """The first pixel within reach of `middle`, and the one after the last."""
-    start = min(max(int(middle - reach), 0), size)
-    return start, min(max(int(middle + reach) + 2, start), size)

@@ -157,6 +157,13 @@ def _confidence(evidence: NDArray[np.float64], n: int, hidden_shoulders: float) 
     return evidence[0, n] * evidence[1, n] * shoulders
 
 
+@njit(nogil=True)
+def _copy(source: NDArray[np.float64], n: int, out: NDArray[np.float64], k: int) -> None:
+    """A row of [N, 3] to one of [K, 3]."""
+    for axis in range(3):
+        out[k, axis] = source[n, axis]
+
+
 @njit(cache=True, nogil=True)
 def confidences(
     depth_m: NDArray[np.float32],
@@ -164,21 +171,26 @@ def confidences(
     principal_px: tuple[float, float],
     centers_camera: NDArray[np.float64],
     ups_camera: NDArray[np.float64],
+    upright: NDArray[np.float64],
     places_m: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     tolerances_m: tuple[float, float, float],
     noise: Law,
     hidden_shoulders: float,
 ) -> NDArray[np.float64]:
-    """[N] that centres are heads, 0..1; the arguments are those of `find_heads`."""
-    evidence = np.empty((4, len(centers_camera)))
-    fit_template(
-        depth_m, focal_px, principal_px, centers_camera, ups_camera,
-        places_m[0], places_m[1], places_m[2], tolerances_m, noise, 0.0, evidence,
-    )  # fmt: skip
-    confidence = np.empty(len(centers_camera))
-    for n in range(len(confidence)):
-        confidence[n] = _confidence(evidence, n, hidden_shoulders)
-    return confidence
+    """[N] that centres [N, 3] are heads, each as it stands best, 0..1; the other arguments are
+    those of `find_heads`."""
+    count = len(centers_camera)
+    evidence, ups, best = np.empty((4, count)), np.empty((count, 3)), np.zeros(count)
+    for t in range(len(ups_camera)):
+        for n in range(count):
+            _copy(ups_camera, t, ups, n)
+        fit_template(
+            depth_m, focal_px, principal_px, centers_camera, ups,
+            places_m[0], places_m[1], places_m[2], tolerances_m, noise, 0.0, evidence,
+        )  # fmt: skip
+        for n in range(count):
+            best[n] = max(best[n], upright[t] * _confidence(evidence, n, hidden_shoulders))
+    return best
 
 
 @njit(error_model="numpy", nogil=True)
@@ -463,17 +475,17 @@ def find_heads(
 
 
 @njit(nogil=True)
-def _copy(source: NDArray[np.float64], n: int, out: NDArray[np.float64], k: int) -> None:
-    """A row of [N, 3] to one of [K, 3]."""
-    for axis in range(3):
-        out[k, axis] = source[n, axis]
+def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
+    """The first pixel within reach of `middle`, and the one after the last."""
+    start = int(min(max(middle - reach, 0.0), size))
+    return start, min(max(int(min(max(middle + reach, -2.0), size)) + 2, start), size)
 
 
 @njit(cache=True, nogil=True)
 def median_about(
     points_camera: NDArray[np.float32],
-    rows: tuple[int, int],
-    columns: tuple[int, int],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
     center_camera: NDArray[np.float64],
     up_camera: NDArray[np.float64],
     radius_m: float,
@@ -486,19 +498,25 @@ def median_about(
 
     Args:
         points_camera: [h, w, 3] metres, zeros where there is no reading.
-        rows: the first, and after the last, in which to look.
-        columns: the same.
-        center_camera: [3].
+        focal_px: (fx, fy).
+        principal_px: (cx, cy).
+        center_camera: [3], before the camera.
         up_camera: [3] the cylinder's axis.
         radius_m: of the ball.
         half_height_m: of the cylinder.
         across_m: the cylinder's radius.
         out_median: [3] along each axis, left alone if there are no points.
     """
-    near = np.empty((3, (rows[1] - rows[0]) * (columns[1] - columns[0])))
+    away_m = center_camera[2]
+    height, width = points_camera.shape[:2]
+    u = focal_px[0] * center_camera[0] / away_m + principal_px[0]
+    v = focal_px[1] * center_camera[1] / away_m + principal_px[1]
+    left, right = _window(u, radius_m * focal_px[0] / away_m + 1.0, width)
+    top, bottom = _window(v, radius_m * focal_px[1] / away_m + 1.0, height)
+    near = np.empty((3, (bottom - top) * (right - left)))
     count = 0
-    for row in range(rows[0], rows[1]):
-        for column in range(columns[0], columns[1]):
+    for row in range(top, bottom):
+        for column in range(left, right):
             if points_camera[row, column, 2] <= 0.0:
                 continue
             x = points_camera[row, column, 0] - center_camera[0]

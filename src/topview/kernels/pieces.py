@@ -60,7 +60,8 @@ def _label(
 
 @njit(cache=True, nogil=True)
 def clusters_of(
-    unowned_px: NDArray[np.int64],
+    standing_px: NDArray[np.int64],
+    is_somebodys: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     focal_px: float,
     step_m: float,
@@ -69,19 +70,22 @@ def clusters_of(
     """[K] areas of what hangs together by 4 neighbours, number 0, which is nothing, included.
 
     Args:
-        unowned_px: flat indices, ascending, of the pixels among which they are sought; none is one
+        standing_px: flat indices, ascending, of the pixels among which they are sought; none is one
             whose depth differs by `step_m` or more from that of the left or the upper pixel.
+        is_somebodys: [h, w] no cluster's.
         depth_m: [h, w].
         focal_px: of the depth image.
         step_m: see above.
         out_labels: [h, w] becomes the number of each pixel's cluster, 0 for none.
     """
     width = depth_m.shape[1]
-    z_of = depth_m.ravel()
-    pixels = np.empty(len(unowned_px), np.int64)
+    z_of, is_owned = depth_m.ravel(), is_somebodys.ravel()
+    pixels = np.empty(len(standing_px), np.int64)
     count = 0
-    for k in range(len(unowned_px)):
-        pixel = unowned_px[k]
+    for k in range(len(standing_px)):
+        pixel = standing_px[k]
+        if is_owned[pixel]:
+            continue
         left = pixel - 1 if pixel % width > 0 else pixel
         upper = pixel - width if pixel >= width else pixel
         is_even = abs(z_of[pixel] - z_of[left]) < step_m
@@ -99,7 +103,9 @@ def clusters_of(
 
 @njit(cache=True, nogil=True)
 def small_pieces(
-    loose_px: NDArray[np.int64],
+    standing_px: NDArray[np.int64],
+    is_somebodys: NDArray[np.bool_],
+    is_bulky: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     focal_px: float,
     least_m2: float,
@@ -110,14 +116,23 @@ def small_pieces(
     whose area lies between the two; and how many numbers there are, 0 included.
 
     Args:
-        loose_px: flat indices, ascending, of the pieces' pixels.
+        standing_px: flat indices, ascending, of the pixels among which they are sought.
+        is_somebodys: [h, w] no piece's.
+        is_bulky: [h, w] no piece's.
         depth_m: [h, w].
         focal_px: of the depth image.
         least_m2: see above.
         most_m2: see above.
         out_labels: [h, w] number of each pixel's piece, whatever its size, 0 for none.
     """
-    queue = np.empty(len(loose_px), np.int32)
+    is_owned, is_bulk = is_somebodys.ravel(), is_bulky.ravel()
+    pixels = np.empty(len(standing_px), np.int64)
+    loose = 0
+    for k in range(len(standing_px)):
+        pixel = standing_px[k]
+        pixels[loose] = pixel
+        loose += not (is_owned[pixel] or is_bulk[pixel])
+    loose_px, queue = pixels[:loose], np.empty(loose, np.int32)
     count = _label(loose_px, True, queue, out_labels)
     area_m2, z_of, labels = np.zeros(count), depth_m.ravel(), out_labels.ravel()
     for k in range(len(loose_px)):

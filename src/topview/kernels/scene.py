@@ -163,14 +163,10 @@ def find_cores(
     return area_m2
 
 
-@njit(nogil=True)
-def _in_double(points: NDArray[np.float32], n: int) -> tuple[float, float, float]:
-    return np.float64(points[n, 0]), np.float64(points[n, 1]), np.float64(points[n, 2])
-
-
 @njit(cache=True, nogil=True)
 def plane_moments(
     points_camera: NDArray[np.float32],
+    step: int,
     normal_camera: NDArray[np.float64],
     distance_m: float,
     tolerance: Law,
@@ -180,33 +176,38 @@ def plane_moments(
     """How many points lie near a plane, their mean and their covariance, weighted by 1 / z^2.
 
     Args:
-        points_camera: [N, 3] metres; those with z = 0 do not count.
+        points_camera: [h, w, 3] metres; those with z = 0 do not count.
+        step: from a row and a column that are looked at to the next.
         normal_camera: [3] the plane's unit normal.
         distance_m: points p of the plane have normal @ p + distance = 0.
         tolerance: how far from it is near.
         out_mean: [3], left alone where there are no points, as is
         out_covariance: [3, 3].
     """
-    near = np.empty(points_camera.shape[0], np.int64)
+    height, width = points_camera.shape[:2]
+    near = np.empty((((height + step - 1) // step) * ((width + step - 1) // step), 3))
     count = 0
     total, mean_x, mean_y, mean_z = 0.0, 0.0, 0.0, 0.0
-    for n in range(points_camera.shape[0]):
-        x, y, z = _in_double(points_camera, n)
-        off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
-        if z > 0.0 and abs(off_m) < law_at(z, tolerance):
-            near[count] = n
-            count += 1
-            weight = 1.0 / (z * z)
-            total += weight
-            mean_x += weight * x
-            mean_y += weight * y
-            mean_z += weight * z
+    for row in range(0, height, step):
+        for column in range(0, width, step):
+            x = np.float64(points_camera[row, column, 0])
+            y = np.float64(points_camera[row, column, 1])
+            z = np.float64(points_camera[row, column, 2])
+            off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
+            if z > 0.0 and abs(off_m) < law_at(z, tolerance):
+                near[count, 0], near[count, 1], near[count, 2] = x, y, z
+                count += 1
+                weight = 1.0 / (z * z)
+                total += weight
+                mean_x += weight * x
+                mean_y += weight * y
+                mean_z += weight * z
     if count == 0:
         return 0
     mean_x, mean_y, mean_z = mean_x / total, mean_y / total, mean_z / total
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(count):
-        x, y, z = _in_double(points_camera, near[k])
+        x, y, z = near[k, 0], near[k, 1], near[k, 2]
         weight = 1.0 / (z * z)
         x, y, z = x - mean_x, y - mean_y, z - mean_z
         xx += weight * x * x

@@ -179,6 +179,8 @@ def grow_body(
     right_of, forward_of = plan_m[0].ravel(), plan_m[1].ravel()
     height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
     last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
+    # Further aside, but for rounding, nothing is in the ball nor the cylinder.
+    near_m = max(core[0], head_radius_m + 0.001)
     out_m[:] = np.inf
     out_of = out_m.ravel()
     for k in range(len(standing_px)):
@@ -189,7 +191,7 @@ def grow_body(
             continue
         state[pixel] = ALLOWED
         start_m = np.float32(np.inf)
-        if from_head:
+        if from_head and aside_m < near_m:
             x = point_of[pixel, 0] - head_x
             y = point_of[pixel, 1] - head_y
             z = point_of[pixel, 2] - head_z
@@ -197,7 +199,7 @@ def grow_body(
             is_core = aside_m < core[0] and core[1] < height_of[pixel] < core[2]
             if is_core or from_head_m < head_radius_m:
                 start_m = from_head_m
-        if is_remembered and start_m == np.inf:
+        if is_remembered and start_m == np.inf and last_body_of[pixel] < np.inf:
             off_m = abs(z_of[pixel] - last_z_of[pixel])
             if off_m < law_at(z_of[pixel], stays):
                 start_m = last_body_of[pixel] + np.float32(faded_m)
@@ -259,7 +261,7 @@ def share_bodies(
     return contested
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def full_pixels_of(
     full_depth_m: NDArray[np.float32],
     small_depth_m: NDArray[np.float32],
@@ -291,56 +293,76 @@ def full_pixels_of(
     """
     full_height, full_width = full_depth_m.shape
     height, width = small_depth_m.shape
-    # With a border, so that every pixel has four around it.
-    users_depth_m = np.full((height + 1, width + 1), -np.inf, np.float32)
     starts, ends = np.full(height + 1, width), np.full(height + 1, -1)
     top, bottom = height, -1
     for i in range(height):
         for j in range(width):
             if is_users[i, j]:
-                users_depth_m[i, j] = small_depth_m[i, j]
                 starts[i], ends[i] = min(starts[i], j), j
         if ends[i] >= 0:
             top, bottom = min(top, i), i
-    rows = range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height))
-    most = max(ends.max() - starts.min() + 2, 0) * stride
-    pixels = np.empty(len(rows) * most, np.int32)
-    around_m = np.empty((4, most), np.float32)
-    upper_m, upper_right_m, lower_m, lower_right_m = around_m
-    is_its = np.empty(most, np.bool_)
-    count = 0
+    if bottom < 0:
+        return np.empty(0, np.int32)
+    begin = max(starts.min() - 1, 0)
+    # A small row of the user's, and the one below it, as broad as the full one; with one small
+    # pixel more, so that every full pixel has four around it.
+    most = (ends.max() - begin + 2) * stride
+    wide_m = np.empty((2, most), np.float32)
+    is_its, rises = np.empty(most, np.bool_), np.empty(most)
     up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
-    first, last = 0, 0
-    for row in rows:
-        if row % stride == 0:
-            i = row // stride
-            left, right = min(starts[i], starts[i + 1]), max(ends[i], ends[i + 1])
-            first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
-            for k in range(4):
-                small_m = users_depth_m[i + k // 2, first // stride + k % 2 :]
-                _widen(small_m, stride, around_m[k, : max(last - first, 0)])
-        rise_y = (row - principal_px[1]) * up_y + floor[2]
-        seen_m = full_depth_m[row, first:last]
-        # Without branches, so that several pixels are looked at together.
-        for n in range(len(seen_m)):
-            z = seen_m[n]
-            off_m = min(
-                min(abs(upper_m[n] - z), abs(upper_right_m[n] - z)),
-                min(abs(lower_m[n] - z), abs(lower_right_m[n] - z)),
-            )
-            rise = (first + n - principal_px[0]) * up_x + rise_y
-            least_m = margin_m + law_at(z, noise_2) * abs(rise)
-            is_its[n] = (z > 0.0) & (off_m < law_at(z, jump)) & (rise * z + floor[3] > least_m)
-        for n in range(len(seen_m)):
-            pixels[count] = row * full_width + first + n
-            count += is_its[n]
+    for n in range(most):
+        rises[n] = (begin * stride + n - principal_px[0]) * up_x
+    above = max(top - 1, 0)
+    pixels = np.empty((bottom + 1 - above) * stride * most, np.int32)
+    count = 0
+    _widen(small_depth_m, is_users, above, begin, stride, wide_m)
+    for i in range(above, bottom + 1):
+        _widen(small_depth_m, is_users, i + 1, begin, stride, wide_m)
+        left, right = min(starts[i], starts[i + 1]), max(ends[i], ends[i + 1])
+        if right < 0:
+            continue
+        first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
+        offset = first - begin * stride
+        rise_x = rises[offset:]
+        upper_m, lower_m = wide_m[i % 2, offset:], wide_m[(i + 1) % 2, offset:]
+        upper_right_m, lower_right_m = upper_m[stride:], lower_m[stride:]
+        for row in range(i * stride, min((i + 1) * stride, full_height)):
+            rise_y = (row - principal_px[1]) * up_y + floor[2]
+            seen_m = full_depth_m[row, first:last]
+            # Without branches, so that several pixels are looked at together.
+            for n in range(len(seen_m)):
+                z = seen_m[n]
+                off_m = min(
+                    min(abs(upper_m[n] - z), abs(upper_right_m[n] - z)),
+                    min(abs(lower_m[n] - z), abs(lower_right_m[n] - z)),
+                )
+                rise = rise_x[n] + rise_y
+                least_m = margin_m + law_at(z, noise_2) * abs(rise)
+                is_near = (z > 0.0) & (off_m < law_at(z, jump))
+                is_its[n] = is_near & (rise * z + floor[3] > least_m)
+            for n in range(len(seen_m)):
+                pixels[count] = row * full_width + first + n
+                count += is_its[n]
     return pixels[:count].copy()
 
 
 @njit(nogil=True)
-def _widen(small: NDArray[np.float32], stride: int, out: NDArray[np.float32]) -> None:
-    """Each of `small` so often, until `out` is full."""
-    for shift in range(stride):
-        shifted = out[shift::stride]
-        for k in range(len(shifted)):
-            shifted[k] = small[k]
+def _widen(
+    small_depth_m: NDArray[np.float32],
+    is_users: NDArray[np.bool_],
+    i: int,
+    begin: int,
+    stride: int,
+    out_wide_m: NDArray[np.float32],
+) -> None:
+    """Fill one of two rows, in turn, with the depths of a small row's pixels, from one on, each
+    `stride` times; of those that are not the user's it is minus infinity."""
+    height, width = is_users.shape
+    wide_m = out_wide_m[i % 2]
+    for k in range(len(wide_m) // stride):
+        j = begin + k
+        value_m = np.float32(-np.inf)
+        if i < height and j < width and is_users[i, j]:
+            value_m = small_depth_m[i, j]
+        for n in range(k * stride, (k + 1) * stride):
+            wide_m[n] = value_m

@@ -158,6 +158,13 @@ def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings)
     return whole_m
 
 
+def own_mask(scene: Scene, track: Track) -> Mask:
+    """[h, w] what is a track's body."""
+    if track.body_m is None:
+        return np.zeros(scene.cloud.depth_m.shape, np.bool_)
+    return track.body_m < np.inf
+
+
 def union_of(scene: Scene, tracks: Sequence[Track]) -> Mask:
     """[h, w] what is anybody's."""
     return nearest_body(scene, tracks) < np.inf

@@ -152,9 +152,10 @@ def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]
     """[h, w] and the area in square metres of each cluster of a person's size; depths within one
     step by `LIMB_STEP_M` at most, so that a limb before the body is in its cluster."""
     cloud = scene.cloud
-    unowned_px = np.flatnonzero(scene.is_free_standing & ~is_somebodys)
     labels = np.empty(cloud.depth_m.shape, np.int32)
-    areas_m2 = clusters_of(unowned_px, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels)
+    areas_m2 = clusters_of(
+        scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
+    )
     for label, area_m2 in enumerate(areas_m2.tolist()):
         if SMALLEST_M2 < area_m2 < LARGEST_M2:
             is_own = labels == label

@@ -52,11 +52,11 @@ class Pieces:
     def of(cls, scene: Scene, is_somebodys: NDArray[np.bool_], settings: PieceSettings) -> Pieces:
         """`is_somebodys` [h, w]: what is a body already."""
         cloud = scene.cloud
-        loose_px = np.flatnonzero(scene.is_free_standing & ~(is_somebodys | scene.is_bulky))
         labels = np.empty(cloud.depth_m.shape, np.int32)
         pixels, count = small_pieces(
-            loose_px, cloud.depth_m, cloud.camera.fx, *settings.area_m2, labels
-        )
+            scene.standing_px, is_somebodys, scene.is_bulky, cloud.depth_m, cloud.camera.fx,
+            *settings.area_m2, labels,
+        )  # fmt: skip
         return cls(scene, settings, labels, count, pixels)
 
     def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:

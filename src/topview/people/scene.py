@@ -143,9 +143,9 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
     def changed_share(self, is_own: NDArray[np.bool_], since_s: float) -> float:
         """Share of the pixels [h, w] of a thing that have changed since a moment, but for those on
         edges; 1 where that is not known."""
-        is_inner = is_own & (self.inset_m > 0.0)
         if self.steady is None:
             return 1.0
+        is_inner = is_own & (self.inset_m > 0.0)
         gone_s = self.time_s - since_s - CLOCK_S
         return self.steady.changed_share(
             is_inner, self.cloud.depth_m, gone_s, self.cloud.camera.noise

@@ -19,7 +19,7 @@ from topview.people.colors import FaceMemory
 from topview.people.features import Features
 from topview.people.height import TALLER_M, HeightEstimate, sunk_m
 from topview.people.likelihood import Evidence, Likelihood, probability
-from topview.people.motion import PAUSE_S, Motion
+from topview.people.motion import PAUSE_S, Motion, predicted
 from topview.people.places import Places
 from topview.people.scene import Scene
 
@@ -144,7 +144,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 
     def expected(self, time_s: float) -> Motion:
         """The head's motion, predicted."""
-        return self.motion.predicted(time_s - self.motion_s)
+        return predicted(self.motion, time_s - self.motion_s)
 
     def updated(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """With a measured head."""

@@ -113,7 +113,7 @@ def test_moments_are_those_of_the_points_near_the_plane(
     normal, distance_m = np.array([0.0, -1.0, 0.0]), 1.0
     mean, covariance = np.empty(3), np.empty((3, 3))
     count = plane_moments(
-        readings, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
+        readings[None], 1, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
     )
     off = np.abs(points @ normal + distance_m)
     near = points[(points[:, 2] > 0.0) & (off < 0.04 + law(points[:, 2], noise))]
@@ -127,7 +127,7 @@ def test_moments_are_those_of_the_points_near_the_plane(
 def test_no_points_have_no_moments() -> None:
     moments = np.empty(3), np.empty((3, 3))
     nothing, up = np.zeros((5, 3), np.float32), np.array([0.0, -1.0, 0.0])
-    assert plane_moments(nothing, up, 0.0, (0.1, 0.0, 0.0), *moments) == 0
+    assert plane_moments(nothing[None], 1, up, 0.0, (0.1, 0.0, 0.0), *moments) == 0
 
 
 def test_points_are_where_the_pixels_look(generator: np.random.Generator) -> None:

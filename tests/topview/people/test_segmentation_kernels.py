@@ -183,7 +183,21 @@ def test_only_small_pieces_are_kept() -> None:
     depth = np.full(labels.shape, 2.0, np.float32)
     # A pixel covers 0.01 m^2.
     found = np.empty(labels.shape, np.int32)
-    pixels, count = small_pieces(np.flatnonzero(labels), depth, 20.0, 0.015, 0.035, found)
+    is_loose = labels > 0
+    pixels, count = small_pieces(
+        np.arange(labels.size),
+        labels == 0,
+        np.zeros_like(is_loose),
+        depth,
+        20.0,
+        0.015,
+        0.035,
+        found,
+    )
+    nowhere = np.zeros_like(labels)
+    assert not len(
+        small_pieces(np.arange(labels.size), is_loose, ~is_loose, depth, 20.0, 0.0, 9.0, nowhere)[0]
+    )
     np.testing.assert_array_equal(pixels, [14, 15])
     np.testing.assert_array_equal(found, labels)
     assert count == 4
