@@ -107,13 +107,6 @@ class Pyramid:
             ),
         )
 
-    def color(self, stride: int) -> NDArray[np.uint8] | None:
-        """[h, w, 3] of the same pixels as `depth_m`; None where the frame has no colour."""
-        if self.frame.color is None:
-            return None
-        color = self.frame.color
-        return self._once("color", stride, lambda: thinned(color, stride))
-
     def _once(self, what: str, stride: int, make: Callable[[], Any]) -> Any:
         key = what, stride
         if key not in self._made:

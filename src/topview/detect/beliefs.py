@@ -43,8 +43,8 @@ class Feature:
     bins: int
 
     def bin(self, value: float) -> int:
-        share = (value - self.low) / (self.high - self.low)
-        return min(max(int(share * self.bins), 0), self.bins - 1)
+        place = int((value - self.low) / (self.high - self.low) * self.bins)
+        return 0 if place < 0 else place if place < self.bins else self.bins - 1
 
 
 FEATURES: Final[Mapping[str, Feature]] = MappingProxyType(
@@ -101,7 +101,7 @@ class BeliefTables:
     prior: Vector
     tables: Mapping[str, Vector]
     trained_on: str
-    _columns: Mapping[str, list[list[float]]] = field(init=False, repr=False)
+    _columns: Mapping[str, tuple[Feature, list[list[float]]]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, table in (("prior", self.prior[None]), *self.tables.items()):
@@ -111,7 +111,7 @@ class BeliefTables:
                     f"table of {name} is {table.shape}; it must be {shape} with rows of sum 1"
                 )
             read_only(table)
-        columns = {name: table.T.tolist() for name, table in self.tables.items()}
+        columns = {name: (FEATURES[name], table.T.tolist()) for name, table in self.tables.items()}
         object.__setattr__(self, "_columns", columns)
 
     def likelihood(self, features: Features) -> Vector:
@@ -119,9 +119,10 @@ class BeliefTables:
         # Four numbers: faster without arrays.
         face = left = right = other = 1.0
         for name, value in features.items():
-            columns = self._columns.get(name)
-            if columns is not None:
-                of_face, of_left, of_right, of_other = columns[FEATURES[name].bin(value)]
+            known = self._columns.get(name)
+            if known is not None:
+                feature, columns = known
+                of_face, of_left, of_right, of_other = columns[feature.bin(value)]
                 face, left, right, other = (
                     face * of_face, left * of_left, right * of_right, other * of_other
                 )  # fmt: skip
@@ -138,8 +139,13 @@ class BeliefTables:
         else:
             weight = min(elapsed_s / NEW_EVIDENCE_S, 1.0)
             posterior = belief * self.likelihood(features) ** weight
-        posterior = np.maximum(posterior / max(float(posterior.sum()), 1e-300), LEAST_BELIEF)
-        return posterior / posterior.sum()
+        # Four numbers: faster without arrays.
+        face, left, right, other = posterior.tolist()
+        total = max(face + left + right + other, 1e-300)
+        face, left = max(face / total, LEAST_BELIEF), max(left / total, LEAST_BELIEF)
+        right, other = max(right / total, LEAST_BELIEF), max(other / total, LEAST_BELIEF)
+        total = face + left + right + other
+        return np.array([face / total, left / total, right / total, other / total])
 
     def only(self, names: Sequence[str]) -> BeliefTables:
         """The tables of these features alone."""

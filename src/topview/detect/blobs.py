@@ -8,7 +8,7 @@ hypotheses for multiple objects tracking (ISVC 2009): a blob's pixels are propag
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import exp
 from typing import Final
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Ellipse, Moments
 from topview.detect.skin import SkinRegion
-from topview.kernels.skin import count_values, median_reading, paint, share_pixels
+from topview.kernels.skin import count_values, median_reading, paint, share_pixels, shift_pixels
 
 Pixels = NDArray[np.float32]
 
@@ -56,7 +56,7 @@ class Blob:
         pixels: [N, 2] (x, y) in the small image.
         moments: of them.
         ellipse: of these.
-        velocity_px_s: [2].
+        velocity_px_s: along x and y.
         depth_m: median of its pixels' readings, 0 if not known.
         born_s, seen_s: when it was first and last supported.
         region: supports it in this frame; None while it coasts.
@@ -72,19 +72,25 @@ class Blob:
     born_s: float
     seen_s: float
     region: SkinRegion | None
-    velocity_px_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    velocity_px_s: tuple[float, float] = (0.0, 0.0)
     overlap: float = 0.0
     merged_since_s: float | None = None
 
     def move(self, elapsed_s: float, spread_px: float) -> None:
         """Propagate its pixels; the ellipse grows by the uncertainty of their places."""
-        self.shift(*(self.velocity_px_s * elapsed_s).tolist())
+        vx, vy = self.velocity_px_s
+        self.shift(vx * elapsed_s, vy * elapsed_s)
         self.ellipse = Ellipse.of_moments(self.moments, spread_px)
 
     def shift(self, dx: float, dy: float) -> None:
-        """Move its pixels."""
-        self.pixels = self.pixels + np.array([dx, dy], np.float32)
+        """Move its pixels, in place."""
+        shift_pixels(self.pixels, dx, dy)
         self.moments = self.moments.moved(dx, dy)
+
+    def slow_down(self, kept: float) -> None:
+        """Keep a share of its velocity."""
+        vx, vy = self.velocity_px_s
+        self.velocity_px_s = kept * vx, kept * vy
 
 
 class BlobTracker:
@@ -111,7 +117,7 @@ class BlobTracker:
             self._assign(view, regions[r], blobs, elapsed_s)
         for blob in self.blobs:
             if blob.region is None:
-                blob.velocity_px_s *= exp(-elapsed_s / COASTING_S)
+                blob.slow_down(exp(-elapsed_s / COASTING_S))
                 blob.ellipse = Ellipse.of_moments(blob.moments)
         self._prune(now_s)
         for r, region in enumerate(regions):
@@ -166,20 +172,10 @@ class BlobTracker:
                 blobs[0], region, region.pixels, region.depth_m, 0.0, elapsed_s, now_s
             )
             return
-        belongs = self._share(view, region, blobs)
-        claims = belongs.sum(axis=0)
-        for blob, is_its in zip(blobs, belongs, strict=True):
-            if is_its.any():
-                overlap = float((claims[is_its] > 1).mean())
-                own = region.pixels[is_its]
-                depth_m = median_reading(own, view.depth_m) or region.depth_m
-                self._update_blob(blob, region, own, depth_m, overlap, elapsed_s, now_s)
-
-    def _share(self, view: ColorView, region: SkinRegion, blobs: list[Blob]) -> NDArray[np.bool_]:
-        """[K, N] which of a region's N pixels belong to which of its K blobs: to all in whose
-        ellipses they lie, or to the nearest; among the blobs at their depth, if there are any."""
+        # To all in whose ellipses they lie, or to the nearest; among the blobs at their depth, if
+        # there are any.
         belongs = np.empty((len(blobs), len(region.pixels)), np.bool_)
-        share_pixels(
+        overlaps = share_pixels(
             region.pixels,
             view.depth_m,
             np.array([blob.ellipse.parameters for blob in blobs]),
@@ -187,7 +183,11 @@ class BlobTracker:
             SAME_DEPTH_M,
             belongs,
         )
-        return belongs
+        for blob, is_its, overlap in zip(blobs, belongs, overlaps.tolist(), strict=True):
+            own = region.pixels[is_its]
+            if len(own):
+                depth_m = median_reading(own, view.depth_m) or region.depth_m
+                self._update_blob(blob, region, own, depth_m, overlap, elapsed_s, now_s)
 
     def _update_blob(
         self,
@@ -204,12 +204,13 @@ class BlobTracker:
         if overlap > SHARED_OVERLAP:
             gain = max(1.0 - overlap, LEAST_GAIN)
             blob.shift(gain * moved[0], gain * moved[1])
-            blob.velocity_px_s *= exp(-elapsed_s * overlap / COASTING_S)
+            blob.slow_down(exp(-elapsed_s * overlap / COASTING_S))
         else:
             blob.pixels, blob.moments, blob.depth_m = pixels, seen, depth_m
             if elapsed_s > 0.0:
-                share = elapsed_s / (BLOB_VELOCITY_S + elapsed_s)
-                blob.velocity_px_s = blob.velocity_px_s + np.array(moved) * (share / elapsed_s)
+                rate = elapsed_s / (BLOB_VELOCITY_S + elapsed_s) / elapsed_s
+                vx, vy = blob.velocity_px_s
+                blob.velocity_px_s = vx + moved[0] * rate, vy + moved[1] * rate
         blob.ellipse = Ellipse.of_moments(blob.moments)
         blob.region, blob.overlap, blob.seen_s = region, overlap, now_s
 

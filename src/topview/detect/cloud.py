@@ -56,11 +56,6 @@ class Cloud:
         return self.image.frame
 
     @property
-    def color(self) -> NDArray[np.uint8] | None:
-        """[h, w, 3] of the cloud's pixels; None where the frame has no colour."""
-        return self.image.color(self.stride)
-
-    @property
     def has_reading(self) -> NDArray[np.bool_]:
         """[h, w] True where there is a depth."""
         return self.depth_m > 0.0

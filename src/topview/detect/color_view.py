@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property, lru_cache
 from typing import Final
 
 import cv2
@@ -29,7 +30,7 @@ DIM_SHARE: Final = 0.9
 # An image is overexposed if more than this share of its pixels has all colours at this level.
 CLIPPED_LEVEL: Final = 250
 CLIPPED_SHARE: Final = 0.4
-# The light is judged by every eighth pixel, in both directions.
+# The light is judged by every eighth small pixel, in both directions.
 JUDGED_STRIDE: Final = 8
 
 
@@ -43,7 +44,7 @@ class Light(StrEnum):
     ABSENT = "there is no colour image"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ColorView:
     """A frame with its colour, averaged over `stride` x `stride` pixels.
 
@@ -51,8 +52,8 @@ class ColorView:
         frame: where it comes from.
         stride: full pixels per small pixel, in both directions.
         camera: intrinsics of the small images.
-        rgb: [h, w, 3] uint8.
-        yuv: [h, w, 3] uint8; U and V are 128 where there is no colour.
+        color: [h * step, w * step, 3] uint8.
+        step: 1, or 2 if the mean of 2 x 2 of its pixels is a small pixel's colour.
         depth_m: [h, w] float32, every `stride`-th reading, 0 where there is none.
         light: whether skin can be detected by the colours.
     """
@@ -60,8 +61,8 @@ class ColorView:
     frame: Frame
     stride: int
     camera: Camera
-    rgb: NDArray[np.uint8]
-    yuv: NDArray[np.uint8]
+    color: NDArray[np.uint8]
+    step: int
     depth_m: NDArray[np.float32]
     light: Light
 
@@ -76,23 +77,24 @@ class ColorView:
         frame = image.frame
         if frame.color is None:
             return None
-        full = frame.camera
-        stride = stride_of_colors(full)
-        width, height = full.width // stride, full.height // stride
-        rgb = averaged(frame.color, stride)
-        center = (stride - 1) / 2
-        camera = replace(
-            full,
-            fx=full.fx / stride,
-            fy=full.fy / stride,
-            cx=(full.cx - center) / stride,
-            cy=(full.cy - center) / stride,
-            width=width,
-            height=height,
-        )
-        yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
-        depth_m = read_only(np.ascontiguousarray(image.depth_m(stride)[:height, :width]))
-        return cls(frame, stride, camera, rgb, yuv, depth_m, light_of(rgb, yuv))
+        stride = stride_of_colors(frame.camera)
+        camera = _small_camera(frame.camera, stride)
+        depth_m = image.depth_m(stride)[: camera.height, : camera.width]
+        depth_m = read_only(np.ascontiguousarray(depth_m))
+        # Means of more pixels are not made one by one.
+        step = stride if stride <= 2 else 1
+        color = frame.color if stride <= 2 else averaged(frame.color, stride)
+        return cls(frame, stride, camera, color, step, depth_m, light_of(color, step))
+
+    @cached_property
+    def rgb(self) -> NDArray[np.uint8]:
+        """[h, w, 3]."""
+        return averaged(self.color, self.step)
+
+    @cached_property
+    def yuv(self) -> NDArray[np.uint8]:
+        """[h, w, 3]; U and V are 128 where there is no colour."""
+        return np.asarray(cv2.cvtColor(self.rgb, cv2.COLOR_RGB2YUV), np.uint8)
 
     def small(self, mask: Mask) -> Mask:
         """[h, w] of a mask of this size, or of the full image ([H, W])."""
@@ -113,6 +115,21 @@ def stride_of_colors(camera: Camera) -> int:
     return min(stride, camera.width, camera.height)
 
 
+@lru_cache(maxsize=8)
+def _small_camera(full: Camera, stride: int) -> Camera:
+    """Of the view: its pixels lie in the middle of those that they average."""
+    center = (stride - 1) / 2
+    return replace(
+        full,
+        fx=full.fx / stride,
+        fy=full.fy / stride,
+        cx=(full.cx - center) / stride,
+        cy=(full.cy - center) / stride,
+        width=full.width // stride,
+        height=full.height // stride,
+    )
+
+
 def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
     """[H // step, W // step, 3] means over `step` x `step` pixels of [H, W, 3]."""
     if step == 1:
@@ -122,13 +139,11 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def light_of(rgb: NDArray[np.uint8], yuv: NDArray[np.uint8]) -> Light:
-    """Judge [h, w, 3] images; exactly black pixels are outside of the colour camera's image."""
+def light_of(color: NDArray[np.uint8], step: int) -> Light:
+    """Judge a [h * step, w * step, 3] image, averaged over `step` x `step` pixels, 1 or 2; exactly
+    black ones are outside of the colour camera's image."""
     tints = np.empty((2, 256), np.int64)
-    few = slice(None, None, JUDGED_STRIDE)
-    count, dim, clipped = count_lights(
-        rgb[few, few].copy(), yuv[few, few].copy(), DIM_LEVEL, CLIPPED_LEVEL, tints
-    )
+    count, dim, clipped = count_lights(color, step, JUDGED_STRIDE, DIM_LEVEL, CLIPPED_LEVEL, tints)
     if count == 0 or dim > DIM_SHARE * count:
         return Light.UNDEREXPOSED
     if clipped > CLIPPED_SHARE * count:

@@ -137,7 +137,7 @@ class DepthAndSkinHeads(SkinHeads):
             near = [
                 index
                 for index, head in enumerate(heads)
-                if dist(head.center_camera, center) < FACE_HEAD_M
+                if dist(head.place, center.tolist()) < FACE_HEAD_M
             ]
             for index in near:
                 heads[index] = _confirmed(heads[index], belief)
@@ -149,7 +149,8 @@ class DepthAndSkinHeads(SkinHeads):
 
 def _is_ambiguous(heads_camera: Sequence[Vector], center_camera: Vector) -> bool:
     """Whether a face is near the heads of several people, so that it may be either's."""
-    return sum(dist(head, center_camera) < AMBIGUOUS_FACE_M for head in heads_camera) > 1
+    center = center_camera.tolist()
+    return sum(dist(head.tolist(), center) < AMBIGUOUS_FACE_M for head in heads_camera) > 1
 
 
 def _confirmed(head: HeadCandidate, belief: float) -> HeadCandidate:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Final, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,8 +39,7 @@ class Moments(NamedTuple):
         return Moments(self.x + dx, self.y + dy, self.xx, self.yy, self.xy)
 
 
-@dataclass(frozen=True, slots=True)
-class Ellipse:
+class Ellipse(msgspec.Struct, frozen=True):
     """A filled ellipse h(c_x, c_y, alpha, beta, theta), in pixels.
 
     Attributes:

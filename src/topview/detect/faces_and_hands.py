@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +19,8 @@ from topview.detect.color_view import ColorView, Light, Place
 from topview.detect.ellipses import Ellipse
 from topview.detect.heads import center_behind
 from topview.detect.palms import palm_of
-from topview.detect.skin import SkinColor, SkinHistograms, SkinSettings, skin_regions
-from topview.kernels.skin import paint, perimeter
+from topview.detect.skin import SkinColor, SkinHistograms, SkinLook, SkinSettings, skin_regions
+from topview.kernels.skin import perimeter
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -33,8 +34,7 @@ ADAPTING_BELIEF: Final = 0.7
 CONFUSED_OVERLAP: Final = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SkinBlob:
+class SkinBlob(msgspec.Struct, frozen=True, eq=False):
     """A face, a hand, or something else that has the colour of skin.
 
     Attributes:
@@ -150,12 +150,12 @@ class FacesAndHands:
         if view is None or view.light != Light.USABLE:
             return SkinDetections(Light.ABSENT if view is None else view.light)
         where = self._searched(view, is_candidate)
-        probability = self._skin.probability(view, where)
-        regions, is_skin = skin_regions(view, probability, self.settings)
+        look = self._skin.look(view, where)
+        regions, is_skin = skin_regions(view, look.probability, self.settings)
         blobs = self._tracker.update(view, regions)
         heads = heads_near(view, blobs, heads_camera)
         self._update_beliefs(view, blobs, heads)
-        self._adapt_skin(view, blobs, where)
+        self._adapt_skin(view, blobs, look)
         return SkinDetections(
             view.light,
             tuple(
@@ -163,7 +163,7 @@ class FacesAndHands:
             ),
             view.stride,
             where,
-            probability,
+            look.probability,
             is_skin,
             self._background.light_changed,
         )
@@ -210,14 +210,15 @@ class FacesAndHands:
             beliefs[blob.id] = belief
         self._beliefs = beliefs
 
-    def _adapt_skin(self, view: ColorView, blobs: Sequence[Blob], where: Mask) -> None:
+    def _adapt_skin(self, view: ColorView, blobs: Sequence[Blob], look: SkinLook) -> None:
         """Adapt the colour of skin to the blobs that are surely a face or a hand (Eq. 4.2)."""
-        is_sure = np.zeros(where.shape, np.bool_)
-        for blob in blobs:
-            sure = 1.0 - self._beliefs[blob.id][Kind.OTHER]
-            if blob.region is not None and sure >= ADAPTING_BELIEF:
-                paint(blob.region.pixels, True, is_sure)
-        self._skin.adapt(view, is_sure, where)
+        sure = {
+            id(blob.region): blob.region.pixels
+            for blob in blobs
+            if blob.region is not None
+            and 1.0 - self._beliefs[blob.id][Kind.OTHER] >= ADAPTING_BELIEF
+        }
+        self._skin.adapt(look, sure.values(), view.frame.timestamp_s)
 
     def _described(self, view: ColorView, blob: Blob, head: Place | None) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
@@ -270,7 +271,7 @@ def features_of(view: ColorView, blob: Blob, head: Place | None = None) -> Featu
     camera, ellipse = view.camera, blob.ellipse
     depth_m = blob.depth_m
     metres_per_px = (depth_m or USUAL_DEPTH_M) / camera.fx
-    horizontal_px_s, vertical_px_s = blob.velocity_px_s.tolist()
+    horizontal_px_s, vertical_px_s = blob.velocity_px_s
     features = {
         "complexity": perimeter(blob.pixels) ** 2 / (4.0 * pi * len(blob.pixels)),
         "horizontal_mps": abs(horizontal_px_s) * metres_per_px,

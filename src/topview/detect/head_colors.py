@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_READING_M, Cloud
-from topview.kernels.colors import color_shares
+from topview.kernels.colors import color_shares, count_head_and_body
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
@@ -49,16 +48,18 @@ class HeadColors:
     def of(cls, cloud: Cloud, head_camera: Vector, body: Distance) -> HeadColors | None:
         """Of a head at [3] and its body ([h, w] metres from the head, `body_distance`); None where
         too few pixels of them are visible or there is no colour."""
-        every = cloud.color
-        if every is None:
+        color = cloud.frame.color
+        if color is None:
             return None
-        is_above, is_below = body < BODY_M[0], (body > BODY_M[0]) & (body < BODY_M[1])
-        offset = cloud.points_camera[is_above] - head_camera.astype(np.float32)
-        head = every[is_above][np.einsum("ij,ij->i", offset, offset) < HEAD_M**2]
-        below = every[is_below]
-        if min(len(head), len(below)) < LEAST_COLOR_PIXELS:
+        head, below = np.zeros((2, *(256 >> shift for shift in SHIFTS)), np.float32)
+        x, y, z = head_camera.tolist()
+        heads, bodys = count_head_and_body(
+            color, cloud.stride, cloud.points_camera, body, (x, y, z), HEAD_M, BODY_M, SHIFTS,
+            head, below,
+        )  # fmt: skip
+        if min(heads, bodys) < LEAST_COLOR_PIXELS:
             return None
-        return cls(_histogram(head), _histogram(below))
+        return cls(head / heads, below / bodys)
 
     def learn(self, now: HeadColors) -> HeadColors:
         """Both, updated with the histograms of a new frame."""
@@ -98,11 +99,3 @@ class HeadColors:
 
 def _about_px(cloud: Cloud, depth_m: float) -> int:
     return max(1, round(ABOUT_M * cloud.camera.fx / max(depth_m, NEAREST_READING_M)))
-
-
-def _histogram(rgb: NDArray[np.uint8]) -> Counts:
-    """Of [N, 3] colours."""
-    yuv = cv2.cvtColor(rgb[None], cv2.COLOR_RGB2YUV)
-    bins = [256 >> shift for shift in SHIFTS]
-    counts = cv2.calcHist([yuv], [0, 1, 2], None, bins, [0, 256] * 3)
-    return np.asarray(counts / len(rgb), np.float32)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 from typing import Final
 
 import cv2
@@ -16,7 +17,7 @@ from topview.detect.heads import (
     HEAD_HALF_HEIGHT_M,
     TILT_PENALTY,
     HeadCandidate,
-    head_evidence,
+    head_confidences,
     median_near,
     tilted_ups,
 )
@@ -50,6 +51,11 @@ TRACKED_TILTS_RAD: Final = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
 HANGING_RAD: Final = np.array([-2.4, -1.8, 1.8, 2.4, np.pi])
 UPRIGHT_CONFIDENCE: Final = 0.5
 MOST_PENALTY: Final = 0.3
+# How much a tilted head counts.
+TRACKED_UPRIGHT, HANGING = (
+    1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
+    for tilts_rad in (TRACKED_TILTS_RAD, HANGING_RAD)
+)
 # Weights in the cost, where motion and template count 1 at their scales: of the confidence that it
 # is a head, and of the colours of the head against the body's.
 CONFIDENCE_WEIGHT: Final = 3.0
@@ -77,9 +83,7 @@ class HeadTemplate:
 
 
 def _radius_px(cloud: Cloud, center_camera: Vector, radius_m: float) -> int:
-    return int(
-        np.ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), NEAREST_READING_M))
-    )
+    return ceil(radius_m * cloud.camera.fx / max(float(center_camera[2]), NEAREST_READING_M))
 
 
 def _relief(cloud: Cloud, center_camera: Vector, radius_px: int) -> Patch:
@@ -127,12 +131,12 @@ def track_head(
         share = colors.share_about(cloud, row, column, float(predicted_camera[2]), search_px)
         cost += COLOR_WEIGHT * (0.5 - share)
     best = lowest(cost, CANDIDATES)
-    down, across = np.unravel_index(best, cost.shape)
-
+    down, across = best // cost.shape[1], best % cost.shape[1]
     camera = cloud.camera
     rows, columns = row + down - search_px, column + across - search_px
     height, width = cloud.depth_m.shape
-    depth_m = cloud.depth_m[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+    rows_inside = np.minimum(np.maximum(rows, 0), height - 1)
+    depth_m = cloud.depth_m[rows_inside, np.minimum(np.maximum(columns, 0), width - 1)]
     depth_m = depth_m.astype(np.float64) + CENTER_BEHIND_SURFACE_M
     depth_change_m = DEPTH_CHANGE_M + MOTION_M_PER_S * elapsed_s
     is_off = np.abs(depth_m - predicted_camera[2]) > depth_change_m
@@ -158,34 +162,18 @@ def _most_likely(
     that cost too much to win by the greatest confidence are not compared with a head."""
     order = np.argsort(costs, kind="stable")
     confidence, total = np.zeros(len(costs)), costs.copy()
-    for tilts_rad in (TRACKED_TILTS_RAD, HANGING_RAD):
-        most = CONFIDENCE_WEIGHT * float(_upright(tilts_rad).max())
+    for tilts_rad, upright in ((TRACKED_TILTS_RAD, TRACKED_UPRIGHT), (HANGING_RAD, HANGING)):
+        ups, most = tilted_ups(up_camera, tilts_rad), CONFIDENCE_WEIGHT * float(upright.max())
         for some in (order[:AT_FIRST], order[AT_FIRST:]):
             asked = some[costs[some] - most < total.min()]
             if len(asked):
-                found = _confidence(cloud, centers_camera[asked], up_camera, tilts_rad)
+                found = head_confidences(cloud, centers_camera[asked], ups, upright)
                 confidence[asked] = np.maximum(confidence[asked], found)
                 total[asked] = costs[asked] - CONFIDENCE_WEIGHT * confidence[asked]
         if confidence.max() >= UPRIGHT_CONFIDENCE:
             break
     chosen = int(np.argmin(total))
     return chosen, float(confidence[chosen])
-
-
-def _upright(tilts_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How much a tilted head counts."""
-    return 1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
-
-
-def _confidence(
-    cloud: Cloud, centers_camera: Vector, up_camera: Vector, tilts_rad: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """[N] confidence of heads at [N, 3] places, each at its best tilt."""
-    ups = tilted_ups(up_camera, tilts_rad)
-    evidence = head_evidence(
-        cloud, np.tile(centers_camera, (len(ups), 1)), np.repeat(ups, len(centers_camera), axis=0)
-    )
-    return (_upright(tilts_rad)[:, None] * evidence.confidence.reshape(len(ups), -1)).max(0)
 
 
 def _settle(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:

@@ -9,20 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import Final
 
 import msgspec
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
 from topview.kernels.heads import (
-    below_others,
-    fit_template,
+    confidences,
+    find_heads,
     median_about,
-    places_of_heads,
-    strongest,
     unread_shares,
 )
 from topview.records import check_range
@@ -53,6 +51,11 @@ class HeadCandidate(msgspec.Struct, frozen=True, eq=False):
     confidence: float
     torso_is_unread: bool = False
     by_face: float = 0.0
+
+    @property
+    def place(self) -> list[float]:
+        """The centre, as `math.dist` takes it at once."""
+        return self.center_camera.tolist()
 
     @property
     def by_shape(self) -> float:
@@ -122,65 +125,36 @@ def right_of(up_camera: Vector) -> Vector:
 OCCLUDED_SHOULDERS: Final = 0.75
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeadEvidence:
-    """How well the surroundings of N points fit the template of a head; shares, 0..1 each.
-
-    Attributes:
-        inside: [N] of the head's disc that is there, of what lies in the picture, or of half of it.
-        free: [N] of the visible space above and beside it that is empty.
-        shoulders: [N] of the visible shoulders and chest that is there.
-        shoulders_seen: [N] of them that is not occluded.
-    """
-
-    inside: NDArray[np.float64]
-    free: NDArray[np.float64]
-    shoulders: NDArray[np.float64]
-    shoulders_seen: NDArray[np.float64]
-
-    @property
-    def confidence(self) -> NDArray[np.float64]:
-        """[N] 0..1: all three must hold; occluded shoulders count as `OCCLUDED_SHOULDERS`."""
-        seen = self.shoulders_seen
-        shoulders = seen * self.shoulders + (1.0 - seen) * OCCLUDED_SHOULDERS
-        return self.inside * self.free * shoulders
-
-
 def tilted_ups(up_camera: Vector, angles_rad: NDArray[np.float64]) -> Vector:
     """[T, 3] the directions at each of [T] angles to the image's right of up."""
     across = np.sin(angles_rad)[:, None] * right_of(up_camera)
     return np.cos(angles_rad)[:, None] * up_camera + across
 
 
-def head_evidence(
-    cloud: Cloud, centers_camera: Vector, ups_camera: Vector, least: float = 0.0
-) -> HeadEvidence:
-    """Compare the depth image around each of [N, 3] head centres with the template, upright along
-    `ups_camera`, [N, 3]. All shares are 0 where the head and the free space alone limit the
-    confidence to less than `least`."""
+def head_confidences(
+    cloud: Cloud, centers_camera: Vector, ups_camera: Vector, upright: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[N] how well the depth image around each of [N, 3] centres fits the template of a head that
+    stands along the best of `ups_camera`, [T, 3], which count for `upright`, [T]; 0..1."""
     camera = cloud.camera
-    evidence = np.empty((4, len(centers_camera)))
-    fit_template(
+    return confidences(
         cloud.depth_m,
         (camera.fx, camera.fy),
         (camera.cx, camera.cy),
         centers_camera,
         ups_camera,
-        INSIDE,
-        FREE,
-        SHOULDERS,
+        upright,
+        (INSIDE, FREE, SHOULDERS),
         (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
         camera.noise.times(2.0),
-        least,
-        evidence,
+        OCCLUDED_SHOULDERS,
     )
-    return HeadEvidence(*evidence)
 
 
 def upright_confidence(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> float:
     """Of one head, [3], that stands along [3]."""
     centers, ups = np.array(center_camera, ndmin=2), np.array(up_camera, ndmin=2)
-    return float(head_evidence(cloud, centers, ups).confidence[0])
+    return float(head_confidences(cloud, centers, ups, np.ones(1))[0])
 
 
 # Ours: a torso in black cloth absorbs the infrared light, but a zip or a hand may have a reading.
@@ -202,6 +176,7 @@ def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) ->
 # Ours: people lean to the side; the template is tilted with them, at this penalty per radian.
 TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
+UPRIGHT: Final = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
 # Ours: the centres of two heads are at least two heads' breadths apart.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
 # Ours: the near shoulder of a person in profile looks like a head. The true head is above it by
@@ -249,54 +224,31 @@ class DepthHeadDetector:
         self, cloud: Cloud, up_camera: Vector, hints: Hints = NO_HINTS
     ) -> list[HeadCandidate]:
         """Heads in the frame, best first; the hints are not used."""
-        ups, camera = tilted_ups(up_camera, TILTS_RAD), cloud.camera
-        centers, tilt = places_of_heads(
+        camera = cloud.camera
+        centers, confidence, lone_centers, alone = find_heads(
             cloud.depth_m,
             cloud.points_camera,
             (camera.fx, camera.fy),
             (camera.cx, camera.cy),
-            ups,
-            self.max_depth_m,
-            STEP_M,
-            HEAD_HALF_HEIGHT_M,
-            SURFACE_M,
+            up_camera,
+            tilted_ups(up_camera, TILTS_RAD),
+            UPRIGHT,
+            (self.max_depth_m, STEP_M, HEAD_HALF_HEIGHT_M, SURFACE_M),
+            (INSIDE, FREE, SHOULDERS),
+            (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
+            camera.noise.times(2.0),
+            OCCLUDED_SHOULDERS,
+            self.min_confidence,
+            UNREAD_SHARE,
+            (ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M),
+            (LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE),
         )
-        if not len(centers):
-            return []
-        evidence = head_evidence(cloud, centers, ups[tilt], self.min_confidence)
-        upright = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)[tilt]
-        confidence = upright * evidence.confidence
-        is_good = confidence >= self.min_confidence
-        is_good[is_good] = ~_is_shoulder(centers[is_good], up_camera)
-        heads = _strongest(centers[is_good], confidence[is_good])
-        alone = upright * evidence.inside * evidence.free
-        is_lone = alone >= self.min_confidence
-        is_lone &= evidence.shoulders * evidence.shoulders_seen <= 1.0 - UNREAD_SHARE
-        if is_lone.any():
-            is_lone[is_lone] = torso_is_unread(cloud, centers[is_lone], ups[tilt[is_lone]])
-        lone_heads = _strongest(centers[is_lone], alone[is_lone])
+        heads = [HeadCandidate(*head) for head in zip(centers, confidence.tolist(), strict=True)]
         return heads + [
-            replace(lone, torso_is_unread=True)
-            for lone in lone_heads
-            if all(
-                np.linalg.norm(lone.center_camera - head.center_camera) > LEAST_APART_M
-                for head in heads
-            )
+            HeadCandidate(center, share, torso_is_unread=True)
+            for center, share in zip(lone_centers, alone.tolist(), strict=True)
+            if all(np.linalg.norm(center - head) > LEAST_APART_M for head in centers)
         ]
-
-
-def _is_shoulder(centers_camera: Vector, up_camera: Vector) -> NDArray[np.bool_]:
-    """[N] which of [N, 3] candidates are the near shoulder of a person in profile: there is another
-    candidate right above and behind."""
-    return below_others(
-        centers_camera, up_camera, ABOVE_SHOULDER_M, ASIDE_SHOULDER_M, BEHIND_SHOULDER_M
-    )
-
-
-def _strongest(centers_camera: Vector, confidence: NDArray[np.float64]) -> list[HeadCandidate]:
-    """One candidate per head: the best within a head's size, averaged with those nearly as good."""
-    centers, best = strongest(centers_camera, confidence, LEAST_APART_M, HEAD_RADIUS_M, LIKE_SHARE)
-    return [HeadCandidate(*found) for found in zip(centers, best.tolist(), strict=True)]
 
 
 def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vector | None:
@@ -316,7 +268,8 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
 
 def center_behind(surface_camera: Vector) -> Vector:
     """[3] the centre of a head, from the middle of its visible surface, [3]."""
-    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / np.linalg.norm(surface_camera))
+    away_m = sqrt(surface_camera.dot(surface_camera))
+    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / away_m)
 
 
 def median_near(
@@ -330,16 +283,13 @@ def median_near(
     """[3] median of the cloud's points within a ball, and in an upright cylinder about the same
     centre; and how many there are."""
     median = np.zeros(3)
-    x, y, z = center_camera.tolist()
-    if z <= 0.0:
+    if center_camera[2] <= 0.0:
         return median, 0
     camera = cloud.camera
-    reach_x, reach_y = (radius_m * focal / z + 1.0 for focal in (camera.fx, camera.fy))
-    column, row = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
     count = median_about(
         cloud.points_camera,
-        _window(row, reach_y, camera.height),
-        _window(column, reach_x, camera.width),
+        (camera.fx, camera.fy),
+        (camera.cx, camera.cy),
         center_camera,
         up_camera,
         radius_m,
@@ -348,9 +298,3 @@ def median_near(
         median,
     )
     return median, count
-
-
-def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
-    """The first pixel within reach of `middle`, and the one after the last."""
-    start = min(max(int(middle - reach), 0), size)
-    return start, min(max(int(middle + reach) + 2, start), size)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Final, Literal, get_args
 
 import cv2
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -128,9 +129,9 @@ def _smooth(counts: Counts) -> Counts:
 
 def count_colors(yuv: NDArray[np.uint8], where: Mask) -> Counts:
     """[BINS, BINS] how many of the pixels `where` have each colour."""
-    counts = np.zeros((BINS, BINS))
-    count_bins(yuv, where, SHIFT, counts)
-    return counts
+    _, u, v = (yuv[where] >> SHIFT).T.astype(np.intp)
+    counts = np.bincount(u * BINS + v, minlength=BINS**2)
+    return counts.reshape(BINS, BINS).astype(np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +164,22 @@ class SkinSettings:
         check_range(self, 0.0, self.seed_probability, "growth_probability")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SkinLook:
+    """A frame's colours.
+
+    Attributes:
+        probability: [h, w] P(s|c) in 1/255, 0 where skin is not searched and where it is too dark
+            for colour.
+        bin_of: [h, w] flat index of the colour in the U-V plane, where skin is searched.
+        seen: [BINS, BINS] how many of the pixels that are searched have each colour.
+    """
+
+    probability: NDArray[np.uint8]
+    bin_of: NDArray[np.int32]
+    seen: Counts
+
+
 class SkinColor:
     """P(s|c) of pixels, from training and from the last frames (Eq. 4.2)."""
 
@@ -172,19 +189,27 @@ class SkinColor:
         self._skin, self._seen = np.zeros((BINS, BINS)), np.zeros((BINS, BINS))
         self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8)
 
-    def probability(self, view: ColorView, where: Mask) -> NDArray[np.uint8]:
-        """[h, w] P(s|c) in 1/255, 0 outside of `where` and where it is too dark for colour."""
-        probability = np.empty(where.shape, np.uint8)
-        look_up_levels(view.yuv, where, self._table, SHIFT, COLORLESS_LEVEL, probability)
-        return probability
+    def look(self, view: ColorView, where: Mask) -> SkinLook:
+        """P(s|c) among the pixels `where`, [h, w]."""
+        probability, bin_of = np.empty(where.shape, np.uint8), np.empty(where.shape, np.int32)
+        seen = np.zeros((BINS, BINS))
+        look_up_levels(
+            view.color, view.step, where, self._table, SHIFT, COLORLESS_LEVEL,
+            probability, bin_of, seen.ravel(),
+        )  # fmt: skip
+        return SkinLook(probability, bin_of, seen)
 
-    def adapt(self, view: ColorView, is_skin: Mask, where: Mask) -> None:
-        """Learn from a frame's detections among the pixels `where` (Eq. 4.2).
+    def adapt(
+        self, look: SkinLook, skin_pixels: Iterable[NDArray[np.float32]], now_s: float
+    ) -> None:
+        """Learn from a frame's detections, [N, 2] pixels (x, y) each, among those that were
+        searched (Eq. 4.2).
 
         A colour that is not among the last frames keeps its trained probability.
         """
-        skin, seen = count_colors(view.yuv, is_skin), count_colors(view.yuv, where)
-        now_s = view.frame.timestamp_s
+        skin, seen = np.zeros((BINS, BINS)), look.seen
+        for pixels in skin_pixels:
+            count_bins(pixels, look.bin_of, skin.ravel())
         self._window.append((now_s, skin, seen))
         self._skin += skin
         self._seen += seen
@@ -200,8 +225,7 @@ class SkinColor:
         self._table = np.asarray(np.rint(255.0 * mixed), np.uint8)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SkinRegion:
+class SkinRegion(msgspec.Struct, frozen=True, eq=False):
     """A connected patch of skin.
 
     Attributes:
@@ -283,29 +307,21 @@ def _connected(
     view: ColorView, probability: NDArray[np.uint8], settings: SkinSettings, box: Box
 ) -> Iterator[SkinRegion]:
     """Regions of connected pixels above T_min with a seed among them, without the small ones."""
-    most = probability.size // LEAST_REGION_PIXELS + 1
-    pixels = np.empty((probability.size, 2), np.float32)
-    starts = np.zeros(most + 1, np.int32)
-    boxes, means = np.empty((most, 4), np.int32), np.empty((most, 3))
-    count = connected_regions(
+    pixels, starts, boxes, means = connected_regions(
         probability,
         view.depth_m,
         int(255.0 * settings.growth_probability),
         int(255.0 * settings.seed_probability),
         LEAST_REGION_PIXELS,
         box,
-        np.zeros(probability.shape, np.bool_),
-        pixels,
-        starts,
-        boxes,
-        means,
     )
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
     ends = starts.tolist()
-    for k, (level, read, median_m) in enumerate(means[:count].tolist()):
+    for k, ((left, top, right, bottom), (level, read, median_m)) in enumerate(
+        zip(boxes.tolist(), means.tolist(), strict=True)
+    ):
         own = pixels[ends[k] : ends[k + 1]].copy()
         depth_m = median_m if read >= LEAST_READ else 0.0
         area_m2 = len(own) * depth_m * depth_m * m2_per_px_at_1_m
         if area_m2 == 0.0 or area_m2 >= LEAST_SKIN_M2:
-            left, top, right, bottom = boxes[k].tolist()
             yield SkinRegion(own, (left, top, right, bottom), depth_m, area_m2, level / 255.0)

@@ -11,21 +11,21 @@ from topview.kernels.noise import Law, law_at
 
 @njit(cache=True, nogil=True)
 def share_within(
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     is_body: NDArray[np.bool_],
     right_m: float,
     forward_m: float,
     radius_m: float,
 ) -> float:
     """Share of a body's pixels [h, w] that are nearer than `radius_m` to a place, seen from above
-    (`overview_m`, [h, w, 2]); NaN if it has none."""
+    (`plan_m`, [2, h, w]); NaN if it has none."""
     height, width = is_body.shape
     pixels, within = 0, 0
     for row in range(height):
         for column in range(width):
             if is_body[row, column]:
-                right = overview_m[row, column, 0] - right_m
-                forward = overview_m[row, column, 1] - forward_m
+                right = plan_m[0, row, column] - right_m
+                forward = plan_m[1, row, column] - forward_m
                 pixels += 1
                 within += right * right + forward * forward < radius_m * radius_m
     return within / pixels if pixels else np.nan
@@ -33,11 +33,12 @@ def share_within(
 
 @njit(cache=True, nogil=True)
 def measure_body(
+    standing_px: NDArray[np.int64],
     body_m: NDArray[np.float32],
-    own_m: NDArray[np.float32],
+    nearest_m: NDArray[np.float32],
     depth_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     inset_m: NDArray[np.float32],
     focal_px: float,
     head: tuple[float, float, float],
@@ -52,11 +53,12 @@ def measure_body(
     """What of a body is nobody else's measures; metres and square metres.
 
     Args:
+        standing_px: flat indices, ascending, of pixels among which the body's are.
         body_m: [h, w] distance of each of its pixels from the head, infinity elsewhere.
-        own_m: [h, w] the same, infinity also where it is nearer to somebody else's head.
+        nearest_m: [h, w] that from the nearest of others' heads; nearer ones are somebody else's.
         depth_m: [h, w].
         heights_m: [h, w] along up.
-        overview_m: [h, w, 2] seen from above: to the right and forward.
+        plan_m: [2, h, w] seen from above: to the right and forward.
         inset_m: [h, w] how far each pixel is from what surrounds its surface.
         focal_px: of the depth image.
         head: its place to the right and forward, and the height of its top.
@@ -82,42 +84,43 @@ def measure_body(
     lowest_m, radius_m = np.inf, 0.0
     edges, bust, near, own, pixels = 0, 0, 0, 0, 0
     top, bottom, left, right = height, -1, width, -1
-    for row in range(height):
-        for column in range(width):
-            if body_m[row, column] == np.inf:
-                continue
-            pixels += 1
-            if own_m[row, column] == np.inf:
-                continue
-            own += 1
-            z = depth_m[row, column]
-            pixel_m2 = (z / focal_px) ** 2
-            area_m2 += pixel_m2
-            lowest_m = min(lowest_m, heights_m[row, column])
-            below_m = head[2] - heights_m[row, column]
-            above_m2 += pixel_m2 * (-below_m > over_m)
-            chest_m2 += pixel_m2 * (chest_m[0] < below_m < chest_m[1])
-            head_m2 += pixel_m2 * (head_m[0] < below_m < head_m[1])
-            right_m = overview_m[row, column, 0] - head[0]
-            forward_m = overview_m[row, column, 1] - head[1]
-            near += right_m * right_m + forward_m * forward_m < aside_m * aside_m
-            if own_m[row, column] < reaches_m[1]:
-                radius_m = max(radius_m, inset_m[row, column])
-                top, bottom = min(top, row), row
-                left, right = min(left, column), max(right, column)
-            if own_m[row, column] < reaches_m[0]:
-                bust_m2 += pixel_m2
-                bust += 1
-                jump_m = law_at(z, edge)
-                left_m, upper_m = depth_m[row, max(column - 1, 0)], depth_m[max(row - 1, 0), column]
-                edges += (z == 0.0) | (abs(z - left_m) > jump_m) | (abs(z - upper_m) > jump_m)
+    from_head_of, nearest_of = body_m.ravel(), nearest_m.ravel()
+    for k in range(len(standing_px)):
+        pixel = int(standing_px[k])
+        from_head_m = from_head_of[pixel]
+        if from_head_m == np.inf:
+            continue
+        pixels += 1
+        if nearest_of[pixel] < from_head_m:
+            continue
+        own += 1
+        row, column = int(pixel // width), int(pixel % width)
+        z = depth_m[row, column]
+        pixel_m2 = (z / focal_px) ** 2
+        area_m2 += pixel_m2
+        lowest_m = min(lowest_m, heights_m[row, column])
+        below_m = head[2] - heights_m[row, column]
+        above_m2 += pixel_m2 * (-below_m > over_m)
+        chest_m2 += pixel_m2 * (chest_m[0] < below_m < chest_m[1])
+        head_m2 += pixel_m2 * (head_m[0] < below_m < head_m[1])
+        right_m = plan_m[0, row, column] - head[0]
+        forward_m = plan_m[1, row, column] - head[1]
+        near += right_m * right_m + forward_m * forward_m < aside_m * aside_m
+        if from_head_m < reaches_m[1]:
+            radius_m = max(radius_m, inset_m[row, column])
+            top, bottom = min(top, row), row
+            left, right = min(left, column), max(right, column)
+        if from_head_m < reaches_m[0]:
+            bust_m2 += pixel_m2
+            bust += 1
+            jump_m = law_at(z, edge)
+            left_m, upper_m = depth_m[row, max(column - 1, 0)], depth_m[max(row - 1, 0), column]
+            edges += (z == 0.0) | (abs(z - left_m) > jump_m) | (abs(z - upper_m) > jump_m)
     relief_m = 0.0
     if bottom > top + 1 and right > left + 1:
+        window = slice(top, bottom + 1), slice(left, right + 1)
         relief_m = _relief(
-            own_m[top : bottom + 1, left : right + 1],
-            depth_m[top : bottom + 1, left : right + 1],
-            reaches_m[1],
-            least_pixels,
+            body_m[window], nearest_m[window], depth_m[window], reaches_m[1], least_pixels
         )
     return (
         area_m2,
@@ -136,7 +139,11 @@ def measure_body(
 
 @njit(nogil=True)
 def _relief(
-    distance_m: NDArray[np.float32], depth_m: NDArray[np.float32], reach_m: float, least_pixels: int
+    body_m: NDArray[np.float32],
+    nearest_m: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    reach_m: float,
+    least_pixels: int,
 ) -> float:
     """The last number of `measure_body`, of a window that holds all that is nearer."""
     height, width = depth_m.shape
@@ -147,7 +154,7 @@ def _relief(
             is_all = True
             for i in range(v - 1, v + 2):
                 for j in range(u - 1, u + 2):
-                    is_all &= distance_m[i, j] < reach_m
+                    is_all &= (body_m[i, j] < reach_m) & (nearest_m[i, j] >= body_m[i, j])
             if is_all:
                 is_inner[v, u] = True
                 count += 1

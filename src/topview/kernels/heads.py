@@ -13,7 +13,7 @@ from topview.kernels.noise import Law, law_at
 HIDDEN, THERE, BEHIND, EMPTY, OUTSIDE = range(5)
 
 
-@njit(nogil=True)
+@njit(error_model="numpy", nogil=True)
 def look_at(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
@@ -47,7 +47,7 @@ def look_at(
     return is_visible * (THERE + is_behind + is_far) + (not is_in_view) * OUTSIDE
 
 
-@njit(nogil=True)
+@njit(error_model="numpy", nogil=True)
 def _count(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
@@ -57,16 +57,17 @@ def _count(
     places_m: NDArray[np.float64],
     tolerances_m: tuple[float, float, float],
     noise_m: float,
+    most: int,
 ) -> tuple[int, int, int, int]:
     """How many of the template's places [K, 2] about a centre are visible, there, behind, and
-    outside of the image.
+    outside of the image; counting ends when more than `most` are there.
 
     `axes_camera`: x and y to the right, x, y and z up.
     """
     right_x, right_y, up_x, up_y, up_z = axes_camera
     visible, there, behind, outside = 0, 0, 0, 0
     for k in range(places_m.shape[0]):
-        right, up = places_m[k]
+        right, up = places_m[k, 0], places_m[k, 1]
         x = center_camera[0] + (right * right_x + up * up_x)
         y = center_camera[1] + (right * right_y + up * up_y)
         z = center_camera[2] + up * up_z
@@ -75,10 +76,12 @@ def _count(
         there += seen == THERE
         behind += seen == BEHIND
         outside += seen == OUTSIDE
+        if there > most:
+            break
     return visible, there, behind, outside
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def fit_template(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
@@ -93,7 +96,9 @@ def fit_template(
     least: float,
     out_evidence: NDArray[np.float64],
 ) -> None:
-    """How well what is seen about centres fits a head: `topview.detect.heads.HeadEvidence`.
+    """How well what is seen about centres fits a head, in shares: of the head's disc that is there,
+    of what lies in the picture, or of half of it; of the visible space above and beside it that is
+    empty; of the visible shoulders and chest that is there; and of these that is not hidden.
 
     Args:
         depth_m: [h, w] metres, 0 where there is no reading.
@@ -111,27 +116,33 @@ def fit_template(
         out_evidence: [4, N] shares: inside, free, shoulders, shoulders seen.
     """
     out_evidence[:] = 0.0
+    # With more of the free places there, whatever else is visible, it is not free enough.
+    most = len(free_m)
+    while most > 0 and (len(free_m) - most) / len(free_m) < least:
+        most -= 1
     for n in range(centers_camera.shape[0]):
         center = centers_camera[n]
-        x, y, z = ups_camera[n]
+        x, y, z = ups_camera[n, 0], ups_camera[n, 1], ups_camera[n, 2]
         across = np.hypot(x, y)
         axes = (-y / across, x / across, x, y, z)
         noise_m = law_at(center[2], noise)
         visible, there, _, _ = _count(
-            depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m
+            depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m, most
         )
         free = (visible - there) / max(visible, len(free_m) / 2)
         if free < least:
             continue
         _, there, _, outside = _count(
-            depth_m, focal_px, principal_px, center, axes, inside_m, tolerances_m, noise_m
-        )
+            depth_m, focal_px, principal_px, center, axes, inside_m, tolerances_m, noise_m,
+            len(inside_m),
+        )  # fmt: skip
         inside = there / max(len(inside_m) - outside, len(inside_m) / 2)
         if inside * free < least:
             continue
         visible, there, behind, _ = _count(
-            depth_m, focal_px, principal_px, center, axes, shoulders_m, tolerances_m, noise_m
-        )
+            depth_m, focal_px, principal_px, center, axes, shoulders_m, tolerances_m, noise_m,
+            len(shoulders_m),
+        )  # fmt: skip
         out_evidence[0, n] = inside
         out_evidence[1, n] = free
         out_evidence[2, n] = (there + behind) / max(visible, 1)
@@ -139,6 +150,50 @@ def fit_template(
 
 
 @njit(nogil=True)
+def _confidence(evidence: NDArray[np.float64], n: int, hidden_shoulders: float) -> float:
+    """0..1, of one of [4, N] shares of `fit_template`: all three must hold; hidden shoulders count
+    for `hidden_shoulders`."""
+    shoulders = evidence[3, n] * evidence[2, n] + (1.0 - evidence[3, n]) * hidden_shoulders
+    return evidence[0, n] * evidence[1, n] * shoulders
+
+
+@njit(nogil=True)
+def _copy(source: NDArray[np.float64], n: int, out: NDArray[np.float64], k: int) -> None:
+    """A row of [N, 3] to one of [K, 3]."""
+    for axis in range(3):
+        out[k, axis] = source[n, axis]
+
+
+@njit(cache=True, nogil=True)
+def confidences(
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    centers_camera: NDArray[np.float64],
+    ups_camera: NDArray[np.float64],
+    upright: NDArray[np.float64],
+    places_m: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    tolerances_m: tuple[float, float, float],
+    noise: Law,
+    hidden_shoulders: float,
+) -> NDArray[np.float64]:
+    """[N] that centres [N, 3] are heads, each as it stands best, 0..1; the other arguments are
+    those of `find_heads`."""
+    count = len(centers_camera)
+    evidence, ups, best = np.empty((4, count)), np.empty((count, 3)), np.zeros(count)
+    for t in range(len(ups_camera)):
+        for n in range(count):
+            _copy(ups_camera, t, ups, n)
+        fit_template(
+            depth_m, focal_px, principal_px, centers_camera, ups,
+            places_m[0], places_m[1], places_m[2], tolerances_m, noise, 0.0, evidence,
+        )  # fmt: skip
+        for n in range(count):
+            best[n] = max(best[n], upright[t] * _confidence(evidence, n, hidden_shoulders))
+    return best
+
+
+@njit(error_model="numpy", nogil=True)
 def _pixel_of(
     shape: tuple[int, int],
     focal_px: tuple[float, float],
@@ -172,7 +227,7 @@ def unread_shares(
         up_x, up_y, up_z = ups_camera[n]
         across = np.hypot(up_x, up_y)
         for k in range(len(places_m)):
-            right, up = places_m[k]
+            right, up = places_m[k, 0], places_m[k, 1]
             x = centers_camera[n, 0] + (right * (-up_y / across) + up * up_x)
             y = centers_camera[n, 1] + (right * (up_x / across) + up * up_y)
             z = centers_camera[n, 2] + up * up_z
@@ -198,7 +253,7 @@ def covered_share(
     up_x, up_y, up_z = up_camera
     across = np.hypot(up_x, up_y)
     for k in range(len(places_m)):
-        right, up = places_m[k]
+        right, up = places_m[k, 0], places_m[k, 1]
         x = center_camera[0] + right * (-up_y / across) + up * up_x
         y = center_camera[1] + right * (up_x / across) + up * up_y
         z = center_camera[2] + up * up_z
@@ -208,7 +263,7 @@ def covered_share(
     return covered / len(places_m)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def places_of_heads(
     depth_m: NDArray[np.float32],
     points_camera: NDArray[np.float32],
@@ -229,11 +284,17 @@ def places_of_heads(
     """
     height, width = depth_m.shape
     tops = np.empty(height * width, np.int64)
+    is_top = np.empty(width, np.bool_)
     count = 0
     for row in range(1, height):
+        seen_m, upper_m = depth_m[row], depth_m[row - 1]
+        # Without branches, so that several pixels are looked at together.
         for column in range(width):
-            z, above_m = depth_m[row, column], depth_m[row - 1, column]
-            if 0.0 < z < max_depth_m and (above_m == 0.0 or above_m > z + np.float32(step_m)):
+            z = seen_m[column]
+            is_step = (upper_m[column] == 0.0) | (upper_m[column] > z + np.float32(step_m))
+            is_top[column] = (z > 0.0) & (z < max_depth_m) & is_step
+        for column in range(width):
+            if is_top[column]:
                 tops[count] = row * width + column
                 count += 1
     places = np.empty((count * len(ups_camera), 3))
@@ -245,7 +306,7 @@ def places_of_heads(
             for axis in range(3):
                 top_m = float(points_camera[row, column, axis])
                 places[found, axis] = top_m - below_m * ups_camera[t, axis]
-            x, y, z = places[found]
+            x, y, z = places[found, 0], places[found, 1], places[found, 2]
             i, j, is_in_view = _pixel_of(depth_m.shape, focal_px, principal_px, x, y, z)
             directions[found] = t
             found += is_in_view and abs(depth_m[i, j] - z) < surface_m
@@ -326,10 +387,105 @@ def strongest(
 
 
 @njit(cache=True, nogil=True)
+def find_heads(
+    depth_m: NDArray[np.float32],
+    points_camera: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
+    up_camera: NDArray[np.float64],
+    ups_camera: NDArray[np.float64],
+    upright: NDArray[np.float64],
+    tops: tuple[float, float, float, float],
+    places_m: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    tolerances_m: tuple[float, float, float],
+    noise: Law,
+    hidden_shoulders: float,
+    least: float,
+    unread: float,
+    shoulder: tuple[tuple[float, float], float, float],
+    like: tuple[float, float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """[M, 3] centres of heads and their [M] confidence; and the same of heads over shoulders and a
+    chest without any reading, which do not count.
+
+    Args:
+        depth_m: [h, w] metres, 0 where there is no reading.
+        points_camera: [h, w, 3].
+        focal_px: (fx, fy).
+        principal_px: (cx, cy).
+        up_camera: [3] away from the floor.
+        ups_camera: [T, 3] along which heads may stand.
+        upright: [T] how much one that stands so counts.
+        tops: `max_depth_m`, `step_m`, `below_m` and `surface_m` of `places_of_heads`.
+        places_m: the three of `fit_template`.
+        tolerances_m: see there.
+        noise: see there.
+        hidden_shoulders: see `_confidence`.
+        least: confidence.
+        unread: share of the shoulders and the chest.
+        shoulder: the last three arguments of `below_others`, which are no heads.
+        like: those of `strongest`.
+    """
+    centers, directions = places_of_heads(
+        depth_m, points_camera, focal_px, principal_px, ups_camera,
+        tops[0], tops[1], tops[2], tops[3],
+    )  # fmt: skip
+    count = len(centers)
+    ups = np.empty((count, 3))
+    for n in range(count):
+        _copy(ups_camera, directions[n], ups, n)
+    evidence = np.empty((4, count))
+    fit_template(
+        depth_m, focal_px, principal_px, centers, ups,
+        places_m[0], places_m[1], places_m[2], tolerances_m, noise, least, evidence,
+    )  # fmt: skip
+    good, lone, lone_ups = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    confidence, alone = np.empty(count + 1), np.empty(count + 1)
+    goods, lones = 0, 0
+    for n in range(count):
+        confidence[goods] = upright[directions[n]] * _confidence(evidence, n, hidden_shoulders)
+        if confidence[goods] >= least:
+            _copy(centers, n, good, goods)
+            goods += 1
+        alone[lones] = upright[directions[n]] * evidence[0, n] * evidence[1, n]
+        if alone[lones] >= least and evidence[2, n] * evidence[3, n] <= 1.0 - unread:
+            _copy(centers, n, lone, lones)
+            _copy(ups, n, lone_ups, lones)
+            lones += 1
+    is_shoulder = below_others(good[:goods], up_camera, shoulder[0], shoulder[1], shoulder[2])
+    shares = unread_shares(
+        depth_m, focal_px, principal_px, lone[:lones], lone_ups[:lones], places_m[2]
+    )
+    heads, lone_heads = 0, 0
+    for n in range(goods):
+        if not is_shoulder[n]:
+            _copy(good, n, good, heads)
+            confidence[heads] = confidence[n]
+            heads += 1
+    for n in range(lones):
+        if shares[n] >= unread:
+            _copy(lone, n, lone, lone_heads)
+            alone[lone_heads] = alone[n]
+            lone_heads += 1
+    found, best = strongest(good[:heads], confidence[:heads], like[0], like[1], like[2])
+    found_alone, best_alone = strongest(
+        lone[:lone_heads], alone[:lone_heads], like[0], like[1], like[2]
+    )
+    return found, best, found_alone, best_alone
+
+
+@njit(nogil=True)
+def _window(middle: float, reach: float, size: int) -> tuple[int, int]:
+    """The first pixel within reach of `middle`, and the one after the last."""
+    start = int(min(max(middle - reach, 0.0), size))
+    return start, min(max(int(min(max(middle + reach, -2.0), size)) + 2, start), size)
+
+
+@njit(cache=True, nogil=True)
 def median_about(
     points_camera: NDArray[np.float32],
-    rows: tuple[int, int],
-    columns: tuple[int, int],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
     center_camera: NDArray[np.float64],
     up_camera: NDArray[np.float64],
     radius_m: float,
@@ -342,19 +498,25 @@ def median_about(
 
     Args:
         points_camera: [h, w, 3] metres, zeros where there is no reading.
-        rows: the first, and after the last, in which to look.
-        columns: the same.
-        center_camera: [3].
+        focal_px: (fx, fy).
+        principal_px: (cx, cy).
+        center_camera: [3], before the camera.
         up_camera: [3] the cylinder's axis.
         radius_m: of the ball.
         half_height_m: of the cylinder.
         across_m: the cylinder's radius.
         out_median: [3] along each axis, left alone if there are no points.
     """
-    near = np.empty((3, (rows[1] - rows[0]) * (columns[1] - columns[0])))
+    away_m = center_camera[2]
+    height, width = points_camera.shape[:2]
+    u = focal_px[0] * center_camera[0] / away_m + principal_px[0]
+    v = focal_px[1] * center_camera[1] / away_m + principal_px[1]
+    left, right = _window(u, radius_m * focal_px[0] / away_m + 1.0, width)
+    top, bottom = _window(v, radius_m * focal_px[1] / away_m + 1.0, height)
+    near = np.empty((3, (bottom - top) * (right - left)))
     count = 0
-    for row in range(rows[0], rows[1]):
-        for column in range(columns[0], columns[1]):
+    for row in range(top, bottom):
+        for column in range(left, right):
             if points_camera[row, column, 2] <= 0.0:
                 continue
             x = points_camera[row, column, 0] - center_camera[0]

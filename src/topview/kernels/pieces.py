@@ -8,43 +8,144 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, nogil=True)
-def small_pieces(
-    labels: NDArray[np.int32],
+def fill_at(pixels: NDArray[np.int32], value: int, out: NDArray[np.generic]) -> None:
+    """Set [H, W] `out` to a value at flat pixels."""
+    flat = out.ravel()
+    for n in range(len(pixels)):
+        flat[pixels[n]] = value
+
+
+@njit(nogil=True)
+def _label(
+    pixels: NDArray[np.int64],
+    is_diagonal: bool,
+    queue: NDArray[np.int32],
+    out_labels: NDArray[np.int32],
+) -> int:
+    """Number the pieces that hang together, by 8 neighbours or by 4, from 1 on in the order of
+    their first pixels; gives how many numbers there are, 0 included.
+
+    Args:
+        pixels: [N] flat indices, ascending, of the pieces' pixels.
+        is_diagonal: whether by 8 neighbours.
+        queue: [N] scratch.
+        out_labels: [h, w] becomes the number of each pixel's piece, 0 for none.
+    """
+    height, width = out_labels.shape
+    waits = np.int32(-1)
+    labels = out_labels.ravel()
+    labels[:] = 0
+    for k in range(len(pixels)):
+        labels[pixels[k]] = waits
+    count = 1
+    for k in range(len(pixels)):
+        if labels[pixels[k]] != waits:
+            continue
+        labels[pixels[k]] = count
+        queue[0] = pixels[k]
+        at, end = 0, 1
+        while at < end:
+            row, column = queue[at] // width, queue[at] % width
+            at += 1
+            for i in range(max(row - 1, 0), min(row + 2, height)):
+                for j in range(max(column - 1, 0), min(column + 2, width)):
+                    is_beside = is_diagonal or i == row or j == column
+                    if is_beside and labels[i * width + j] == waits:
+                        labels[i * width + j] = count
+                        queue[end] = i * width + j
+                        end += 1
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def clusters_of(
+    standing_px: NDArray[np.int64],
+    is_somebodys: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
-    count: int,
+    focal_px: float,
+    step_m: float,
+    out_labels: NDArray[np.int32],
+) -> NDArray[np.float64]:
+    """[K] areas of what hangs together by 4 neighbours, number 0, which is nothing, included.
+
+    Args:
+        standing_px: flat indices, ascending, of the pixels among which they are sought; none is one
+            whose depth differs by `step_m` or more from that of the left or the upper pixel.
+        is_somebodys: [h, w] no cluster's.
+        depth_m: [h, w].
+        focal_px: of the depth image.
+        step_m: see above.
+        out_labels: [h, w] becomes the number of each pixel's cluster, 0 for none.
+    """
+    width = depth_m.shape[1]
+    z_of, is_owned = depth_m.ravel(), is_somebodys.ravel()
+    pixels = np.empty(len(standing_px), np.int64)
+    count = 0
+    for k in range(len(standing_px)):
+        pixel = standing_px[k]
+        if is_owned[pixel]:
+            continue
+        left = pixel - 1 if pixel % width > 0 else pixel
+        upper = pixel - width if pixel >= width else pixel
+        is_even = abs(z_of[pixel] - z_of[left]) < step_m
+        if is_even and abs(z_of[pixel] - z_of[upper]) < step_m:
+            pixels[count] = pixel
+            count += 1
+    pixels = pixels[:count]
+    areas_m2 = np.zeros(_label(pixels, False, np.empty(count, np.int32), out_labels))
+    labels = out_labels.ravel()
+    for k in range(count):
+        side_m = z_of[pixels[k]] / np.float32(focal_px)
+        areas_m2[labels[pixels[k]]] += side_m * side_m
+    return areas_m2
+
+
+@njit(cache=True, nogil=True)
+def small_pieces(
+    standing_px: NDArray[np.int64],
+    is_somebodys: NDArray[np.bool_],
+    is_bulky: NDArray[np.bool_],
+    depth_m: NDArray[np.float32],
     focal_px: float,
     least_m2: float,
     most_m2: float,
-) -> NDArray[np.int32]:
-    """Flat indices, ascending, of the pixels of all pieces whose area lies between the two.
+    out_labels: NDArray[np.int32],
+) -> tuple[NDArray[np.int32], int]:
+    """Flat indices, ascending, of the pixels of all pieces, which hang together by 8 neighbours,
+    whose area lies between the two; and how many numbers there are, 0 included.
 
     Args:
-        labels: [h, w] number of each pixel's piece, 0 for none.
+        standing_px: flat indices, ascending, of the pixels among which they are sought.
+        is_somebodys: [h, w] no piece's.
+        is_bulky: [h, w] no piece's.
         depth_m: [h, w].
-        count: of numbers, 0 included.
         focal_px: of the depth image.
         least_m2: see above.
         most_m2: see above.
+        out_labels: [h, w] number of each pixel's piece, whatever its size, 0 for none.
     """
-    height, width = labels.shape
-    area_m2 = np.zeros(count)
-    pixels = np.empty(height * width, np.int32)
-    number = 0
-    for row in range(height):
-        for column in range(width):
-            label = labels[row, column]
-            if label > 0:
-                side_m = depth_m[row, column] / focal_px
-                area_m2[label] += side_m * side_m
-                pixels[number] = row * width + column
-                number += 1
+    is_owned, is_bulk = is_somebodys.ravel(), is_bulky.ravel()
+    pixels = np.empty(len(standing_px), np.int64)
+    loose = 0
+    for k in range(len(standing_px)):
+        pixel = standing_px[k]
+        pixels[loose] = pixel
+        loose += not (is_owned[pixel] or is_bulk[pixel])
+    loose_px, queue = pixels[:loose], np.empty(loose, np.int32)
+    count = _label(loose_px, True, queue, out_labels)
+    area_m2, z_of, labels = np.zeros(count), depth_m.ravel(), out_labels.ravel()
+    for k in range(len(loose_px)):
+        pixel = loose_px[k]
+        side_m = z_of[pixel] / focal_px
+        area_m2[labels[pixel]] += side_m * side_m
     kept = 0
-    for index in range(number):
-        pixel = pixels[index]
-        if least_m2 < area_m2[labels[pixel // width, pixel % width]] < most_m2:
-            pixels[kept] = pixel
+    for k in range(len(loose_px)):
+        pixel = loose_px[k]
+        if least_m2 < area_m2[labels[pixel]] < most_m2:
+            queue[kept] = pixel
             kept += 1
-    return pixels[:kept].copy()
+    return queue[:kept].copy(), count
 
 
 @njit(cache=True, nogil=True)

@@ -21,6 +21,16 @@ def floor_margin(depth_m: float, above_camera_m: float, margin_m: float, noise_2
     return margin_m + slope_at(depth_m, noise_2) * abs(above_camera_m)
 
 
+@njit(nogil=True)
+def _slopes(count: int, focal_px: float, principal_px: float) -> NDArray[np.float32]:
+    """[count] of the rays through each column or row: metres aside at 1 m."""
+    slopes = np.empty(count, np.float32)
+    for place in range(count):
+        off_px = np.float32(place) - np.float32(principal_px)
+        slopes[place] = off_px / np.float32(focal_px)
+    return slopes
+
+
 @njit(cache=True, nogil=True)
 def to_points(
     depth_m: NDArray[np.float32],
@@ -30,23 +40,21 @@ def to_points(
 ) -> None:
     """[h, w, 3] metres of a depth image [h, w], zeros where there is no reading."""
     height, width = depth_m.shape
-    across = np.empty(width, np.float32)
-    for column in range(width):
-        off_px = np.float32(column) - np.float32(principal_px[0])
-        across[column] = off_px / np.float32(focal_px[0])
+    across = _slopes(width, focal_px[0], principal_px[0])
+    down = _slopes(height, focal_px[1], principal_px[1])
     for row in range(height):
-        off_px = np.float32(row) - np.float32(principal_px[1])
-        down = off_px / np.float32(focal_px[1])
         for column in range(width):
             z = depth_m[row, column]
             out_points_camera[row, column, 0] = z * across[column]
-            out_points_camera[row, column, 1] = z * down
+            out_points_camera[row, column, 1] = z * down[row]
             out_points_camera[row, column, 2] = z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def set_up(
-    points_camera: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    focal_px: tuple[float, float],
+    principal_px: tuple[float, float],
     is_background: NDArray[np.bool_],
     axes_camera: NDArray[np.float32],
     camera_height_m: float,
@@ -54,14 +62,17 @@ def set_up(
     noise_2: Law,
     jump: Law,
     out_heights_m: NDArray[np.float32],
-    out_overview_m: NDArray[np.float32],
+    out_plan_m: NDArray[np.float32],
     out_is_free_standing: NDArray[np.bool_],
     out_is_inner: NDArray[np.uint8],
 ) -> None:
-    """Heights and overview of a cloud, what of it stands free, and what of that has no depth edge.
+    """Heights and overview of a depth image, what of it stands free, and what of that has no depth
+    edge.
 
     Args:
-        points_camera: [h, w, 3] metres, zeros where there is no reading.
+        depth_m: [h, w] metres, 0 where there is no reading.
+        focal_px: (fx, fy).
+        principal_px: (cx, cy).
         is_background: [h, w].
         axes_camera: [3, 3] to the right, forward, and up.
         camera_height_m: what is added to the heights.
@@ -70,36 +81,45 @@ def set_up(
         jump: an edge is where the depth differs from the left or the upper neighbour's by more than
             this law says.
         out_heights_m: [h, w] along up.
-        out_overview_m: [h, w, 2] right and forward.
+        out_plan_m: [2, h, w] right and forward.
         out_is_free_standing: [h, w] has a reading and is neither background nor floor.
         out_is_inner: [h, w] 1 where it stands free and there is no edge.
     """
-    height, width = is_background.shape
+    height, width = depth_m.shape
+    across = _slopes(width, focal_px[0], principal_px[0])
+    down = _slopes(height, focal_px[1], principal_px[1])
+    right_x, right_y, right_z = axes_camera[0]
+    forward_x, forward_y, forward_z = axes_camera[1]
+    up_x, up_y, up_z = axes_camera[2]
+    # Row by row without branches, so that several pixels are looked at together.
     for row in range(height):
+        seen_m, above_m = depth_m[row], depth_m[max(row - 1, 0)]
+        right_m, forward_m, heights_m = out_plan_m[0, row], out_plan_m[1, row], out_heights_m[row]
+        is_known, is_free_standing = is_background[row], out_is_free_standing[row]
+        is_inner = out_is_inner[row]
         for column in range(width):
-            x, y, z = points_camera[row, column]
-            for axis in range(2):
-                right_or_forward = axes_camera[axis]
-                out_overview_m[row, column, axis] = (
-                    x * right_or_forward[0] + y * right_or_forward[1] + z * right_or_forward[2]
-                )
-            up = axes_camera[2]
-            above_camera_m = x * up[0] + y * up[1] + z * up[2]
+            z = seen_m[column]
+            x, y = z * across[column], z * down[row]
+            right_m[column] = x * right_x + y * right_y + z * right_z
+            forward_m[column] = x * forward_x + y * forward_y + z * forward_z
+            heights_m[column] = x * up_x + y * up_y + z * up_z
+        for column in range(width):
+            z, above_camera_m = seen_m[column], heights_m[column]
             height_m = above_camera_m + np.float32(camera_height_m)
-            out_heights_m[row, column] = height_m
-            is_free_standing = z > 0.0 and not is_background[row, column]
-            if is_free_standing:
-                is_free_standing = height_m > floor_margin(z, above_camera_m, margin_m, noise_2)
-            jump_m = law_at(z, jump)
-            left_m = points_camera[row, max(column - 1, 0), 2]
-            above_m = points_camera[max(row - 1, 0), column, 2]
-            out_is_free_standing[row, column] = is_free_standing
-            out_is_inner[row, column] = (
-                is_free_standing & (abs(z - left_m) <= jump_m) & (abs(z - above_m) <= jump_m)
-            )
+            heights_m[column] = height_m
+            is_over_floor = height_m > floor_margin(z, above_camera_m, margin_m, noise_2)
+            is_free_standing[column] = (z > 0.0) & (not is_known[column]) & is_over_floor
+        for column in range(width):
+            z = seen_m[column]
+            is_even = abs(z - above_m[column]) <= law_at(z, jump)
+            is_inner[column] = is_free_standing[column] & is_even
+        right_of_first, left_m, is_inner_right = seen_m[1:], seen_m[:-1], is_inner[1:]
+        for column in range(width - 1):
+            z = right_of_first[column]
+            is_inner_right[column] &= abs(z - left_m[column]) <= law_at(z, jump)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def find_cores(
     inset_px: NDArray[np.float32],
     depth_m: NDArray[np.float32],
@@ -127,25 +147,26 @@ def find_cores(
     most_px = np.float32(max(height, width))
     area_m2 = 0.0
     for row in range(height):
+        has_core = False
         for column in range(width):
             pixel_m = depth_m[row, column] / np.float32(focal_px)
             inset_m = min(inset_px[row, column], most_px) * pixel_m
             out_inset_m[row, column] = inset_m
-            out_start_m[row, column] = np.inf if is_allowed[row, column] else -np.inf
-            if inset_m > core_inset_m:
-                out_start_m[row, column] = 0.0
+            start_m = np.float32(np.inf) if is_allowed[row, column] else np.float32(-np.inf)
+            is_core = inset_m > core_inset_m
+            out_start_m[row, column] = np.float32(0.0) if is_core else start_m
+            has_core |= is_core
+        for column in range(width if has_core else 0):
+            if out_start_m[row, column] == 0.0:
+                pixel_m = depth_m[row, column] / np.float32(focal_px)
                 area_m2 += pixel_m * pixel_m
     return area_m2
-
-
-@njit(nogil=True)
-def _in_double(points: NDArray[np.float32], n: int) -> tuple[float, float, float]:
-    return np.float64(points[n, 0]), np.float64(points[n, 1]), np.float64(points[n, 2])
 
 
 @njit(cache=True, nogil=True)
 def plane_moments(
     points_camera: NDArray[np.float32],
+    step: int,
     normal_camera: NDArray[np.float64],
     distance_m: float,
     tolerance: Law,
@@ -155,33 +176,38 @@ def plane_moments(
     """How many points lie near a plane, their mean and their covariance, weighted by 1 / z^2.
 
     Args:
-        points_camera: [N, 3] metres; those with z = 0 do not count.
+        points_camera: [h, w, 3] metres; those with z = 0 do not count.
+        step: from a row and a column that are looked at to the next.
         normal_camera: [3] the plane's unit normal.
         distance_m: points p of the plane have normal @ p + distance = 0.
         tolerance: how far from it is near.
         out_mean: [3], left alone where there are no points, as is
         out_covariance: [3, 3].
     """
-    near = np.empty(points_camera.shape[0], np.int64)
+    height, width = points_camera.shape[:2]
+    near = np.empty((((height + step - 1) // step) * ((width + step - 1) // step), 3))
     count = 0
     total, mean_x, mean_y, mean_z = 0.0, 0.0, 0.0, 0.0
-    for n in range(points_camera.shape[0]):
-        x, y, z = _in_double(points_camera, n)
-        off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
-        if z > 0.0 and abs(off_m) < law_at(z, tolerance):
-            near[count] = n
-            count += 1
-            weight = 1.0 / (z * z)
-            total += weight
-            mean_x += weight * x
-            mean_y += weight * y
-            mean_z += weight * z
+    for row in range(0, height, step):
+        for column in range(0, width, step):
+            x = np.float64(points_camera[row, column, 0])
+            y = np.float64(points_camera[row, column, 1])
+            z = np.float64(points_camera[row, column, 2])
+            off_m = x * normal_camera[0] + y * normal_camera[1] + z * normal_camera[2] + distance_m
+            if z > 0.0 and abs(off_m) < law_at(z, tolerance):
+                near[count, 0], near[count, 1], near[count, 2] = x, y, z
+                count += 1
+                weight = 1.0 / (z * z)
+                total += weight
+                mean_x += weight * x
+                mean_y += weight * y
+                mean_z += weight * z
     if count == 0:
         return 0
     mean_x, mean_y, mean_z = mean_x / total, mean_y / total, mean_z / total
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(count):
-        x, y, z = _in_double(points_camera, near[k])
+        x, y, z = near[k, 0], near[k, 1], near[k, 2]
         weight = 1.0 / (z * z)
         x, y, z = x - mean_x, y - mean_y, z - mean_z
         xx += weight * x * x
@@ -201,7 +227,7 @@ def plane_moments(
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def learn_background(
     depth_m: NDArray[np.float32],
     is_somebodys: NDArray[np.bool_],
@@ -227,16 +253,17 @@ def learn_background(
     for row in range(height):
         for column in range(width):
             z = depth_m[row, column]
-            if z == 0.0 or is_somebodys[row, column]:
-                continue
-            ahead_m = out_mean_m[row, column] - z
+            mean_m, steady_s = out_mean_m[row, column], out_steady_s[row, column]
+            ahead_m = mean_m - z
             tolerance_m = law_at(z, tolerance)
-            if ahead_m < -tolerance_m:
-                out_mean_m[row, column] = z
-                out_steady_s[row, column] = np.float32(0.0)
-            elif ahead_m < tolerance_m:
-                out_mean_m[row, column] -= np.float32(share) * ahead_m
-                out_steady_s[row, column] += np.float32(elapsed_s)
+            is_learnt = (z != 0.0) & (not is_somebodys[row, column])
+            is_further = is_learnt & (ahead_m < -tolerance_m)
+            is_steady = is_learnt & (ahead_m < tolerance_m)
+            blended_m = mean_m - np.float32(share) * ahead_m
+            mean_m = blended_m if is_steady else mean_m
+            out_mean_m[row, column] = z if is_further else mean_m
+            steady_s = steady_s + np.float32(elapsed_s) if is_steady else steady_s
+            out_steady_s[row, column] = np.float32(0.0) if is_further else steady_s
 
 
 @njit(cache=True, nogil=True)
@@ -264,7 +291,7 @@ def changed_share(
     return changed / own if own else 1.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def shows_background(
     depth_m: NDArray[np.float32],
     mean_m: NDArray[np.float32],

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from topview.kernels.noise import Law, law_at
 
+# Whether ways may lead over a pixel, and whether it waits to tell its neighbours.
+FORBIDDEN, ALLOWED, QUEUED = range(3)
+
 
 @njit(cache=True, nogil=True)
 def geodesic_distance(
@@ -33,17 +36,19 @@ def geodesic_distance(
             where no way may lead; replaced by the distances, infinity where there is no way.
     """
     height, width = depth_m.shape
-    queue = np.empty(height * width, np.int32)
+    queue, state = np.empty(depth_m.size, np.int32), np.empty(depth_m.size, np.uint8)
     count = 0
     for row in range(height):
         for column in range(width):
-            if 0.0 <= out_m[row, column] <= limit_m:
+            pixel, start_m = row * width + column, out_m[row, column]
+            state[pixel] = FORBIDDEN if start_m < 0.0 else ALLOWED
+            if 0.0 <= start_m <= limit_m:
                 if _may_tell(out_m, row, column):
-                    queue[count] = row * width + column
+                    queue[count] = pixel
                     count += 1
-            elif out_m[row, column] >= 0.0:
+            else:
                 out_m[row, column] = np.inf
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
 
 
 @njit(nogil=True)
@@ -57,7 +62,7 @@ def _may_tell(out_m: NDArray[np.float32], row: int, column: int) -> bool:
     return farthest_m > out_m[row, column]
 
 
-@njit(nogil=True)
+@njit(error_model="numpy", nogil=True)
 def _spread(
     depth_m: NDArray[np.float32],
     focal_px: float,
@@ -65,54 +70,58 @@ def _spread(
     limit_m: float,
     queue: NDArray[np.int32],
     count: int,
+    state: NDArray[np.uint8],
     out_m: NDArray[np.float32],
 ) -> None:
-    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w]."""
-    height, width = depth_m.shape
-    size = height * width
-    is_queued = np.zeros((height, width), np.bool_)
+    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w];
+    `state` [h * w] says which pixels are allowed."""
+    width = depth_m.shape[1]
+    size = depth_m.size
+    z_of, told = depth_m.ravel(), out_m.ravel()
     for k in range(count):
-        is_queued[queue[k] // width, queue[k] % width] = True
+        state[queue[k]] = QUEUED
     head = 0
     while count > 0:
         pixel = queue[head]
         head = head + 1 if head + 1 < size else 0
         count -= 1
-        row, column = pixel // width, pixel % width
-        is_queued[row, column] = False
-        z = depth_m[row, column]
-        start = out_m[row, column]
-        for i in range(max(row - 1, 0), min(row + 2, height)):
-            for j in range(max(column - 1, 0), min(column + 2, width)):
-                known = out_m[i, j]
-                nearer = min(z, depth_m[i, j])
+        state[pixel] = ALLOWED
+        z = z_of[pixel]
+        start = told[pixel]
+        column = pixel % width
+        left, right = int(column > 0), int(column < width - 1)
+        above = pixel - width if pixel >= width else pixel
+        below = pixel + width if pixel + width < size else pixel
+        for middle in range(above, below + 1, width):
+            for other in range(middle - left, middle + right + 1):
+                known = told[other]
+                if start >= known or state[other] == FORBIDDEN:
+                    continue
+                nearer = min(z, z_of[other])
                 across = nearer / focal_px
                 # Even straight ahead it would be no shorter.
                 if start + across >= known:
                     continue
-                dz = depth_m[i, j] - z
+                dz = z_of[other] - z
                 if abs(dz) > law_at(float(nearer), jump):
                     continue
-                square = across * across * ((i != row) + (j != column))
+                square = across * across * ((middle != pixel) + (other != middle))
                 way = np.float32(start + np.sqrt(square + dz * dz))
                 if way < known and way <= limit_m:
-                    out_m[i, j] = way
-                    if not is_queued[i, j]:
-                        is_queued[i, j] = True
+                    told[other] = way
+                    if state[other] != QUEUED:
+                        state[other] = QUEUED
                         tail = head + count
-                        queue[tail if tail < size else tail - size] = i * width + j
+                        queue[tail if tail < size else tail - size] = other
                         count += 1
-    for row in range(height):
-        for column in range(width):
-            out_m[row, column] = abs(out_m[row, column])
 
 
 @njit(cache=True, nogil=True)
 def grow_body(
+    standing_px: NDArray[np.int64],
     points_camera: NDArray[np.float32],
-    overview_m: NDArray[np.float32],
+    plan_m: NDArray[np.float32],
     heights_m: NDArray[np.float32],
-    is_free_standing: NDArray[np.bool_],
     is_bulky: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     focal_px: float,
@@ -138,10 +147,10 @@ def grow_body(
     known to have been, as far as then, if the depth has changed by less than the law `stays` says.
 
     Args:
+        standing_px: flat indices of what stands free.
         points_camera: [h, w, 3] metres.
-        overview_m: [h, w, 2] the same seen from above.
+        plan_m: [2, h, w] the same seen from above: right and forward.
         heights_m: [h, w] along up.
-        is_free_standing: [h, w].
         is_bulky: [h, w].
         depth_m: [h, w].
         focal_px: of the depth image.
@@ -160,60 +169,64 @@ def grow_body(
             it is no start.
         out_m: [h, w] the distances, infinity where there is no way.
     """
-    height, width = heights_m.shape
-    queue = np.empty(height * width, np.int32)
+    queue, state = np.empty(depth_m.size, np.int32), np.zeros(depth_m.size, np.uint8)
     count = 0
     is_remembered = len(last_body_m) > 0
     head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
     head_z = np.float32(head_camera[2])
     head_right, head_forward = np.float32(head_overview_m[0]), np.float32(head_overview_m[1])
-    out_m[:] = -np.inf
-    for row in range(height):
-        for column in range(width):
-            if not is_free_standing[row, column]:
-                continue
-            right = overview_m[row, column, 0] - head_right
-            forward = overview_m[row, column, 1] - head_forward
-            aside_m = np.sqrt(right * right + forward * forward)
-            if is_bulky[row, column] and aside_m >= torso_reach_m:
-                continue
-            start_m = np.float32(np.inf)
-            if from_head:
-                x = points_camera[row, column, 0] - head_x
-                y = points_camera[row, column, 1] - head_y
-                z = points_camera[row, column, 2] - head_z
-                from_head_m = np.sqrt(x * x + y * y + z * z)
-                is_core = aside_m < core[0] and core[1] < heights_m[row, column] < core[2]
-                if is_core or from_head_m < head_radius_m:
-                    start_m = from_head_m
-            if is_remembered and start_m == np.inf:
-                off_m = abs(depth_m[row, column] - last_depth_m[row, column])
-                if off_m < law_at(depth_m[row, column], stays):
-                    start_m = last_body_m[row, column] + np.float32(faded_m)
-            if start_m <= limit_m:
-                queue[count] = row * width + column
-                count += 1
-            else:
-                start_m = np.float32(np.inf)
-            out_m[row, column] = start_m
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
+    point_of = points_camera.reshape(-1, 3)
+    right_of, forward_of = plan_m[0].ravel(), plan_m[1].ravel()
+    height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
+    last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
+    # Further aside, but for rounding, nothing is in the ball nor the cylinder.
+    near_m = max(core[0], head_radius_m + 0.001)
+    out_m[:] = np.inf
+    out_of = out_m.ravel()
+    for k in range(len(standing_px)):
+        pixel = int(standing_px[k])
+        right, forward = right_of[pixel] - head_right, forward_of[pixel] - head_forward
+        aside_m = np.sqrt(right * right + forward * forward)
+        if is_bulk[pixel] and aside_m >= torso_reach_m:
+            continue
+        state[pixel] = ALLOWED
+        start_m = np.float32(np.inf)
+        if from_head and aside_m < near_m:
+            x = point_of[pixel, 0] - head_x
+            y = point_of[pixel, 1] - head_y
+            z = point_of[pixel, 2] - head_z
+            from_head_m = np.sqrt(x * x + y * y + z * z)
+            is_core = aside_m < core[0] and core[1] < height_of[pixel] < core[2]
+            if is_core or from_head_m < head_radius_m:
+                start_m = from_head_m
+        if is_remembered and start_m == np.inf and last_body_of[pixel] < np.inf:
+            off_m = abs(z_of[pixel] - last_z_of[pixel])
+            if off_m < law_at(z_of[pixel], stays):
+                start_m = last_body_of[pixel] + np.float32(faded_m)
+        if start_m <= limit_m:
+            queue[count] = pixel
+            count += 1
+            out_of[pixel] = start_m
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
 
 
 @njit(cache=True, nogil=True)
 def share_bodies(
     bodies_m: NDArray[np.float32],
+    is_persons: NDArray[np.bool_],
     is_tracked: NDArray[np.bool_],
     share_m: float,
-    out_is_own: NDArray[np.bool_],
     out_is_contested: NDArray[np.bool_],
 ) -> int:
-    """Which pixels are whose: the nearest one's, and those who are no further by over `share_m`.
+    """Leave to each body the pixels that are its own: of all the nearest one's, and those that are
+    no further by over `share_m`; what any person reaches is no other thing's.
 
     Args:
-        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's.
+        bodies_m: [N, h, w] distance of each pixel from each head, infinity where it is none's;
+            replaced by what is left, but for what is contested, which tracked ones keep.
+        is_persons: [N].
         is_tracked: [N].
         share_m: see above.
-        out_is_own: [N, h, w].
         out_is_contested: [h, w] where several tracked ones are reached.
 
     Returns:
@@ -221,7 +234,7 @@ def share_bodies(
     """
     count, height, width = bodies_m.shape
     contested = 0
-    nearest_m = np.empty(width, np.float32)
+    nearest_m = np.empty((2, width), np.float32)
     reached = np.empty(width, np.int32)
     # Row by row without branches, so that several pixels are looked at together.
     for row in range(height):
@@ -229,32 +242,26 @@ def share_bodies(
         reached[:] = 0
         for n in range(count):
             body_m, is_counted = bodies_m[n, row], np.int32(is_tracked[n])
+            to_kind_m = nearest_m[int(is_persons[n])]
             for column in range(width):
-                nearest_m[column] = min(nearest_m[column], body_m[column])
+                to_kind_m[column] = min(to_kind_m[column], body_m[column])
                 reached[column] += is_counted & (body_m[column] < np.inf)
-        for n in range(count):
-            body_m, is_own = bodies_m[n, row], out_is_own[n, row]
-            for column in range(width):
-                is_near = body_m[column] <= nearest_m[column] + np.float32(share_m)
-                is_own[column] = is_near & (body_m[column] < np.inf)
         for column in range(width):
+            is_persons_own = nearest_m[1, column] < np.inf
+            nearest_m[0, column] = -np.inf if is_persons_own else nearest_m[0, column]
             out_is_contested[row, column] = reached[column] > 1
             contested += reached[column] > 1
+        for n in range(count):
+            body_m, may_keep = bodies_m[n, row], is_tracked[n]
+            to_kind_m = nearest_m[int(is_persons[n])]
+            for column in range(width):
+                is_near = body_m[column] <= to_kind_m[column] + np.float32(share_m)
+                is_near |= may_keep & (reached[column] > 1)
+                body_m[column] = body_m[column] if is_near else np.float32(np.inf)
     return contested
 
 
-@njit(cache=True, nogil=True)
-def leave_to_nearer(
-    body_m: NDArray[np.float32], other_m: NDArray[np.float32], out_m: NDArray[np.float32]
-) -> None:
-    """Set `out_m` to infinity where another body is nearer; all [h, w] distances from heads."""
-    for row in range(body_m.shape[0]):
-        for column in range(body_m.shape[1]):
-            if other_m[row, column] < body_m[row, column]:
-                out_m[row, column] = np.inf
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def full_pixels_of(
     full_depth_m: NDArray[np.float32],
     small_depth_m: NDArray[np.float32],
@@ -286,56 +293,76 @@ def full_pixels_of(
     """
     full_height, full_width = full_depth_m.shape
     height, width = small_depth_m.shape
-    # With a border, so that every pixel has four around it.
-    users_depth_m = np.full((height + 1, width + 1), -np.inf, np.float32)
     starts, ends = np.full(height + 1, width), np.full(height + 1, -1)
     top, bottom = height, -1
     for i in range(height):
         for j in range(width):
             if is_users[i, j]:
-                users_depth_m[i, j] = small_depth_m[i, j]
                 starts[i], ends[i] = min(starts[i], j), j
         if ends[i] >= 0:
             top, bottom = min(top, i), i
-    rows = range(max((top - 1) * stride, 0), min((bottom + 1) * stride, full_height))
-    most = max(ends.max() - starts.min() + 2, 0) * stride
-    pixels = np.empty(len(rows) * most, np.int32)
-    around_m = np.empty((4, most), np.float32)
-    upper_m, upper_right_m, lower_m, lower_right_m = around_m
-    is_its = np.empty(most, np.bool_)
-    count = 0
+    if bottom < 0:
+        return np.empty(0, np.int32)
+    begin = max(starts.min() - 1, 0)
+    # A small row of the user's, and the one below it, as broad as the full one; with one small
+    # pixel more, so that every full pixel has four around it.
+    most = (ends.max() - begin + 2) * stride
+    wide_m = np.empty((2, most), np.float32)
+    is_its, rises = np.empty(most, np.bool_), np.empty(most)
     up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
-    first, last = 0, 0
-    for row in rows:
-        if row % stride == 0:
-            i = row // stride
-            left, right = min(starts[i], starts[i + 1]), max(ends[i], ends[i + 1])
-            first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
-            for k in range(4):
-                small_m = users_depth_m[i + k // 2, first // stride + k % 2 :]
-                _widen(small_m, stride, around_m[k, : max(last - first, 0)])
-        rise_y = (row - principal_px[1]) * up_y + floor[2]
-        seen_m = full_depth_m[row, first:last]
-        # Without branches, so that several pixels are looked at together.
-        for n in range(len(seen_m)):
-            z = seen_m[n]
-            off_m = min(
-                min(abs(upper_m[n] - z), abs(upper_right_m[n] - z)),
-                min(abs(lower_m[n] - z), abs(lower_right_m[n] - z)),
-            )
-            rise = (first + n - principal_px[0]) * up_x + rise_y
-            least_m = margin_m + law_at(z, noise_2) * abs(rise)
-            is_its[n] = (z > 0.0) & (off_m < law_at(z, jump)) & (rise * z + floor[3] > least_m)
-        for n in range(len(seen_m)):
-            pixels[count] = row * full_width + first + n
-            count += is_its[n]
+    for n in range(most):
+        rises[n] = (begin * stride + n - principal_px[0]) * up_x
+    above = max(top - 1, 0)
+    pixels = np.empty((bottom + 1 - above) * stride * most, np.int32)
+    count = 0
+    _widen(small_depth_m, is_users, above, begin, stride, wide_m)
+    for i in range(above, bottom + 1):
+        _widen(small_depth_m, is_users, i + 1, begin, stride, wide_m)
+        left, right = min(starts[i], starts[i + 1]), max(ends[i], ends[i + 1])
+        if right < 0:
+            continue
+        first, last = max(left - 1, 0) * stride, min((right + 1) * stride, full_width)
+        offset = first - begin * stride
+        rise_x = rises[offset:]
+        upper_m, lower_m = wide_m[i % 2, offset:], wide_m[(i + 1) % 2, offset:]
+        upper_right_m, lower_right_m = upper_m[stride:], lower_m[stride:]
+        for row in range(i * stride, min((i + 1) * stride, full_height)):
+            rise_y = (row - principal_px[1]) * up_y + floor[2]
+            seen_m = full_depth_m[row, first:last]
+            # Without branches, so that several pixels are looked at together.
+            for n in range(len(seen_m)):
+                z = seen_m[n]
+                off_m = min(
+                    min(abs(upper_m[n] - z), abs(upper_right_m[n] - z)),
+                    min(abs(lower_m[n] - z), abs(lower_right_m[n] - z)),
+                )
+                rise = rise_x[n] + rise_y
+                least_m = margin_m + law_at(z, noise_2) * abs(rise)
+                is_near = (z > 0.0) & (off_m < law_at(z, jump))
+                is_its[n] = is_near & (rise * z + floor[3] > least_m)
+            for n in range(len(seen_m)):
+                pixels[count] = row * full_width + first + n
+                count += is_its[n]
     return pixels[:count].copy()
 
 
 @njit(nogil=True)
-def _widen(small: NDArray[np.float32], stride: int, out: NDArray[np.float32]) -> None:
-    """Each of `small` so often, until `out` is full."""
-    for shift in range(stride):
-        shifted = out[shift::stride]
-        for k in range(len(shifted)):
-            shifted[k] = small[k]
+def _widen(
+    small_depth_m: NDArray[np.float32],
+    is_users: NDArray[np.bool_],
+    i: int,
+    begin: int,
+    stride: int,
+    out_wide_m: NDArray[np.float32],
+) -> None:
+    """Fill one of two rows, in turn, with the depths of a small row's pixels, from one on, each
+    `stride` times; of those that are not the user's it is minus infinity."""
+    height, width = is_users.shape
+    wide_m = out_wide_m[i % 2]
+    for k in range(len(wide_m) // stride):
+        j = begin + k
+        value_m = np.float32(-np.inf)
+        if i < height and j < width and is_users[i, j]:
+            value_m = small_depth_m[i, j]
+        for n in range(k * stride, (k + 1) * stride):
+            wide_m[n] = value_m

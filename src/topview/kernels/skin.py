@@ -6,35 +6,75 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from topview.kernels.colors import yuv_of
 from topview.kernels.medians import median
 from topview.kernels.noise import Law, law_at
 
 
+@njit(inline="always", nogil=True)
+def _mean(upper: NDArray[np.uint8], lower: NDArray[np.uint8], place: int, step: int) -> int:
+    """Of a channel of two pixels beside each other and the two below them, as `cv2.resize` has it
+    (`INTER_AREA`); of the first alone if the step is 1."""
+    at, beside = np.uint32(place), np.uint32(place + 3)
+    if step == 1:
+        return int(upper[at])
+    return (int(upper[at]) + int(upper[beside]) + int(lower[at]) + int(lower[beside]) + 2) >> 2
+
+
 @njit(cache=True, nogil=True)
 def look_up_levels(
-    yuv: NDArray[np.uint8],
+    color: NDArray[np.uint8],
+    step: int,
     is_sought: NDArray[np.bool_],
     table: NDArray[np.uint8],
     shift: int,
     dark_level: int,
     out_level: NDArray[np.uint8],
+    out_bin: NDArray[np.int32],
+    out_counts: NDArray[np.float64],
 ) -> None:
     """A level of each colour's U and V, 0 where none is sought or Y is below `dark_level`.
 
     Args:
-        yuv: [h, w, 3].
+        color: [h * step, w * step, 3] RGB.
+        step: 1, or 2 if the mean of 2 x 2 pixels is a small pixel's colour.
         is_sought: [h, w].
         table: [B, B] by U and V, each `>> shift`.
         shift: see above.
         dark_level: see above.
         out_level: [h, w].
+        out_bin: [h, w] flat index into the table where sought, else left alone.
+        out_counts: [B * B] how many of those sought fall there are added.
     """
-    for row in range(yuv.shape[0]):
-        for column in range(yuv.shape[1]):
-            out_level[row, column] = 0
-            if is_sought[row, column] and yuv[row, column, 0] >= dark_level:
-                u, v = yuv[row, column, 1] >> shift, yuv[row, column, 2] >> shift
-                out_level[row, column] = table[u, v]
+    bins = table.shape[1]
+    level_of, rows = table.ravel(), color.reshape(len(color), -1)
+    for row in range(is_sought.shape[0]):
+        upper, lower = rows[row * step], rows[row * step + step - 1]
+        is_wanted, levels, places = is_sought[row], out_level[row], out_bin[row]
+        for column in range(len(levels)):
+            levels[column] = 0
+            if is_wanted[column]:
+                first = column * step * 3
+                y, u, v = yuv_of(
+                    _mean(upper, lower, first, step),
+                    _mean(upper, lower, first + 1, step),
+                    _mean(upper, lower, first + 2, step),
+                )
+                place = (u >> shift) * bins + (v >> shift)
+                places[column] = place
+                out_counts[place] += 1.0
+                if y >= dark_level:
+                    levels[column] = level_of[place]
+
+
+@njit(cache=True, nogil=True)
+def count_bins(
+    pixels: NDArray[np.float32], bin_of: NDArray[np.int32], out_counts: NDArray[np.float64]
+) -> None:
+    """Add one to `out_counts` [B * B] for each of [N, 2] pixels (x, y), all inside, by its bin in
+    [h, w]."""
+    for n in range(len(pixels)):
+        out_counts[bin_of[int(pixels[n, 1]), int(pixels[n, 0])]] += 1.0
 
 
 @njit(cache=True, nogil=True)
@@ -44,21 +84,29 @@ def widen_mask(
     """[H, W] whether any of the 3 x 3 pixels of a smaller mask [h, w] is, about the one that lies
     there; strides are those of both in the full image."""
     height, width = mask.shape
-    near = np.empty(width + 2, np.bool_)
+    columns = np.empty(out.shape[1], np.int32)
+    for column in range(len(columns)):
+        columns[column] = column * stride // mask_stride
+    near, wide = np.empty(width + 2, np.bool_), np.empty(width, np.bool_)
     last = -1
     for row in range(out.shape[0]):
         i = row * stride // mask_stride
+        wider, before = out[row], out[max(row - 1, 0)]
         if i == last:
-            out[row] = out[row - 1]
+            for column in range(len(columns)):
+                wider[column] = before[column]
             continue
         last = i
-        near[:] = False
-        for k in range(max(i - 1, 0), min(i + 2, height)):
-            for j in range(width):
-                near[j + 1] |= mask[k, j]
-        for column in range(out.shape[1]):
-            j = column * stride // mask_stride
-            out[row, column] = near[j] | near[j + 1] | near[j + 2]
+        upper, middle, lower = mask[max(i - 1, 0)], mask[i], mask[min(i + 1, height - 1)]
+        near[0] = near[width + 1] = False
+        inside = near[1 : width + 1]
+        for j in range(width):
+            inside[j] = upper[j] | middle[j] | lower[j]
+        left, right = near[:width], near[2:]
+        for j in range(width):
+            wide[j] = left[j] | inside[j] | right[j]
+        for column in range(len(columns)):
+            wider[column] = wide[columns[column]]
 
 
 @njit(cache=True, nogil=True)
@@ -75,20 +123,6 @@ def before_background(
             z = depth_m[row, column]
             is_before = (z > 0.0) & (z <= nearest_m[row, column])
             out[row, column] = is_candidate[row, column] & is_before
-
-
-@njit(cache=True, nogil=True)
-def count_bins(
-    yuv: NDArray[np.uint8],
-    is_counted: NDArray[np.bool_],
-    shift: int,
-    out_counts: NDArray[np.float64],
-) -> None:
-    """Add one to `out_counts` [B, B] for every pixel ([h, w]) that is counted, by its U and V."""
-    for row in range(yuv.shape[0]):
-        for column in range(yuv.shape[1]):
-            if is_counted[row, column]:
-                out_counts[yuv[row, column, 1] >> shift, yuv[row, column, 2] >> shift] += 1.0
 
 
 @njit(cache=True, nogil=True)
@@ -117,29 +151,42 @@ def cut_at_edges(
 
 @njit(cache=True, nogil=True)
 def count_lights(
-    rgb: NDArray[np.uint8],
-    yuv: NDArray[np.uint8],
+    color: NDArray[np.uint8],
+    step: int,
+    every: int,
     dim_level: float,
     clipped_level: int,
     out_tints: NDArray[np.int64],
 ) -> tuple[int, int, int]:
-    """How many of [h, w, 3] pixels are not black; how many of these have a Y below `dim_level`, and
-    how many no colour below `clipped_level`.
+    """How many pixels are not black; how many of these have a Y below `dim_level`, and how many no
+    colour below `clipped_level`.
 
-    `out_tints`: [2, 256] is filled with how many of them have each U, and each V.
+    Args:
+        color: [H, W, 3] RGB.
+        step: 1, or 2 if the mean of 2 x 2 pixels is a small pixel's colour.
+        every: how many of the small pixels in each direction one is looked at for.
+        dim_level: see above.
+        clipped_level: see above.
+        out_tints: [2, 256] is filled with how many of them have each U, and each V.
     """
     out_tints[:] = 0
+    rows = color.reshape(len(color), -1)
     count, dim, clipped = 0, 0, 0
-    for row in range(rgb.shape[0]):
-        for column in range(rgb.shape[1]):
-            red, green, blue = rgb[row, column]
+    for row in range(0, color.shape[0] // step, every):
+        upper, lower = rows[row * step], rows[row * step + step - 1]
+        for column in range(0, color.shape[1] // step, every):
+            first = column * step * 3
+            red = _mean(upper, lower, first, step)
+            green = _mean(upper, lower, first + 1, step)
+            blue = _mean(upper, lower, first + 2, step)
             if max(red, max(green, blue)) == 0:
                 continue
+            y, u, v = yuv_of(red, green, blue)
             count += 1
-            dim += yuv[row, column, 0] < dim_level
+            dim += y < dim_level
             clipped += min(red, min(green, blue)) >= clipped_level
-            out_tints[0, yuv[row, column, 1]] += 1
-            out_tints[1, yuv[row, column, 2]] += 1
+            out_tints[0, u] += 1
+            out_tints[1, v] += 1
     return count, dim, clipped
 
 
@@ -228,13 +275,9 @@ def connected_regions(
     high: int,
     least_pixels: int,
     box: tuple[int, int, int, int],
-    is_visited: NDArray[np.bool_],
-    out_pixels: NDArray[np.float32],
-    out_starts: NDArray[np.int32],
-    out_boxes: NDArray[np.int32],
-    out_means: NDArray[np.float64],
-) -> int:
-    """Regions of 8-connected pixels above `low`, at least one of them above `high`.
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+    """Regions of 8-connected pixels above `low`, at least one of them above `high`, in the order of
+    their first pixels.
 
     Args:
         level: [h, w].
@@ -243,20 +286,29 @@ def connected_regions(
         high: see above.
         least_pixels: of a region.
         box: left, top, right, bottom, all inside; beyond it no level is above `low`.
-        is_visited: [h, w] scratch, all False.
-        out_pixels: [h * w, 2] (x, y) of one region after the other.
-        out_starts: [K + 1] where each region's pixels start, and where the last one's end.
-        out_boxes: [K, 4] left, top, right, bottom; all inside.
-        out_means: [K, 3] mean level, share of pixels with a reading, median reading (0: none).
 
     Returns:
-        How many there are, in the order of their first pixels.
+        [P, 2] pixels (x, y) of one region after the other; [K + 1] where each region's start, and
+        where the last one's end; [K, 4] left, top, right, bottom, all inside; and [K, 3] mean
+        level, share of pixels with a reading, median reading (0: none).
     """
     height, width = level.shape
-    readings_m = np.empty(level.size, np.float32)
+    most = 0
+    is_above = np.zeros(height, np.bool_)
+    for row in range(box[1], box[3] + 1):
+        above = 0
+        for column in range(box[0], box[2] + 1):
+            above += level[row, column] > low
+        is_above[row] = above > 0
+        most += above
+    out_pixels, readings_m = np.empty((most, 2), np.float32), np.empty(most, np.float32)
+    regions = most // least_pixels + 1
+    out_starts, out_boxes = np.zeros(regions + 1, np.int32), np.empty((regions, 4), np.int32)
+    out_means, is_visited = np.empty((regions, 3)), np.zeros((height, width), np.bool_)
     count, end = 0, 0
-    out_starts[0] = 0
     for first_row in range(box[1], box[3] + 1):
+        if not is_above[first_row]:
+            continue
         for first_column in range(box[0], box[2] + 1):
             if level[first_row, first_column] <= low or is_visited[first_row, first_column]:
                 continue
@@ -291,7 +343,7 @@ def connected_regions(
             out_means[count, 2] = median(readings_m[:readings]) if readings > 0 else 0.0
             count += 1
             out_starts[count] = end
-    return count
+    return out_pixels, out_starts, out_boxes[:count], out_means[:count]
 
 
 @njit(cache=True, nogil=True)
@@ -322,6 +374,14 @@ def copy_levels(
     for n in range(len(pixels)):
         row, column = int(pixels[n, 1]), int(pixels[n, 0])
         out_level[row, column] = level[row, column]
+
+
+@njit(cache=True, nogil=True)
+def shift_pixels(pixels: NDArray[np.float32], dx: float, dy: float) -> None:
+    """Move [N, 2] pixels (x, y)."""
+    for n in range(len(pixels)):
+        pixels[n, 0] += np.float32(dx)
+        pixels[n, 1] += np.float32(dy)
 
 
 @njit(cache=True, nogil=True)
@@ -424,9 +484,10 @@ def share_pixels(
     depths_m: NDArray[np.float64],
     same_depth_m: float,
     out_belongs: NDArray[np.bool_],
-) -> None:
+) -> NDArray[np.float64]:
     """Which pixels belong to which ellipse: to all in which they lie, else to the nearest one; of
-    those at a pixel's depth, if there are any.
+    those at a pixel's depth, if there are any. Gives the [K] shares of each one's pixels that are
+    others', too.
 
     Args:
         pixels: [N, 2] (x, y), all inside the image.
@@ -439,6 +500,7 @@ def share_pixels(
     count = len(ellipses)
     cosines, sines = np.cos(ellipses[:, 4]), np.sin(ellipses[:, 4])
     is_near = np.zeros(count, np.bool_)
+    own, shared = np.zeros(count, np.int64), np.zeros(count)
     for n in range(len(pixels)):
         z = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
         for k in range(count):
@@ -459,3 +521,12 @@ def share_pixels(
                 nearest, least = k, square
         if not is_inside_any:
             out_belongs[nearest, n] = True
+        claims = 0
+        for k in range(count):
+            claims += out_belongs[k, n]
+        for k in range(count):
+            own[k] += out_belongs[k, n]
+            shared[k] += out_belongs[k, n] and claims > 1
+    for k in range(count):
+        shared[k] /= max(own[k], 1)
+    return shared

@@ -8,12 +8,12 @@ from itertools import combinations
 from math import dist
 from typing import Final
 
-import cv2
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.head_colors import HeadColors
+from topview.kernels.colors import count_clothes
 from topview.people.height import sunk_m
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -26,8 +26,8 @@ Colors = NDArray[np.float32]
 CHEST_BELOW_M, CHEST_ASIDE_M, WINDOW_M = (0.2, 0.65), 0.16, 0.4
 # Less of them tells nothing.
 LEAST_M2: Final = 0.02
-# Lightness and chromaticities (red and green of all) in so many steps each, and their ranges.
-STEPS, RANGES = (6, 16, 16), (0.0, 256.0, 0.0, 1.0, 0.0, 1.0)
+# Lightness and chromaticities (red and green of all) in so many steps each.
+STEPS: Final = (6, 16, 16)
 # Whose heads are this near to each other may be taken for one another, until they are so far apart
 # again; they are compared where they are no nearer than the third.
 TOGETHER_M, PARTED_M, JUDGED_M = 0.5, 1.4, 0.3
@@ -46,34 +46,25 @@ def clothes_under(
 ) -> Colors | None:
     """Histogram, of sum 1, of the colours of the clothes under a head [3]; None where too few of
     them are seen. What is nearer to `others_camera`, [3] each, is not looked at."""
-    every = scene.cloud.color
-    window = _window(scene, head_camera)
-    if every is None or window is None:
+    cloud = scene.cloud
+    color, box = cloud.frame.color, _window(scene, head_camera)
+    if color is None or box is None:
         return None
-    aside_m = scene.aside_of(head_camera, window)
-    below_m = scene.height_of(head_camera) - scene.heights_m[window]
-    is_chest = (aside_m < CHEST_ASIDE_M) & (scene.cloud.depth_m[window] > 0.0)
-    is_chest &= (below_m > CHEST_BELOW_M[0]) & (below_m < CHEST_BELOW_M[1])
-    for other in others_camera:
-        is_chest &= aside_m <= scene.aside_of(other, window)
-    if np.count_nonzero(is_chest) * scene.cloud.pixel_m(head_camera) ** 2 < LEAST_M2:
-        return None
-    return _histogram(every[window][is_chest].astype(np.float32))
-
-
-def _histogram(rgb: NDArray[np.float32]) -> Colors:
-    """Of [N, 3] colours."""
-    total = rgb.sum(1) + 1.0
-    channels = [total / 3.0, rgb[:, 0] / total, rgb[:, 1] / total]
-    counts = cv2.calcHist(
-        [np.ascontiguousarray(channel[:, None]) for channel in channels],
-        [0, 1, 2], None, list(STEPS), list(RANGES),
+    counts = np.zeros(STEPS, np.float32)
+    pixels = count_clothes(
+        color, cloud.stride, cloud.depth_m, scene.plan_m, scene.heights_m, box,
+        np.array([scene.overview_of(head) for head in (head_camera, *others_camera)]),
+        scene.height_of(head_camera),
+        CHEST_BELOW_M, CHEST_ASIDE_M, counts,
     )  # fmt: skip
-    return np.asarray(counts / max(float(counts.sum()), 1.0), np.float32)
+    if pixels * cloud.pixel_m(head_camera) ** 2 < LEAST_M2:
+        return None
+    return np.asarray(counts / max(pixels, 1), np.float32)
 
 
-def _window(scene: Scene, head_camera: Vector) -> tuple[slice, slice] | None:
-    """The pixels among which the clothes under a head are, None if they are out of view."""
+def _window(scene: Scene, head_camera: Vector) -> tuple[int, int, int, int] | None:
+    """Left, top, right and bottom (both outside) of the pixels among which the clothes under a head
+    are, None if they are out of view."""
     camera, (x, y, z) = scene.cloud.camera, head_camera.tolist()
     if z <= 0.1:
         return None
@@ -81,7 +72,7 @@ def _window(scene: Scene, head_camera: Vector) -> tuple[slice, slice] | None:
     aside_px, down_px = WINDOW_M * camera.fx / z, CHEST_BELOW_M[1] * camera.fy / z
     top, bottom = max(int(row), 0), min(int(row + down_px) + 2, camera.height)
     left, right = max(int(column - aside_px), 0), min(int(column + aside_px) + 2, camera.width)
-    return np.s_[top:bottom, left:right] if top < bottom and left < right else None
+    return (left, top, right, bottom) if top < bottom and left < right else None
 
 
 def unlikeness(one: Colors, other: Colors) -> float:
@@ -129,7 +120,7 @@ def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> lis
 
 def apart_m(one: Track, other: Track) -> float:
     """Between two heads."""
-    return dist(one.place_camera, other.place_camera)
+    return dist(one.place_camera.tolist(), other.place_camera.tolist())
 
 
 def nearest_m(track: Track, others: Sequence[Track]) -> float:

@@ -203,7 +203,7 @@ class Seeker:
             return None
         if heads:
             best = heads[int(np.argmax(scores[: len(heads)]))]
-            off_m = dist(best.center_camera, expected_camera)
+            off_m = dist(best.place, expected_camera.tolist())
             if off_m < AT_ONCE_M and best.confidence > AT_ONCE:
                 return None
         return track_head(
@@ -234,4 +234,4 @@ def assign(scores: NDArray[np.float64], unmatched: float = 0.0) -> dict[int, int
 
 def _is_apart(head: HeadCandidate, others: Iterable[HeadCandidate]) -> bool:
     """Whether a head is none of the others."""
-    return all(dist(head.center_camera, other.center_camera) > SAME_HEAD_M for other in others)
+    return all(dist(head.place, other.place) > SAME_HEAD_M for other in others)

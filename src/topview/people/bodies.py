@@ -9,7 +9,6 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from topview.kernels.segmentation import leave_to_nearer
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.places import Places
@@ -19,6 +18,7 @@ from topview.people.segmentation import (
     Memory,
     SegmentationSettings,
     body_distance,
+    left_of,
     split_by_overview,
     split_users,
 )
@@ -81,13 +81,14 @@ def area_m2(scene: Scene, track: Track) -> float:
     return np.count_nonzero(track.body_m < np.inf) * scene.cloud.pixel_m(track.place_camera) ** 2
 
 
-def left_of(body: Distance, others: Sequence[Track]) -> Distance:
-    """[h, w] what of a body is not nearer to another's head."""
-    own = body.copy()
-    for other in others:
-        if other.body_m is not None:
-            leave_to_nearer(body, other.body_m, own)
-    return own
+def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:
+    """[h, w] how far each pixel is from the nearest head of those whose body it is, infinity where
+    it is nobody's."""
+    nearest_m = np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
+    for track in tracks:
+        if track.body_m is not None:
+            np.minimum(nearest_m, track.body_m, out=nearest_m)
+    return nearest_m
 
 
 def over_body(
@@ -101,7 +102,7 @@ def over_body(
     the joint network told, or else by its trunk. What is nearer to the head of another, who is
     seen, is not its own."""
     assert track.body_m is not None
-    body = left_of(track.body_m, [other for other in seen if other.id])
+    body = left_of(track.body_m, nearest_body(scene, [other for other in seen if other.id]))
     shown_m2 = area_m2(scene, replace(track, body_m=body))
     track = replace(track, body_m2=shown_m2)
     places = track.places
@@ -146,48 +147,45 @@ def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:
     return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
 
 
-def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings) -> list[Track]:
-    """The tracks with the limbs that the image cuts off from their bodies."""
+def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings) -> Distance:
+    """[N, h, w] the tracks' bodies with the limbs that the image cuts off from them."""
     pieces = Pieces.of(scene, union_of(scene, tracks), settings.pieces)
-    return [
-        replace(track, body_m=pieces.joined_to(track.body_m, track.place_camera, stature_m(track)))
-        if track.is_seen and track.body_m is not None
-        else track
-        for track in tracks
-    ]
+    whole_m = np.empty((len(tracks), *scene.cloud.depth_m.shape), np.float32)
+    for index, track in enumerate(tracks):
+        whole_m[index] = track.body_m
+        if track.is_seen:
+            pieces.join_to(whole_m[index], track.place_camera, stature_m(track))
+    return whole_m
+
+
+def own_mask(scene: Scene, track: Track) -> Mask:
+    """[h, w] what is a track's body."""
+    if track.body_m is None:
+        return np.zeros(scene.cloud.depth_m.shape, np.bool_)
+    return track.body_m < np.inf
 
 
 def union_of(scene: Scene, tracks: Sequence[Track]) -> Mask:
     """[h, w] what is anybody's."""
-    is_somebodys = np.zeros(scene.cloud.depth_m.shape, np.bool_)
-    for track in tracks:
-        if track.body_m is not None:
-            is_somebodys |= track.body_m < np.inf
-    return is_somebodys
+    return nearest_body(scene, tracks) < np.inf
 
 
-def masks_of(
-    scene: Scene, tracks: Sequence[Track], told: Told, settings: SegmentationSettings
-) -> list[Mask]:
-    """[h, w] for each track: the pixels that are its own."""
-    bodies = _people_first(tracks)
+def split(
+    scene: Scene,
+    tracks: Sequence[Track],
+    bodies_m: Distance,
+    told: Told,
+    settings: SegmentationSettings,
+) -> None:
+    """Leave to each track those pixels of its body, [N, h, w], that are its own."""
+    is_persons = [track.id > 0 for track in tracks]
     if settings.by_overview:
+        is_anothers = ~np.array(is_persons, np.bool_)[:, None, None]
+        bodies_m[is_anothers & union_of(scene, [t for t in tracks if t.id])] = np.inf
         radii_m = [settings.core_radius * stature_m(track) for track in tracks]
         heads_camera = [track.place_camera for track in tracks]
-        return split_by_overview(scene, bodies, heads_camera, radii_m)
+        split_by_overview(scene, bodies_m, heads_camera, radii_m)
+        return
     joints_camera = [told.joints_of(track.id) for track in tracks]
     heights_m = [track.height.height_m for track in tracks]
-    return split_users(scene, bodies, joints_camera, heights_m, settings)
-
-
-def _people_first(tracks: Sequence[Track]) -> list[Distance]:
-    """Their bodies; of those that are not confirmed only what nobody who is reaches."""
-    bodies = [track.body_m for track in tracks if track.body_m is not None]
-    confirmed = [body for track, body in zip(tracks, bodies, strict=True) if track.id]
-    if len(confirmed) in (0, len(bodies)):
-        return bodies
-    is_somebodys = np.isfinite(np.minimum.reduce(confirmed))
-    return [
-        body if track.id else np.where(is_somebodys, np.float32(np.inf), body)
-        for track, body in zip(tracks, bodies, strict=True)
-    ]
+    split_users(scene, bodies_m, is_persons, joints_camera, heights_m, settings)

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from math import exp
 from typing import Final
 
-import cv2
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from topview.people.bodies import body_of
+from topview.kernels.pieces import clusters_of
+from topview.people.bodies import body_of, nearest_body
 from topview.people.existence import REFUSED, Existence
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
 from topview.people.likelihood import EVIDENCE_MEMORY_S
@@ -137,7 +137,8 @@ def track_of_cluster(
         return None
     if is_free(scene, head, tracks, step.told) is not None:
         return None
-    born = Track.born(key, scene.cloud, head, step.features_under(head, tracks)).found_by_body()
+    features = step.features_under(head, nearest_body(scene, tracks))
+    born = Track.born(key, scene.cloud, head, features).found_by_body()
     evidence = born.evidence.with_network(told.log_odds, step.elapsed_s, step.told_s)
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:
@@ -150,19 +151,16 @@ def track_of_cluster(
 def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:
     """[h, w] and the area in square metres of each cluster of a person's size; depths within one
     step by `LIMB_STEP_M` at most, so that a limb before the body is in its cluster."""
-    depth_m = scene.cloud.depth_m
-    may_be = scene.is_free_standing & ~is_somebodys
-    may_be[:, 1:] &= np.abs(np.diff(depth_m, axis=1)) < LIMB_STEP_M
-    may_be[1:] &= np.abs(np.diff(depth_m, axis=0)) < LIMB_STEP_M
-    count, numbers = cv2.connectedComponents(may_be.view(np.uint8), connectivity=4)
-    labels = np.asarray(numbers, np.int32)
-    pixel_m = depth_m / np.float32(scene.cloud.camera.fx)
-    areas_m2 = np.bincount(labels.ravel(), (pixel_m * pixel_m).ravel(), count)
-    for label in range(1, count):
-        if SMALLEST_M2 < areas_m2[label] < LARGEST_M2:
+    cloud = scene.cloud
+    labels = np.empty(cloud.depth_m.shape, np.int32)
+    areas_m2 = clusters_of(
+        scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
+    )
+    for label, area_m2 in enumerate(areas_m2.tolist()):
+        if SMALLEST_M2 < area_m2 < LARGEST_M2:
             is_own = labels == label
             if _longest_m(scene, is_own) < MAX_HEIGHT_M:
-                yield is_own, float(areas_m2[label])
+                yield is_own, area_m2
 
 
 def _longest_m(scene: Scene, is_own: Mask) -> float:

@@ -142,7 +142,7 @@ class Existence:
         """The track that ended at a head at [3], if nothing has changed there."""
         for track in self._remembered:
             assert track.body_m is not None
-            is_here = dist(track.place_camera, head_camera) < HEADS_APART_M
+            is_here = dist(track.place_camera.tolist(), head_camera.tolist()) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
                 return track
         return None
@@ -183,8 +183,8 @@ def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> b
     if not tracks:
         return False
     offsets_camera = head_camera - np.array([track.place_camera for track in tracks])
-    aside_m2 = (scene.overview_of(offsets_camera) ** 2).sum(1)
-    return bool(aside_m2.min() < HEADS_APART_M**2)
+    aside = scene.overview_of(offsets_camera).tolist()
+    return any(right * right + forward * forward < HEADS_APART_M**2 for right, forward in aside)
 
 
 def is_put_out(track: Track, scene: Scene) -> bool:

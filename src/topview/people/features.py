@@ -15,6 +15,7 @@ from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, upright_conf
 from topview.kernels.bodies import measure_body
 from topview.people.legs import stands_on_legs
 from topview.people.scene import Scene
+from topview.people.segmentation import left_of
 from topview.people.surfaces import jump_of
 
 Distance = NDArray[np.float32]
@@ -77,10 +78,10 @@ BORDER_M: Final = 0.2
 MOST: Final = 4.0
 
 
-def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance) -> Features:
-    """[S] `SHAPE` of a head over a body (`body_distance`, [h, w]); `own` is what of it is nobody
-    else's."""
-    if head.torso_is_unread and stands_on_legs(scene, head, own):
+def features_of(scene: Scene, head: HeadCandidate, body: Distance, nearest: Distance) -> Features:
+    """[S] `SHAPE` of a head over a body (`body_distance`, [h, w]), as far as no other's head is
+    nearer (`nearest`, [h, w])."""
+    if head.torso_is_unread and stands_on_legs(scene, head, left_of(body, nearest)):
         return np.zeros(len(SHAPE))
     cloud, center = scene.cloud, head.center_camera
     top_m = scene.height_of(center) + HEAD_HALF_HEIGHT_M
@@ -88,8 +89,8 @@ def features_of(scene: Scene, head: HeadCandidate, body: Distance, own: Distance
     right, forward = scene.overview_of(center).tolist()
     area_m2, above_m2, bust_m2, bottom_m, edges, torso_m, near, chest_m, head_m, kept, seen_m = (
         measure_body(
-            body, own, cloud.depth_m, scene.heights_m, scene.overview_m, scene.inset_m,
-            cloud.camera.fx, (right, forward, top_m), OVER_HEAD_M, ASIDE_M,
+            scene.standing_px, body, nearest, cloud.depth_m, scene.heights_m, scene.plan_m,
+            scene.inset_m, cloud.camera.fx, (right, forward, top_m), OVER_HEAD_M, ASIDE_M,
             (BUST_REACH_M, TORSO_REACH_M), CHEST_BAND_M, HEAD_BAND_M, LEAST_PIXELS,
             jump_of(noise, ROUGH_M),
         )

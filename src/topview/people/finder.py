@@ -18,10 +18,11 @@ from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.heads import HeadCandidate, Hints, refine_center
 from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
+from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
 from topview.people.background import Background
-from topview.people.bodies import masks_of, union_of, with_pieces
+from topview.people.bodies import nearest_body, split, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import Refusal
@@ -181,10 +182,11 @@ class PeopleFinder:
     ) -> tuple[list[Track], list[Refusal]]:
         """The tracks and those of new heads; and the heads that have none."""
         scene, after = step.scene, list(tracks)
+        nearest = nearest_body(scene, after)
         refusals = []
         for head in sorted(heads, key=lambda head: -head.confidence):
             reason = is_free(scene, head, after, step.told)
-            features = step.features_under(head, after) if reason is None else None
+            features = step.features_under(head, nearest) if reason is None else None
             if features is not None and self._existence.may_be(features):
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = step.body_under(head).copy()
@@ -193,6 +195,7 @@ class PeopleFinder:
                 self._background.learn(scene.cloud.depth_m, is_rest)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
+                np.minimum(nearest, body, out=nearest)
                 after.append(self._existence.taken_up(replace(track, body_m=body), scene))
                 self._next_key += 1
             elif features is not None:
@@ -215,13 +218,13 @@ class PeopleFinder:
         """The tracks, each with the pixels that are its own; the rest is learnt as the room's, if
         it is steady."""
         scene, cloud = step.scene, step.scene.cloud
-        whole = with_pieces(scene, tracks, self.settings)
-        is_somebodys = union_of(scene, whole)
+        bodies_m = with_pieces(scene, tracks, self.settings)
+        is_somebodys = np.minimum.reduce(bodies_m, initial=np.inf) < np.inf
         if step.told.has_network:
             is_somebodys |= self._clusters.update(scene, is_somebodys, step.elapsed_s)
         self._background.update(cloud.depth_m, is_somebodys, scene.time_s, cloud.camera.noise)
-        masks = masks_of(scene, whole, step.told, self.settings.segmentation)
-        return [track.restricted_to(is_own) for track, is_own in zip(whole, masks, strict=True)]
+        split(scene, tracks, bodies_m, step.told, self.settings.segmentation)
+        return [replace(track, body_m=own) for track, own in zip(tracks, bodies_m, strict=True)]
 
     def _ended(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that go on; what is probably furniture is learnt as the room's."""
@@ -239,5 +242,5 @@ class PeopleFinder:
             return
         is_somebodys = np.zeros(scene.cloud.frame.depth_m.shape, np.bool_)
         for user in users:
-            is_somebodys.ravel()[user.pixels] = True
+            fill_at(user.pixels, 1, is_somebodys)
         self._skin.update_background(is_somebodys)

@@ -85,7 +85,7 @@ def measured_height(
     if not MIN_HEIGHT_M < height_m < MAX_HEIGHT_M:
         return None
     right, forward = scene.overview_of(head_camera).tolist()
-    upright = share_within(scene.overview_m, is_body, right, forward, UPRIGHT_ASIDE * height_m)
+    upright = share_within(scene.plan_m, is_body, right, forward, UPRIGHT_ASIDE * height_m)
     return height_m if upright > 0.9 else None
 
 

@@ -122,7 +122,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         elapsed_s = clear * min(max(time_s - self.looked_s, 0.0), PAUSE_S)
         before = self.features[:-1]
         mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
-        still = min(self.still, float(np.clip(1.0 - (changed - FLICKER) / MOVED, 0.0, 1.0)))
+        still = min(self.still, max(1.0 - (changed - FLICKER) / MOVED, 0.0))
         seen_s = self.seen_s + elapsed_s
         features = np.append(mean, still * log1p(min(seen_s, LONG_S) / RESTLESS_S))
         return replace(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import dist, exp, log, pi
 from typing import Final
 
@@ -88,5 +89,11 @@ class Motion(msgspec.Struct, frozen=True, eq=False):
     def log_density(self, measured_camera: Vector, sigma_m: float = MEASURED_M) -> float:
         """Of a measurement [3], per cubic metre."""
         variance = self.covariance[0] + sigma_m**2
-        square_m2 = dist(measured_camera, self.position_camera) ** 2
+        square_m2 = dist(measured_camera.tolist(), self.position_camera.tolist()) ** 2
         return -0.5 * (square_m2 / variance + 3.0 * log(2.0 * pi * variance))
+
+
+@lru_cache(maxsize=64)
+def predicted(motion: Motion, elapsed_s: float) -> Motion:
+    """`Motion.predicted`, which several ask for in one frame."""
+    return motion.predicted(elapsed_s)

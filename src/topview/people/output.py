@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from topview.detect.faces_and_hands import SkinDetections
 from topview.detect.protocol import ColorDetector
-from topview.people.bodies import SHOWN_M2, area_m2, union_of
+from topview.people.bodies import SHOWN_M2, area_m2, own_mask
 from topview.people.clusters import Cluster
 from topview.people.colors import skin_share
 from topview.people.existence import is_put_out
@@ -38,7 +38,7 @@ def users_of(
     for track in tracks:
         if not track.id:
             continue
-        is_own = union_of(scene, [track])
+        is_own = own_mask(scene, track)
         share = None
         if track.is_seen:
             track.height.add(measured_height(scene, track.place_camera, is_own), scene.time_s)
@@ -61,7 +61,7 @@ def doubtful_of(
     ]
     turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
     doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))
-    users = tuple(_user(scene, t, union_of(scene, [t]), None) for t in doubts[:MOST_DOUBTS])
+    users = tuple(_user(scene, t, own_mask(scene, t), None) for t in doubts[:MOST_DOUBTS])
     if next_cluster is None or (doubts and turns[doubts[0].key] <= (True, next_cluster.asked_s)):
         return users
     return next_cluster.as_user(scene), *users

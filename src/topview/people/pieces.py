@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,21 +51,19 @@ class Pieces:
     @classmethod
     def of(cls, scene: Scene, is_somebodys: NDArray[np.bool_], settings: PieceSettings) -> Pieces:
         """`is_somebodys` [h, w]: what is a body already."""
-        is_piece = scene.is_free_standing & ~is_somebodys & ~scene.is_bulky
-        count, numbers = cv2.connectedComponents(is_piece.view(np.uint8), connectivity=8)
-        labels = np.asarray(numbers, np.int32)
         cloud = scene.cloud
-        pixels = small_pieces(labels, cloud.depth_m, count, cloud.camera.fx, *settings.area_m2)
+        labels = np.empty(cloud.depth_m.shape, np.int32)
+        pixels, count = small_pieces(
+            scene.standing_px, is_somebodys, scene.is_bulky, cloud.depth_m, cloud.camera.fx,
+            *settings.area_m2, labels,
+        )  # fmt: skip
         return cls(scene, settings, labels, count, pixels)
 
-    def joined_to(
-        self, body: Distance, head_camera: NDArray[np.float64], height_m: float
-    ) -> Distance:
-        """A body [h, w] and the pieces before it that touch it in the picture and are near enough;
-        they are as far from the head as the straight line."""
+    def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:
+        """Add to a body [h, w] the pieces before it that touch it in the picture and are near
+        enough; they are as far from the head as the straight line."""
         if not len(self.pixels):
-            return body
-        whole = body.copy()
+            return
         join_pieces(
             self.pixels,
             self.labels,
@@ -76,6 +73,5 @@ class Pieces:
             head_camera.astype(np.float32),
             self.settings.reach * height_m,
             self.settings.gap_m,
-            whole,
+            body,
         )
-        return whole

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from topview.people.appearance import Colors, clothes_under, unlikeness
 from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES, assign
-from topview.people.bodies import union_of
+from topview.people.bodies import own_mask
 from topview.people.existence import TOLD, Existence, is_put_out
 from topview.people.height import HeightEstimate, measured_height
 from topview.people.scene import Scene
@@ -150,7 +150,7 @@ class ReturningPeople(Existence):
             if track.is_seen:
                 others = [other.place_camera for other in seen if other.key != track.key]
                 clothes = clothes_under(scene, track.place_camera, others)
-                is_own = union_of(scene, [track])
+                is_own = own_mask(scene, track)
                 height_m = measured_height(scene, track.place_camera, is_own)
                 portrait.add(clothes, height_m, scene.time_s)
             portraits[track.key] = portrait

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import msgspec
@@ -17,7 +18,6 @@ from topview.people.background import Background
 from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.surfaces import bulky_surfaces, jump_of
 
-WHOLE = (slice(None), slice(None))
 # Ours, metres: what is so much nearer than a head's centre hides it.
 NEARER_M: Final = 2 * HEAD_RADIUS_M
 # Ours: sums of times are less exact.
@@ -41,7 +41,7 @@ class SceneSettings:
     huge_core_m2: float = 0.8
 
 
-class Scene(msgspec.Struct, frozen=True, eq=False):
+class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
     """A cloud with up and down: heights, the overview, and what may be a person's.
 
     Attributes:
@@ -51,7 +51,7 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
         up_camera: [3] the floor's normal, else the camera's own up.
         basis_camera: [2, 3] unit vectors along the floor: to the camera's right, and forward.
         heights_m: [h, w] along `up_camera`: over the floor, else over the camera.
-        overview_m: [h, w, 2] the points seen from above (right, forward).
+        plan_m: [2, h, w] the points seen from above: right, forward.
         is_free_standing: [h, w] pixels with a reading that are neither floor, wall nor known
             background.
         inset_m: [h, w] how far each pixel is from the nearest depth edge or hole; 0 on them.
@@ -66,7 +66,7 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
     up_camera: NDArray[np.float64]
     basis_camera: NDArray[np.float64]
     heights_m: NDArray[np.float32]
-    overview_m: NDArray[np.float32]
+    plan_m: NDArray[np.float32]
     is_free_standing: NDArray[np.bool_]
     inset_m: NDArray[np.float32]
     is_bulky: NDArray[np.bool_]
@@ -85,11 +85,13 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
         basis_camera = overview_basis(up_camera)
         shape = cloud.depth_m.shape
         heights_m = np.empty(shape, np.float32)
-        overview_m = np.empty((*shape, 2), np.float32)
+        plan_m = np.empty((2, *shape), np.float32)
         is_free_standing = np.empty(shape, np.bool_)
         is_inner = np.empty(shape, np.uint8)
         set_up(
-            cloud.points_camera,
+            cloud.depth_m,
+            (cloud.camera.fx, cloud.camera.fy),
+            (cloud.camera.cx, cloud.camera.cy),
             is_background,
             np.vstack([basis_camera, up_camera]).astype(np.float32),
             0.0 if floor is None else floor.distance_m,
@@ -97,7 +99,7 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
             cloud.camera.noise.times(2.0),
             jump_of(cloud.camera.noise),
             heights_m,
-            overview_m,
+            plan_m,
             is_free_standing,
             is_inner,
         )
@@ -112,11 +114,21 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
             up_camera,
             basis_camera,
             heights_m,
-            overview_m,
+            plan_m,
             is_free_standing,
             inset_m,
             is_bulky,
         )
+
+    @cached_property
+    def standing_px(self) -> NDArray[np.int64]:
+        """Flat indices, ascending, of `is_free_standing`."""
+        return np.flatnonzero(self.is_free_standing)
+
+    @property
+    def overview_m(self) -> NDArray[np.float32]:
+        """[h, w, 2] the points seen from above (right, forward)."""
+        return np.moveaxis(self.plan_m, 0, -1)
 
     @property
     def room_ends_m(self) -> float:
@@ -131,21 +143,18 @@ class Scene(msgspec.Struct, frozen=True, eq=False):
     def changed_share(self, is_own: NDArray[np.bool_], since_s: float) -> float:
         """Share of the pixels [h, w] of a thing that have changed since a moment, but for those on
         edges; 1 where that is not known."""
-        is_inner = is_own & (self.inset_m > 0.0)
         if self.steady is None:
             return 1.0
+        is_inner = is_own & (self.inset_m > 0.0)
         gone_s = self.time_s - since_s - CLOCK_S
         return self.steady.changed_share(
             is_inner, self.cloud.depth_m, gone_s, self.cloud.camera.noise
         )
 
-    def aside_of(
-        self, point_camera: NDArray[np.float64], window: tuple[slice, slice] = WHOLE
-    ) -> NDArray[np.float64]:
-        """[h, w] metres from a [3] point, seen from above; in a window of the image."""
+    def aside_of(self, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[h, w] metres from a [3] point, seen from above."""
         right, forward = self.overview_of(point_camera)
-        overview_m = self.overview_m[window]
-        return np.hypot(overview_m[..., 0] - right, overview_m[..., 1] - forward)
+        return np.hypot(self.plan_m[0] - right, self.plan_m[1] - forward)
 
     def away_m(self, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[h, w] how far each pixel's point is from a [3] point."""

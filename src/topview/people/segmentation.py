@@ -110,10 +110,10 @@ def body_distance(
     stays = jump_of(cloud.camera.noise)
     distance_m = np.empty(cloud.depth_m.shape, np.float32)
     grow_body(
+        scene.standing_px,
         cloud.points_camera,
-        scene.overview_m,
+        scene.plan_m,
         scene.heights_m,
-        scene.is_free_standing,
         scene.is_bulky,
         cloud.depth_m,
         cloud.camera.fx,
@@ -146,34 +146,30 @@ def torso_reach_m(head_height_m: float, height_m: float) -> float:
 
 def split_users(
     scene: Scene,
-    distances_m: Sequence[NDArray[np.float32]],
+    bodies_m: NDArray[np.float32],
+    is_persons: Sequence[bool],
     joints_camera: Sequence[NDArray[np.float64] | None],
     heights_m: Sequence[float],
     settings: SegmentationSettings,
-) -> list[NDArray[np.bool_]]:
-    """[h, w] per user: the pixels that are nearer to this user than to the others, or about as
-    near, over the surface from the head (`body_distance`, `distances_m`).
+) -> None:
+    """Leave to each user the pixels that are nearer to this user than to the others, or about as
+    near, over the surface from the head (`body_distance`, `bodies_m` [N, h, w]); what a person
+    reaches is none of those who are not confirmed.
 
     Among users whose bodies are tracked (`joints_camera` [J, 3], else None) each pixel is the
     one's to whose body it is nearest, as thick as that is with the user's stature (`heights_m`).
     """
-    if not distances_m:
-        return []
-    bodies_m = np.stack(distances_m)
-    is_tracked = np.array([joints is not None for joints in joints_camera])
-    is_own, is_contested = (
-        np.empty(bodies_m.shape, np.bool_),
-        np.empty(bodies_m.shape[1:], np.bool_),
-    )
-    contested = share_bodies(bodies_m, is_tracked, settings.share_m, is_own, is_contested)
-    masks = list(is_own)
-    if not contested:
-        return masks
+    is_tracked = np.array([joints is not None for joints in joints_camera], np.bool_)
+    is_contested = np.empty(bodies_m.shape[1:], np.bool_)
+    is_confirmed = np.array(is_persons, np.bool_)
+    if not share_bodies(bodies_m, is_confirmed, is_tracked, settings.share_m, is_contested):
+        return
     tracked = np.flatnonzero(is_tracked).tolist()
     points = scene.cloud.points_camera[is_contested].astype(np.float64)
+    contested_m = bodies_m[:, is_contested]
     to_bodies_m = np.full((len(tracked), len(points)), np.inf)
     for row, index in enumerate(tracked):
-        is_reached = np.isfinite(distances_m[index][is_contested])
+        is_reached = np.isfinite(contested_m[index])
         joints = joints_camera[index]
         assert joints is not None
         to_bodies_m[row, is_reached] = surface_distance(
@@ -181,25 +177,29 @@ def split_users(
         )
     nearest = to_bodies_m.argmin(0)
     for row, index in enumerate(tracked):
-        masks[index][is_contested] = nearest == row
-    return masks
+        contested_m[index, nearest != row] = np.inf
+    bodies_m[:, is_contested] = contested_m
 
 
 def split_by_overview(
     scene: Scene,
-    distances_m: Sequence[NDArray[np.float32]],
+    bodies_m: NDArray[np.float32],
     heads_camera: Sequence[NDArray[np.float64]],
     radii_m: Sequence[float],
-) -> list[NDArray[np.bool_]]:
-    """[h, w] per user: what lies within a radius of the head, seen from above, and what hangs
-    together with it outside of all others' radii; `distances_m` as for `split_users`."""
-    reached = [np.isfinite(own) for own in distances_m]
-    cores = [
-        is_reached & (scene.aside_of(head_camera) < radius_m)
-        for is_reached, head_camera, radius_m in zip(reached, heads_camera, radii_m, strict=True)
-    ]
-    is_core = np.logical_or.reduce([np.zeros(scene.heights_m.shape, np.bool_), *cores])
-    return [core | (own & ~is_core) for own, core in zip(reached, cores, strict=True)]
+) -> None:
+    """Leave to each user what lies within a radius of the head, seen from above, and what hangs
+    together with it outside of all others' radii; `bodies_m` as for `split_users`."""
+    is_core = np.zeros(bodies_m.shape, np.bool_)
+    for own, body_m, head_camera, radius_m in zip(
+        is_core, bodies_m, heads_camera, radii_m, strict=True
+    ):
+        own[:] = np.isfinite(body_m) & (scene.aside_of(head_camera) < radius_m)
+    bodies_m[is_core.any(0) & ~is_core] = np.inf
+
+
+def left_of(body_m: NDArray[np.float32], nearest_m: NDArray[np.float32]) -> NDArray[np.float32]:
+    """[h, w] what of a body (`body_distance`) is not nearer to another's head."""
+    return np.where(nearest_m < body_m, np.float32(np.inf), body_m)
 
 
 def surface_distance(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
 from topview.people.association import SAME_HEAD_M
-from topview.people.bodies import SHOWN_M2, area_m2, union_of
+from topview.people.bodies import SHOWN_M2, area_m2, nearest_body, union_of
 from topview.people.existence import (
     NEW_TRACK_S,
     OWN_HEAD,
@@ -26,7 +26,7 @@ from topview.people.told import Told
 from topview.people.track import SURE_HEAD, Track
 
 Mask = NDArray[np.bool_]
-FeaturesOf = Callable[[HeadCandidate, Sequence[Track]], Features]
+FeaturesOf = Callable[[HeadCandidate, NDArray[np.float32]], Features]
 
 # All ours. So much more confidence makes a head of what else is on the body.
 MUCH_MORE: Final = 0.12
@@ -99,9 +99,9 @@ def rejoined(
                 if _is_better(scene, track, head)
                 and reaches(scene, track, head)
                 and all(
-                    dist(other.place_camera, head.center_camera) > SAME_HEAD_M for other in others
+                    dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others
                 )
-                and existence.may_be(features_of(head, others))
+                and existence.may_be(features_of(head, nearest_body(scene, others)))
             ),
             None,
         )

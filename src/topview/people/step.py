@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
-from topview.people.bodies import body_of, left_of, over_body
+from topview.people.bodies import body_of, nearest_body, over_body
 from topview.people.existence import Existence, is_too_near
 from topview.people.features import Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
@@ -87,10 +87,12 @@ class Step:
         """The tracks, with what tells whether they are people; `is_time` to look again at the
         shape of those who are confirmed."""
         after = []
+        looked_at = {track.key for track in tracks if is_time or not track.id}
+        nearest = nearest_body(self.scene, tracks if looked_at else ())
         for track in tracks:
             evidence = track.evidence
-            if is_time or not track.id:
-                evidence = self._with_shape(track, tracks)
+            if track.key in looked_at:
+                evidence = self._with_shape(track, nearest)
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
                 evidence = evidence.with_network(log_odds, self.elapsed_s, self.told_s)
@@ -112,17 +114,15 @@ class Step:
             self.bodies[id(head)] = head, body
         return self.bodies[id(head)][1]
 
-    def features_under(self, head: HeadCandidate, others: Sequence[Track]) -> Features:
-        """[S] of a head and what of the body below it is nobody else's."""
-        body = self.body_under(head)
-        return features_of(self.scene, head, body, left_of(body, others))
+    def features_under(self, head: HeadCandidate, nearest: NDArray[np.float32]) -> Features:
+        """[S] of a head and what of the body below it is nobody else's (`nearest_body`)."""
+        return features_of(self.scene, head, self.body_under(head), nearest)
 
-    def _with_shape(self, track: Track, tracks: Sequence[Track]) -> Evidence:
+    def _with_shape(self, track: Track, nearest: NDArray[np.float32]) -> Evidence:
         head = self._head_in_view(track)
         if head is None or track.body_m is None:
             return track.evidence
-        own = left_of(track.body_m, [other for other in tracks if other.key != track.key])
-        shape = features_of(self.scene, head, track.body_m, own)
+        shape = features_of(self.scene, head, track.body_m, nearest)
         changed = self.scene.changed_share(track.body_m < np.inf, track.born_s)
         return track.evidence.with_shape(shape, changed, self.scene.time_s)
 
@@ -194,4 +194,5 @@ class ShapeOdds:
         if known is not None:
             return known.evidence.log_odds(likelihood)
         seen = [track for track in self.before if track.is_seen]
-        return likelihood.log_odds_of_shape(self.step.features_under(head, seen))
+        nearest = nearest_body(self.step.scene, seen)
+        return likelihood.log_odds_of_shape(self.step.features_under(head, nearest))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ JUMP_M = 0.04
 JUMP_PER_SQUARE_M = 0.0035
 
 
+@lru_cache(maxsize=16)
 def jump_of(noise: DepthNoise, constant_m: float = JUMP_M) -> Law:
     """By how much neighbours on one surface differ, as the kernels take it."""
     a, b, c = (x / KINECT1_NOISE.per_square_m * JUMP_PER_SQUARE_M for x in noise.times(1.0))

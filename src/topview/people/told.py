@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from math import dist
 from typing import Final
 
 import numpy as np
@@ -80,7 +82,7 @@ class ToldHead:
         return float(np.log(max(self.p_person, 1e-6)) - np.log(max(1.0 - self.p_person, 1e-6)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Told:
     """What is known of the last frame.
 
@@ -136,22 +138,42 @@ class Told:
     def claims(self, head_camera: Vector, tracks: Sequence[Track]) -> bool:
         """Whether a head at [3] is, for the network, that of one of the people."""
         told = (self.heads.get(track.id) for track in tracks if track.id)
+        place = head_camera.tolist()
         return any(
             head is not None
             and head.is_sure
-            and bool(np.linalg.norm(head.head_camera - head_camera) < ANOTHERS_M)
+            and dist(head.head_camera.tolist(), place) < ANOTHERS_M
             for head in told
         )
 
     def is_on_body(self, head_camera: Vector) -> bool:
         """Whether a head at [3] is where the trunk or a leg of one of the people was."""
-        for person in self.people:
-            first, last = person.joints_camera[BODY_BONES].transpose(1, 0, 2)
-            is_in_place = (person.joint_confidence[BODY_BONES] > IN_PLACE).all(axis=1)
-            away_m2 = square_distances(head_camera[None], first[is_in_place], last[is_in_place])
-            if (away_m2 < ON_BONE_M**2).any():
-                return True
-        return False
+        first, last = self._bones_in_place
+        if not first.size:
+            return False
+        low, high = self._box_of_bones
+        place = head_camera.tolist()
+        if not all(a < x < b for a, x, b in zip(low, place, high, strict=True)):
+            return False
+        return bool((square_distances(head_camera[None], first, last) < ON_BONE_M**2).any())
+
+    @cached_property
+    def _bones_in_place(self) -> Vector:
+        """[2, B, 3] ends of people's trunks' and legs' bones that are in their places."""
+        if not self.people:
+            return np.empty((2, 0, 3))
+        ends_camera = np.concatenate([p.joints_camera[BODY_BONES] for p in self.people])
+        confidence = np.concatenate([p.joint_confidence[BODY_BONES] for p in self.people])
+        is_in_place = (confidence > IN_PLACE).all(axis=1)
+        is_in_place &= np.isfinite(ends_camera).all(axis=(1, 2))
+        return ends_camera[is_in_place].transpose(1, 0, 2)
+
+    @cached_property
+    def _box_of_bones(self) -> tuple[list[float], list[float]]:
+        """Two corners, well outside of which nothing is on a bone."""
+        ends_camera = self._bones_in_place.reshape(-1, 3)
+        corners = ends_camera.min(0) - 2 * ON_BONE_M, ends_camera.max(0) + 2 * ON_BONE_M
+        return corners[0].tolist(), corners[1].tolist()
 
     def log_odds_of(self, track: Track, tracks: Sequence[Track]) -> float | None:
         """That a track is a person; None where nothing is told."""

@@ -19,7 +19,7 @@ from topview.people.colors import FaceMemory
 from topview.people.features import Features
 from topview.people.height import TALLER_M, HeightEstimate, sunk_m
 from topview.people.likelihood import Evidence, Likelihood, probability
-from topview.people.motion import PAUSE_S, Motion
+from topview.people.motion import PAUSE_S, Motion, predicted
 from topview.people.places import Places
 from topview.people.scene import Scene
 
@@ -144,7 +144,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 
     def expected(self, time_s: float) -> Motion:
         """The head's motion, predicted."""
-        return self.motion.predicted(time_s - self.motion_s)
+        return predicted(self.motion, time_s - self.motion_s)
 
     def updated(self, cloud: Cloud, head: HeadCandidate) -> Track:
         """With a measured head."""
@@ -180,11 +180,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             return self
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(scene, head), off_since_s=None)
-
-    def restricted_to(self, is_own: NDArray[np.bool_]) -> Track:
-        """With those pixels of its body, [h, w], that are its own."""
-        assert self.body_m is not None
-        return replace(self, body_m=np.where(is_own, self.body_m, np.float32(np.inf)))
 
     def shadowed(self, is_shadow: bool, time_s: float, evidence: Evidence) -> Track:
         """With new evidence, and whether what is followed belongs to another."""

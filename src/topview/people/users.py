@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.pieces import fill_at
 from topview.records import read_only
 
 
@@ -71,5 +72,5 @@ def label_image(users: Sequence[User], shape: tuple[int, int]) -> NDArray[np.int
     """
     labels = np.zeros(shape, np.int32)
     for user in reversed(users):
-        labels.ravel()[user.pixels] = user.id
+        fill_at(user.pixels, user.id, labels)
     return labels

@@ -86,7 +86,7 @@ def find_skin(
     if is_foreground is None:
         is_foreground = np.ones(frame.depth_m.shape, np.bool_)
     where = _small(is_foreground, view)
-    probability = SkinColor(histograms).probability(view, where)
+    probability = SkinColor(histograms).look(view, where).probability
     _, is_skin = skin_regions(view, probability, SkinSettings())
     return view, probability, is_skin
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from detect_scenes import SHIRT_RGB, SKIN_RGB, frame_of, view_of
 from topview.detect.skin import (
@@ -60,7 +61,7 @@ def test_default_finds_skin_and_leaves_shirt_and_wall() -> None:
     frame = frame_of([(60, 60, 12, 2.0, SKIN_RGB), (110, 60, 25, 2.0, SHIRT_RGB)])
     view = view_of(frame)
     color = SkinColor()
-    regions, is_skin = skin_regions(view, color.probability(view, EVERYWHERE), SkinSettings())
+    regions, is_skin = skin_regions(view, color.look(view, EVERYWHERE).probability, SkinSettings())
     assert len(regions) == 1
     assert regions[0].pixels.mean(axis=0) == pytest.approx((60, 60), abs=1)
     assert regions[0].depth_m == pytest.approx(2.0, abs=0.02)
@@ -84,14 +85,19 @@ def test_regions_need_a_seed_and_grow_from_it() -> None:
 @pytest.mark.parametrize(("radius_px", "is_found"), [(1, False), (6, True), (50, False)])
 def test_regions_have_the_size_of_hands_and_faces(radius_px: int, is_found: bool) -> None:
     view = view_of(frame_of([(80, 60, radius_px, 2.5, SKIN_RGB)]))
-    regions, _ = skin_regions(view, SkinColor().probability(view, EVERYWHERE), SkinSettings())
+    regions, _ = skin_regions(view, SkinColor().look(view, EVERYWHERE).probability, SkinSettings())
     assert (len(regions) == 1) == is_found
 
 
 def test_a_hand_before_a_wall_of_its_colour_is_cut_out_by_depth() -> None:
     view = view_of(frame_of([(80, 60, 70, 3.0, SKIN_RGB), (80, 60, 8, 2.0, SKIN_RGB)]))
-    regions, _ = skin_regions(view, SkinColor().probability(view, EVERYWHERE), SkinSettings())
+    regions, _ = skin_regions(view, SkinColor().look(view, EVERYWHERE).probability, SkinSettings())
     assert [region.depth_m for region in regions] == pytest.approx([2.0], abs=0.02)
+
+
+def pixels_of(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """[N, 2] (x, y)."""
+    return np.argwhere(mask)[:, ::-1].astype(np.float32)
 
 
 def test_skin_follows_a_change_of_light() -> None:
@@ -99,16 +105,16 @@ def test_skin_follows_a_change_of_light() -> None:
     view = view_of(frame_of([(80, 60, 14, 2.0, tinted)]))
     is_hand = view.depth_m < 2.5
     color = SkinColor()
-    before = color.probability(view, EVERYWHERE)[is_hand].mean()
+    before = color.look(view, EVERYWHERE).probability[is_hand].mean()
     for _ in range(5):
-        color.adapt(view, is_hand, EVERYWHERE)  # all at the same time
-    after = color.probability(view, EVERYWHERE)
+        look = color.look(view, EVERYWHERE)
+        color.adapt(look, [pixels_of(is_hand)], view.frame.timestamp_s)  # all at the same time
+    after = color.look(view, EVERYWHERE).probability
     assert after[is_hand].mean() > before + 25
     assert after[~is_hand].mean() < 5
-    nothing = np.zeros_like(is_hand)
-    later = frame_of([(80, 60, 14, 2.0, tinted)], index=round(30 * WINDOW_S) + 1)
-    color.adapt(view_of(later), nothing, EVERYWHERE)
-    assert color.probability(view, EVERYWHERE)[is_hand].mean() == pytest.approx(before)
+    later = view_of(frame_of([(80, 60, 14, 2.0, tinted)], index=round(30 * WINDOW_S) + 1))
+    color.adapt(color.look(later, EVERYWHERE), [], later.frame.timestamp_s)
+    assert color.look(view, EVERYWHERE).probability[is_hand].mean() == pytest.approx(before)
 
 
 def _labelled() -> LabelledImage:
@@ -126,7 +132,7 @@ def test_histograms_are_learnt_from_masks_and_written(tmp_path: Path) -> None:
     read = SkinHistograms.load(file)
     assert read.trained_on == "a blue hand"
     view = view_of(frame_of([(80, 60, 20, 2.0, SHIRT_RGB)]))
-    probability = SkinColor(read).probability(view, EVERYWHERE)
+    probability = SkinColor(read).look(view, EVERYWHERE).probability
     is_hand = view.depth_m < 2.5
     assert np.median(probability[is_hand]) > 200
     assert np.median(probability[~is_hand]) == 0
@@ -137,11 +143,11 @@ def test_a_correction_wins_colours_and_takes_them_away() -> None:
     better = corrected(default, learn_skin([_labelled()], "a blue hand"), 0.3)
     view = view_of(frame_of([(80, 60, 20, 2.0, SHIRT_RGB)]))
     is_hand = view.depth_m < 2.5
-    assert SkinColor(default).probability(view, EVERYWHERE)[is_hand].max() < 25
-    assert np.median(SkinColor(better).probability(view, EVERYWHERE)[is_hand]) > 128
+    assert SkinColor(default).look(view, EVERYWHERE).probability[is_hand].max() < 25
+    assert np.median(SkinColor(better).look(view, EVERYWHERE).probability[is_hand]) > 128
     no_skin = LabelledImage(_labelled().rgb, np.full((120, 160), NOT_SKIN, np.uint8))
     worse = corrected(better, learn_skin([no_skin], "no hand"), 0.9)
-    assert np.median(SkinColor(worse).probability(view, EVERYWHERE)[is_hand]) < 60
+    assert np.median(SkinColor(worse).look(view, EVERYWHERE).probability[is_hand]) < 60
 
 
 def test_files_that_hold_something_else_are_refused(tmp_path: Path) -> None:

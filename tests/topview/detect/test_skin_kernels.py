@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from topview.detect.ellipses import Ellipse
 from topview.kernels.skin import (
     connected_regions,
+    count_bins,
     count_levels,
     count_lights,
     count_values,
     cut_at_edges,
     learn_still,
     look_at_end,
+    look_up_levels,
     moments,
     paint,
     perimeter,
@@ -49,16 +51,12 @@ def regions(
     level: NDArray[np.uint8], depth_m: NDArray[np.float32]
 ) -> list[tuple[NDArray[np.float32], list[int], list[float]]]:
     """Pixels, box and means of each."""
-    pixels = np.empty((level.size, 2), np.float32)
-    starts, boxes = np.zeros(level.size, np.int32), np.empty((level.size, 4), np.int32)
-    means = np.empty((level.size, 3))
-    is_visited = np.zeros(level.shape, np.bool_)
-    count = connected_regions(
-        level, depth_m, LOW, HIGH, LEAST, all_of(level), is_visited, pixels, starts, boxes, means
+    pixels, starts, boxes, means = connected_regions(
+        level, depth_m, LOW, HIGH, LEAST, all_of(level)
     )
     return [
         (pixels[starts[k] : starts[k + 1]], boxes[k].tolist(), means[k].tolist())
-        for k in range(count)
+        for k in range(len(boxes))
     ]
 
 
@@ -111,7 +109,9 @@ def test_pixels_are_shared_as_the_ellipses_distances_say(seed: int) -> None:
     pixels = pixels_of(disc(40, 30, 15))
     belongs = np.empty((3, len(pixels)), np.bool_)
     values = np.array([[e.x, e.y, e.major, e.minor, e.angle] for e in ellipses])
-    share_pixels(pixels, depth_m, values, depths_m, 0.1, belongs)
+    shared = share_pixels(pixels, depth_m, values, depths_m, 0.1, belongs)
+    both = (belongs & (belongs.sum(0) > 1)).sum(1)
+    np.testing.assert_array_equal(shared, both / np.maximum(belongs.sum(1), 1))
     for n, (x, y) in enumerate(pixels.tolist()):
         z = depth_m[int(y), int(x)]
         near = [z == 0.0 or d == 0.0 or abs(z - d) < 0.1 for d in depths_m.tolist()]
@@ -192,20 +192,52 @@ def test_a_mask_is_widened_and_enlarged(stride: int, mask_stride: int) -> None:
     np.testing.assert_array_equal(found, wide[of_row][:, of_column])
 
 
-def test_lights_are_counted_where_it_is_not_black() -> None:
-    rng = np.random.default_rng(0)
-    rgb = rng.choice(np.array([0, 30, 252], np.uint8), (40, 50, 3))
-    rgb[rng.random((40, 50)) < 0.2] = 0
-    yuv = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
+def a_colored_image(step: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]:
+    """[60 * step, 80 * step, 3] RGB, and RGB and YUV of the means of `step` x `step` pixels."""
+    rng = np.random.default_rng(step)
+    small = rng.choice(np.array([0, 30, 130, 252], np.uint8), (60, 80, 3))
+    small[rng.random((60, 80)) < 0.2] = 0
+    color = small.repeat(step, 0).repeat(step, 1)
+    color += rng.integers(0, 3, color.shape, np.uint8) * (color > 0)
+    rgb = np.asarray(cv2.resize(color, (80, 60), interpolation=cv2.INTER_AREA), np.uint8)
+    return color, rgb, np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV), np.uint8)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_lights_are_counted_where_it_is_not_black(step: int) -> None:
+    color, rgb, yuv = a_colored_image(step)
     tints = np.empty((2, 256), np.int64)
-    count, dim, clipped = count_lights(rgb, yuv, 40.0, 250, tints)
-    few, colors = rgb.reshape(-1, 3), yuv.reshape(-1, 3)
+    count, dim, clipped = count_lights(color, step, 3, 40.0, 250, tints)
+    few, colors = rgb[::3, ::3].reshape(-1, 3), yuv[::3, ::3].reshape(-1, 3)
     is_there = few.max(1) > 0
     assert (count, dim) == (is_there.sum(), (colors[is_there, 0] < 40).sum())
     assert clipped == (few[is_there].min(1) >= 250).sum() > 0
     for channel, counts in zip((1, 2), tints, strict=True):
         expected = np.bincount(colors[is_there, channel], minlength=256)
         np.testing.assert_array_equal(counts, expected)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_levels_are_looked_up_by_the_colour(step: int) -> None:
+    color, _, yuv = a_colored_image(step)
+    rng = np.random.default_rng(0)
+    is_sought = rng.random((60, 80)) < 0.5
+    table = rng.integers(0, 256, (64, 64), np.uint8)
+    level, bin_of = np.empty((60, 80), np.uint8), np.full((60, 80), -1, np.int32)
+    counts = np.zeros(64 * 64)
+    look_up_levels(color, step, is_sought, table, 2, 18, level, bin_of, counts)
+    luma, u, v = yuv.transpose(2, 0, 1).astype(np.int32)
+    expected = np.where(is_sought, (u >> 2) * 64 + (v >> 2), -1)
+    np.testing.assert_array_equal(bin_of, expected)
+    np.testing.assert_array_equal(
+        level, np.where(is_sought & (luma >= 18), table[u >> 2, v >> 2], 0)
+    )
+    np.testing.assert_array_equal(counts, np.bincount(bin_of[is_sought], minlength=64 * 64))
+    some = pixels_of(is_sought & (luma > 100))
+    of_some = np.zeros(64 * 64)
+    count_bins(some, bin_of, of_some)
+    columns, rows = some.T.astype(int)
+    np.testing.assert_array_equal(of_some, np.bincount(bin_of[rows, columns], minlength=64 * 64))
 
 
 @given(seeds)

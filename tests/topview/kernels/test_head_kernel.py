@@ -166,7 +166,8 @@ def test_the_median_is_that_of_the_points_in_the_ball_and_the_cylinder(seed: int
     points[rng.random((9, 11)) < 0.2] = 0.0
     center, up = np.array([0.0, 0.0, 2.0]), np.array([0.0, -0.8, -0.6])
     median = np.full(3, np.nan)
-    count = median_about(points, (1, 8), (2, 11), center, up, 0.25, 0.15, 0.2, median)
+    # The ball is seen in rows 1 to 7 and columns 2 to 10.
+    count = median_about(points, (20.0, 12.0), (6.0, 4.2), center, up, 0.25, 0.15, 0.2, median)
     seen = points[1:8, 2:11].reshape(-1, 3).astype(np.float64)
     off = seen - center
     up_m = off @ up

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from people_scenes import frame, plane, render, standing_person
 
 from topview.body.model import BodyModel
@@ -130,14 +133,19 @@ def test_tracked_bodies_decide_between_two_who_touch() -> None:
     left[:, 1] = np.linspace(heads[0][1], ground_y, len(JOINTS))
     right = left + np.array([0.5, 0.0, 0.0])
     statures_m = [1.75, 1.75]
-    over_surface = split_users(scene, bodies, [None, None], statures_m, sizes)
-    by_bodies = split_users(scene, bodies, [left, right], statures_m, sizes)
+
+    def split(joints: Sequence[NDArray[np.float64] | None]) -> NDArray[np.bool_]:
+        own_m = np.stack(bodies)
+        split_users(scene, own_m, [True, True], joints, statures_m, sizes)
+        return np.isfinite(own_m)
+
+    over_surface, by_bodies = split([None, None]), split([left, right])
     x = scene.cloud.points_camera[..., 0]
     for masks in (over_surface, by_bodies):
         assert (x[masks[0]] < 0.05).mean() > 0.97
         assert (x[masks[1]] > -0.05).mean() > 0.97
     assert not (by_bodies[0] & by_bodies[1]).any()
-    crossed = split_users(scene, bodies, [right, left], statures_m, sizes)
+    crossed = split([right, left])
     is_contested = np.isfinite(bodies[0]) & np.isfinite(bodies[1])
     assert (x[crossed[0] & is_contested] > -0.1).mean() > 0.97
 
@@ -179,7 +187,9 @@ def test_by_overview_who_is_near_a_head_is_one_user_and_what_touches_both_is_bot
     scene = scene_with(render(balls, [plane(UP, ground_y)]), ground_y)
     heads = [np.array([x, ground_y - 0.93 * 1.75, 3.0]) for x in xs]
     bodies = [body_distance(scene, at, 1.75, BY_OVERVIEW) for at in heads]
-    masks = split_by_overview(scene, bodies, heads, [0.3, 0.3])
+    own_m = np.stack(bodies)
+    split_by_overview(scene, own_m, heads, [0.3, 0.3])
+    masks = np.isfinite(own_m)
     for mask, other, head in zip(masks, masks[::-1], heads, strict=True):
         is_near = scene.aside_of(head) < 0.3
         assert (mask & is_near).sum() > 100

@@ -18,6 +18,7 @@ from topview.kernels.scene import (
 )
 
 SHAPE = (20, 25)
+EVERY_PX = np.arange(SHAPE[0] * SHAPE[1])
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]], np.float32)
 CAMERA_HEIGHT_M = 1.3
 JUMP = (0.05, 0.001, 0.004)
@@ -35,10 +36,16 @@ def generator(request: pytest.FixtureRequest) -> np.random.Generator:
     return np.random.default_rng(request.param)
 
 
-def cloud(generator: np.random.Generator) -> NDArray[np.float32]:
-    points = generator.uniform([-1.0, -0.5, 2.0], [1.0, 1.8, 2.1], (*SHAPE, 3))
-    points[generator.random(SHAPE) < 0.1] = 0.0
-    return points.astype(np.float32)
+FOCAL_PX, PRINCIPAL_PX = (20.0, 21.0), (5.5, 4.5)
+
+
+def cloud(generator: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[h, w] depths and their [h, w, 3] points."""
+    depth = generator.uniform(2.0, 2.1, SHAPE).astype(np.float32)
+    depth[generator.random(SHAPE) < 0.1] = 0.0
+    points = np.empty((*SHAPE, 3), np.float32)
+    to_points(depth, FOCAL_PX, PRINCIPAL_PX, points)
+    return depth, points
 
 
 @pytest.mark.parametrize("noise", LAWS)
@@ -46,16 +53,16 @@ def cloud(generator: np.random.Generator) -> NDArray[np.float32]:
 def test_a_scene_is_set_up_as_defined(
     generator: np.random.Generator, margin_m: float, noise: tuple[float, float, float]
 ) -> None:
-    points = cloud(generator)
+    depth, points = cloud(generator)
     background = generator.random(SHAPE) < 0.2
-    heights, overview = np.empty(SHAPE, np.float32), np.empty((*SHAPE, 2), np.float32)
+    heights, plan = np.empty(SHAPE, np.float32), np.empty((2, *SHAPE), np.float32)
     free, inner = np.empty(SHAPE, np.bool_), np.empty(SHAPE, np.uint8)
     set_up(
-        points, background, AXES, CAMERA_HEIGHT_M, margin_m, noise, JUMP,
-        heights, overview, free, inner,
+        depth, FOCAL_PX, PRINCIPAL_PX, background, AXES, CAMERA_HEIGHT_M, margin_m, noise, JUMP,
+        heights, plan, free, inner,
     )  # fmt: skip
     along = points @ AXES.T
-    np.testing.assert_allclose(overview, along[..., :2], atol=1e-5)
+    np.testing.assert_allclose(np.moveaxis(plan, 0, -1), along[..., :2], atol=1e-5)
     np.testing.assert_allclose(heights, along[..., 2] + CAMERA_HEIGHT_M, atol=1e-5)
     z = points[..., 2]
     descent = np.abs(heights - CAMERA_HEIGHT_M) / np.maximum(z, 0.1)
@@ -106,7 +113,7 @@ def test_moments_are_those_of_the_points_near_the_plane(
     normal, distance_m = np.array([0.0, -1.0, 0.0]), 1.0
     mean, covariance = np.empty(3), np.empty((3, 3))
     count = plane_moments(
-        readings, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
+        readings[None], 1, normal, distance_m, (0.04 + noise[0], *noise[1:]), mean, covariance
     )
     off = np.abs(points @ normal + distance_m)
     near = points[(points[:, 2] > 0.0) & (off < 0.04 + law(points[:, 2], noise))]
@@ -120,7 +127,7 @@ def test_moments_are_those_of_the_points_near_the_plane(
 def test_no_points_have_no_moments() -> None:
     moments = np.empty(3), np.empty((3, 3))
     nothing, up = np.zeros((5, 3), np.float32), np.array([0.0, -1.0, 0.0])
-    assert plane_moments(nothing, up, 0.0, (0.1, 0.0, 0.0), *moments) == 0
+    assert plane_moments(nothing[None], 1, up, 0.0, (0.1, 0.0, 0.0), *moments) == 0
 
 
 def test_points_are_where_the_pixels_look(generator: np.random.Generator) -> None:
@@ -148,22 +155,23 @@ def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> No
 
 
 def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) -> None:
-    overview = generator.uniform(-1.0, 1.0, (*SHAPE, 2)).astype(np.float32)
+    plan = generator.uniform(-1.0, 1.0, (2, *SHAPE)).astype(np.float32)
     body = generator.random(SHAPE) < 0.5
-    aside = np.hypot(overview[body, 0] - 0.1, overview[body, 1] + 0.2)
-    share = share_within(overview, body, 0.1, -0.2, 0.6)
+    aside = np.hypot(plan[0, body] - 0.1, plan[1, body] + 0.2)
+    share = share_within(plan, body, 0.1, -0.2, 0.6)
     assert share == pytest.approx((aside < 0.6).mean())
-    assert np.isnan(share_within(overview, np.zeros(SHAPE, np.bool_), 0.1, -0.2, 0.6))
+    assert np.isnan(share_within(plan, np.zeros(SHAPE, np.bool_), 0.1, -0.2, 0.6))
 
 
 def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
     depth = generator.choice([2.0, 2.06, 2.5], SHAPE).astype(np.float32)
     heights, inset = generator.uniform(0.0, 2.0, (2, *SHAPE)).astype(np.float32)
-    overview = generator.uniform(-1.0, 1.0, (*SHAPE, 2)).astype(np.float32)
+    plan = generator.uniform(-1.0, 1.0, (2, *SHAPE)).astype(np.float32)
     whole = generator.choice([0.1, 0.4, 0.8, np.inf], SHAPE).astype(np.float32)
-    distance = np.where(generator.random(SHAPE) < 0.2, np.float32(np.inf), whole)
+    nearest = np.where(generator.random(SHAPE) < 0.2, np.float32(0.05), whole)
+    distance = np.where(nearest < whole, np.float32(np.inf), whole)
     measures = measure_body(
-        whole, distance, depth, heights, overview, inset, 20.0, (0.1, -0.2, 1.6), 0.1, 0.6,
+        EVERY_PX, whole, nearest, depth, heights, plan, inset, 20.0, (0.1, -0.2, 1.6), 0.1, 0.6,
         (0.3, 0.5), (0.5, 0.9), (0.1, 0.3), 8, JUMP,
     )  # fmt: skip
     area_m2, over_m2, bust_m2, lowest_m, roughness, radius_m, near, chest_m, head_m, kept = (
@@ -175,7 +183,7 @@ def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
     edge = np.zeros(SHAPE, np.bool_)
     edge[:, 1:] |= np.abs(np.diff(depth, axis=1)) > jump[:, 1:]
     edge[1:] |= np.abs(np.diff(depth, axis=0)) > jump[1:]
-    aside = np.hypot(overview[..., 0] - 0.1, overview[..., 1] + 0.2)
+    aside = np.hypot(plan[0] - 0.1, plan[1] + 0.2)
     assert area_m2 == pytest.approx(pixel_m2.sum(), rel=1e-5)
     assert over_m2 == pytest.approx(pixel_m2[below < -0.1].sum(), rel=1e-5)
     assert bust_m2 == pytest.approx(pixel_m2[bust].sum(), rel=1e-5)
@@ -212,8 +220,9 @@ BODIES = {
 def measured_relief_m(distance: NDArray[np.float32], depth: NDArray[np.float32]) -> float:
     nothing = np.zeros_like(depth)
     return measure_body(
-        distance, distance, depth, nothing, np.zeros((*depth.shape, 2), np.float32), nothing, 20.0,
-        (0.0, 0.0, 1.6), 0.1, 0.6, (0.3, 0.5), (0.5, 0.9), (0.1, 0.3), 8, JUMP,
+        np.arange(depth.size), distance, distance, depth, nothing,
+        np.zeros((2, *depth.shape), np.float32), nothing, 20.0, (0.0, 0.0, 1.6), 0.1, 0.6,
+        (0.3, 0.5), (0.5, 0.9), (0.1, 0.3), 8, JUMP,
     )[-1]  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from topview.kernels.segmentation import (
     full_pixels_of,
     geodesic_distance,
     grow_body,
-    leave_to_nearer,
     share_bodies,
 )
 
@@ -89,7 +88,7 @@ def test_a_body_grows_from_the_head_and_from_what_is_remembered(
     shape = (30, 40)
     depth = bumpy_depth(generator, shape)
     points = generator.uniform(-0.5, 0.5, (*shape, 3)).astype(np.float32)
-    overview = points[..., [0, 2]].copy()
+    plan = points.transpose(2, 0, 1)[[0, 2]].copy()
     heights = (-points[..., 1]).copy()
     free = generator.uniform(size=shape) > 0.2
     bulky = generator.uniform(size=shape) > 0.5
@@ -99,11 +98,11 @@ def test_a_body_grows_from_the_head_and_from_what_is_remembered(
     last_body[10:14, 20:25] = generator.choice([0.4, 0.7], (4, 5))
     out = np.empty(shape, np.float32)
     grow_body(
-        points, overview, heights, free, bulky, depth, 60.0, JUMP, JUMP,
+        np.flatnonzero(free), points, plan, heights, bulky, depth, 60.0, JUMP, JUMP,
         (0.05, -0.1, 0.1), (0.05, 0.1), 0.15, (0.25, -0.4, 0.2), 0.35, 0.8,
         last_body if is_known else np.empty((0, 0), np.float32), last_depth, 0.05, from_head, out,
     )  # fmt: skip
-    aside = np.hypot(*(overview - head[[0, 2]]).transpose(2, 0, 1))
+    aside = np.hypot(*(plan - head[[0, 2], None, None]))
     from_head_m = np.linalg.norm(points - head, axis=-1)
     allowed = free & ~(bulky & (aside >= 0.35))
     core = (aside < 0.25) & (heights > -0.4) & (heights < 0.2)
@@ -158,23 +157,50 @@ def test_full_pixels_are_those_next_to_a_small_one_and_no_floor(
 def test_bodies_are_shared_by_the_nearest(generator: np.random.Generator) -> None:
     bodies = generator.choice([0.3, 0.34, 0.8, np.inf], (3, 12, 15)).astype(np.float32)
     is_tracked = np.array([True, False, True])
-    is_own = np.empty(bodies.shape, np.bool_)
-    is_contested = np.empty(bodies.shape[1:], np.bool_)
-    count = share_bodies(bodies, is_tracked, 0.06, is_own, is_contested)
-    np.testing.assert_array_equal(is_own, (bodies < np.inf) & (bodies <= bodies.min(0) + 0.06))
+    own, is_contested = bodies.copy(), np.empty(bodies.shape[1:], np.bool_)
+    count = share_bodies(own, np.ones(3, np.bool_), is_tracked, 0.06, is_contested)
+    is_own = bodies <= bodies.min(0) + 0.06
+    is_own |= is_tracked[:, None, None] & is_contested
+    np.testing.assert_array_equal(own, np.where(is_own, bodies, np.inf))
     np.testing.assert_array_equal(is_contested, (bodies[is_tracked] < np.inf).all(0))
     assert count == is_contested.sum() > 0
-    left = bodies[0].copy()
-    leave_to_nearer(bodies[0], bodies[1], left)
-    np.testing.assert_array_equal(left, np.where(bodies[1] < bodies[0], np.inf, bodies[0]))
+
+
+def test_what_a_person_reaches_is_no_other_things(generator: np.random.Generator) -> None:
+    bodies = generator.choice([0.3, 0.34, 0.8, np.inf], (3, 12, 15)).astype(np.float32)
+    own, nobody = bodies.copy(), np.zeros(3, np.bool_)
+    is_contested = np.empty(bodies.shape[1:], np.bool_)
+    is_persons = np.array([False, True, False])
+    assert share_bodies(own, is_persons, nobody, 0.06, is_contested) == 0
+    np.testing.assert_array_equal(own[1], bodies[1])
+    for index in (0, 2):
+        is_own = (bodies[1] == np.inf) & (bodies[index] <= bodies[[0, 2]].min(0) + 0.06)
+        np.testing.assert_array_equal(own[index], np.where(is_own, bodies[index], np.inf))
 
 
 def test_only_small_pieces_are_kept() -> None:
-    labels = np.array([[1, 1, 0, 2], [1, 1, 0, 0], [0, 0, 3, 3]], np.int32)
+    labels = np.array([[1, 1, 0, 2], [1, 1, 0, 0], [0, 0, 0, 0], [0, 0, 3, 3]], np.int32)
     depth = np.full(labels.shape, 2.0, np.float32)
     # A pixel covers 0.01 m^2.
-    pixels = small_pieces(labels, depth, 4, 20.0, 0.015, 0.035)
-    np.testing.assert_array_equal(pixels, [10, 11])
+    found = np.empty(labels.shape, np.int32)
+    is_loose = labels > 0
+    pixels, count = small_pieces(
+        np.arange(labels.size),
+        labels == 0,
+        np.zeros_like(is_loose),
+        depth,
+        20.0,
+        0.015,
+        0.035,
+        found,
+    )
+    nowhere = np.zeros_like(labels)
+    assert not len(
+        small_pieces(np.arange(labels.size), is_loose, ~is_loose, depth, 20.0, 0.0, 9.0, nowhere)[0]
+    )
+    np.testing.assert_array_equal(pixels, [14, 15])
+    np.testing.assert_array_equal(found, labels)
+    assert count == 4
 
 
 def a_body_beside_a_piece(
