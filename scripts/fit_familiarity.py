@@ -121,14 +121,14 @@ class Stated:
         """[N, 16, 3] errors in scales as they are trusted."""
         return self.errors / told.widening(self)
 
-    def held(self, told: Trust) -> tuple[Array, Array]:
-        """[3] shares of the 90 % intervals, so trusted, that hold: of joints in view, and of those
-        hidden by others; NaN of none."""
+    def held(self, told: Trust, interval: int = INTERVAL) -> tuple[Array, Array]:
+        """[3] shares of the 90 % intervals, or other `INTERVALS`, so trusted, that hold: of joints
+        in view, and of those hidden by others; NaN of none."""
         errors = self.trusted(told)
         known = np.isfinite(errors).all(-1)
         nothing = np.full(3, np.nan)
         of = [
-            errors[known & is_there] < HALF_WIDTHS[INTERVAL]
+            errors[known & is_there] < HALF_WIDTHS[interval]
             for is_there in (~self.is_hidden, self.is_hidden)
         ]
         in_view, hidden = (own.mean(0) if len(own) else nothing for own in of)
@@ -205,12 +205,16 @@ def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
 
 
 def print_held(name: str, of_set: Stated) -> None:
-    """How often 90 % intervals hold, right, down and in depth."""
+    """How often 90 % intervals hold, right, down and in depth; and all, as trusted."""
     for what, told in (("as stated", AS_STATED), ("as trusted", Trust())):
         for where, held in zip(("in view", "hidden"), of_set.held(told), strict=True):
             if np.isfinite(held).all():
                 shares = ", ".join(f"{100 * share:.1f}" for share in held)
                 print(f"{name}, {where}, {what}: {shares} % hold")
+    for number, interval in enumerate(INTERVALS):
+        told = [of_axes.mean() for of_axes in of_set.held(Trust(), number)]
+        in_view, hidden = (f"{100 * share:.1f}" for share in told)
+        print(f"{name}, {100 * interval:.0f} % as trusted: {in_view} % in view, {hidden} % hidden")
     joints = np.count_nonzero(of_set.is_hidden), of_set.is_hidden.size
     print(f"{name}: {joints[0]} of {joints[1]} joints are hidden; ", end="")
     print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
