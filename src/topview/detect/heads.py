@@ -176,7 +176,7 @@ def torso_is_unread(cloud: Cloud, centers_camera: Vector, ups_camera: Vector) ->
 # Ours: people lean to the side; the template is tilted with them, at this penalty per radian.
 TILTS_RAD: Final = np.array([-0.5, 0.0, 0.5])
 TILT_PENALTY: Final = 0.15
-UPRIGHT: Final = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
+TILT_SHARES: Final = 1.0 - TILT_PENALTY * np.abs(TILTS_RAD)
 # Ours: the centres of two heads are at least two heads' breadths apart.
 LEAST_APART_M: Final = 4 * HEAD_RADIUS_M
 # Ours: the near shoulder of a person in profile looks like a head. The true head is above it by
@@ -232,7 +232,7 @@ class DepthHeadDetector:
             (camera.cx, camera.cy),
             up_camera,
             tilted_ups(up_camera, TILTS_RAD),
-            UPRIGHT,
+            TILT_SHARES,
             (self.max_depth_m, STEP_M, HEAD_HALF_HEIGHT_M, SURFACE_M),
             (INSIDE, FREE, SHOULDERS),
             (BEFORE_M, BEHIND_M, CHEST_BEHIND_M),
