@@ -65,7 +65,7 @@ Array = NDArray[np.float64]
 RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
 FAMILIAR_RANGE: Final = 0.02, 5.0  # in which the familiar disagreement is
 OTHER_PROPORTIONS: Final = replace(AS_THEY_ARE, stretch=Variation().stretch)
-COMPARED_WINDOWS: Final = 3000
+COMPARED_WINDOWS: Final = 3000  # with people as they are and stretched
 STEP: Final = 0.1  # of exponents and logarithms, at first, where the likeliest are looked for
 FAR_M: Final = 100.0  # from others, where there are none
 BY_OTHERS = [CAUSES.index(cause) for cause in ("another person", "an object")]
@@ -212,9 +212,9 @@ def print_held(name: str, of_set: Stated) -> None:
                 shares = ", ".join(f"{100 * share:.1f}" for share in held)
                 print(f"{name}, {where}, {what}: {shares} % hold")
     for number, interval in enumerate(INTERVALS):
-        told = [of_axes.mean() for of_axes in of_set.held(Trust(), number)]
-        in_view, hidden = (f"{100 * share:.1f}" for share in told)
-        print(f"{name}, {100 * interval:.0f} % as trusted: {in_view} % in view, {hidden} % hidden")
+        told = zip(("in view", "hidden"), of_set.held(Trust(), number), strict=True)
+        shares = [f"{100 * of.mean():.1f} % {where}" for where, of in told if np.isfinite(of).all()]
+        print(f"{name}, {100 * interval:.0f} % as trusted: {', '.join(shares)}")
     joints = np.count_nonzero(of_set.is_hidden), of_set.is_hidden.size
     print(f"{name}: {joints[0]} of {joints[1]} joints are hidden; ", end="")
     print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
