@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
-from topview.detect.joints.network import WEIGHTS, mode_weights, opened
+from topview.detect.joints.network import WEIGHTS, opened
 from topview.detect.joints.proposals import proposed_of_joints
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
@@ -57,9 +57,10 @@ from topview_lab.training.joints.measuring import (
     INTERVAL,
     INTERVALS,
     Network,
+    answer_to,
 )
 from topview_lab.training.joints.recordings import Samples, folders_in, gathered, read_labelled
-from topview_lab.training.joints.windows import AS_THEY_ARE, Variation, labelled_window
+from topview_lab.training.joints.windows import AS_THEY_ARE, Variation
 
 Array = NDArray[np.float64]
 RANGE: Final = 0.0, 3.0  # in which the doubt's exponent is looked for
@@ -234,12 +235,10 @@ def _in_scales(network: Network, samples: Samples, how: Variation) -> Array:
     """[N] errors of windows' joints in view, each axis for itself, in scales, offsets out."""
     off, scales = [], []
     for number in range(0, len(samples), max(1, len(samples) // COMPARED_WINDOWS)):
-        window = labelled_window(samples, number, np.random.default_rng(number), how)
-        said = network(window.image[None])
-        best = int(mode_weights(said["mode_logits"], said["log_scales"])[0].argmax())
-        is_in_view = window.is_known & ~(window.hidden >= HIDDEN_FROM)
-        off.append(np.where(is_in_view[:, None], said["places"][0, best] - window.places, np.nan))
-        scales.append(np.exp(said["log_scales"][0, best]))
+        answer = answer_to(network, samples, number, how)
+        is_hidden = answer.window.hidden >= HIDDEN_FROM
+        off.append(np.where(is_hidden[:, None], np.nan, answer.off))
+        scales.append(answer.scales)
     errors = np.abs(off - np.nanmean(off, axis=0)) / scales
     return errors[np.isfinite(errors)]
 

@@ -22,7 +22,7 @@ from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
 from topview.people.background import Background
-from topview.people.bodies import nearest_body, split, union_of, with_pieces
+from topview.people.bodies import nearest_body, own_mask, split, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import Refusal
@@ -210,7 +210,7 @@ class PeopleFinder:
         found = track_of_cluster(step, asked, tracks, self._next_key, self._existence)
         if found is None:
             return tracks
-        self._background.forget(union_of(step.scene, [found]))
+        self._background.forget(own_mask(step.scene, found))
         self._next_key += 1
         return [*tracks, found]
 

@@ -110,6 +110,10 @@ class JointErrors(msgspec.Struct, frozen=True):
         told = np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
         return np.einsum("k,knab->nab", self.weights, told)
 
+    def tails_of(self, is_behind: NDArray[np.bool_]) -> Array:
+        """[N] degrees of freedom of the laws, of joints that another person hides or not."""
+        return np.where(is_behind, self.tails_behind, self.tails)
+
 
 @cache
 def shipped_joint_errors() -> JointErrors:
@@ -199,7 +203,7 @@ def told_errors(
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
     matrices = errors.matrices(signs.terms())
-    tails = np.where(signs.is_behind, errors.tails_behind, errors.tails)
+    tails = errors.tails_of(signs.is_behind)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
     covariances = student_covariances(matrices, tails)
     covariances[is_absent] = np.nan

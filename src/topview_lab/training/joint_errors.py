@@ -170,8 +170,8 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
 
     def loss(place: Array) -> float:
         told = JointErrors(source, *np.exp(place))
-        tails = np.where(is_behind, told.tails_behind, told.tails)
-        return -float(shares @ log_likelihoods(errors, told.matrices(terms), tails))
+        found = log_likelihoods(errors, told.matrices(terms), told.tails_of(is_behind))
+        return -float(shares @ found)
 
     start = [*[START_LOG_WEIGHT] * len(TERMS), np.log(START_MOST_M2), *[np.log(START_TAILS)] * 2]
     bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]

@@ -67,25 +67,50 @@ class JointScores:
     things_told: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What a network says of one window.
+
+    Attributes:
+        window: what it was asked about.
+        mode: the likeliest.
+        off: [21, 3] how far it has the joints from where they are, in the box; NaN where unknown.
+        scales: [21, 3] as it states them, in the box.
+        person_logit: above 0 where it rather sees a person.
+    """
+
+    window: LabelledWindow
+    mode: int
+    off: NDArray[np.float64]
+    scales: NDArray[np.float64]
+    person_logit: float
+
+
+def answer_to(network: Network, samples: Samples, number: int, how: Variation) -> Answer:
+    """Of one sample, varied."""
+    window = _window(samples, number, how)
+    said = network(window.image[None])
+    mode = int(mode_weights(said["mode_logits"], said["log_scales"])[0].argmax())
+    off = said["places"][0, mode].astype(np.float64) - window.places
+    off[~window.is_known] = np.nan
+    scales = np.exp(said["log_scales"][0, mode].astype(np.float64))
+    return Answer(window, mode, off, scales, float(said["person_logit"][0]))
+
+
 def measure(
     network: Network, samples: Samples, every: int, advance: Callable[[], None]
 ) -> JointScores:
     """Scores of every n-th sample."""
     apart, scaled, hidden, faced, told, things = [], [], [], [], [], []
     for number in range(0, len(samples), every):
-        window = _window(samples, number, AS_THEY_ARE)
-        said = network(window.image[None])
-        log_scales = said["log_scales"]
-        best = int(mode_weights(said["mode_logits"], log_scales)[0].argmax())
-        sine = facing_sine(window)
+        answer = answer_to(network, samples, number, AS_THEY_ARE)
+        sine = facing_sine(answer.window)
         if abs(sine) > CLEARLY_FACING:
-            faced.append((best == FACING_MODE) == (sine > 0.0))
-        off = np.abs(said["places"][0, best] - window.places)
-        unknown = np.where(window.is_known, 0.0, np.nan)
-        hidden.append(window.hidden)
-        apart.append(np.linalg.norm(off, axis=1) * window.half_m + unknown)
-        scaled.append(off / np.exp(log_scales[0, best]) + unknown[:, None])
-        told.append(float(said["person_logit"][0]) > 0.0)
+            faced.append((answer.mode == FACING_MODE) == (sine > 0.0))
+        hidden.append(answer.window.hidden)
+        apart.append(np.linalg.norm(answer.off, axis=1) * answer.window.half_m)
+        scaled.append(np.abs(answer.off) / answer.scales)
+        told.append(answer.person_logit > 0.0)
         thing = _window(samples, number, WITHOUT_PERSON)
         if not thing.is_person:
             things.append(float(network(thing.image[None])["person_logit"][0]) < 0.0)
