@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 MOST_WINDOWS = 100_000_000
 MOST_AT_ONCE = 65_536
 MOST_WORKERS = 256
+MOST_RATE = 0.1
 MEASURED_WINDOWS = 1000
 START_WINDOWS = 256  # that tell a network to go on from what it sees
 STARTED_RATE = 0.5  # of the rate of a network that starts from chance
@@ -57,6 +58,7 @@ def train_joints(
     postures: int = 0,
     windows: int = 600_000,
     batch: int = 64,
+    rate: float | None = None,
     seed: int = 0,
     device: Literal["cpu", "cuda"] | None = None,
     workers: int = 1,
@@ -74,14 +76,15 @@ def train_joints(
         out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
-        start_from: weights to go on from, such as those that ship; at half the rate. With --windows
-            0 they are only written anew, and measured.
+        start_from: weights to go on from, such as those that ship. With --windows 0 they are only
+            written anew, and measured.
         widths: of the network: channels at 64, 32, 16 and 8 pixels a side; of one to go on from, as
             many as it has or more, and what is new begins by saying nothing.
         postures: so many of our simulator's people to learn from besides, each in 40 postures that
             no capture shows: lying, sitting on the floor, kneeling, bent, on all fours.
         windows: to learn from, each varied anew.
         batch: windows that are learnt at once; on a GPU 512.
+        rate: the greatest step of learning: by default 0.002, and half of it to go on from weights.
         seed: of the network, the order and the variations.
         device: that learns; by default a GPU where torch finds one.
         workers: processes that vary windows meanwhile: as many as there are cores beside a GPU.
@@ -97,6 +100,8 @@ def train_joints(
         raise InputError(f"--batch is {batch}; it must be 1 to {MOST_AT_ONCE}")
     if not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers is {workers}; it must be 1 to {MOST_WORKERS}")
+    if rate is not None and not 0.0 < rate <= MOST_RATE:
+        raise InputError(f"--rate is {rate}; it must be more than 0, at most {MOST_RATE}")
     if threads < 0:
         raise InputError(f"--threads is {threads}; it must be 0 (all cores) or more")
     if not 0 <= seed < 2**31:
@@ -109,8 +114,8 @@ def train_joints(
     from topview_lab.training.joints.learning import LearningSettings
 
     how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
-    if start_from is not None:
-        how = replace(how, rate=how.rate * STARTED_RATE)
+    begun_rate = how.rate if start_from is None else how.rate * STARTED_RATE
+    how = replace(how, rate=begun_rate if rate is None else rate)
     network = _learn(samples, how, out, start_from, widths, machine)
     learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")

@@ -9,7 +9,7 @@ import pytest
 from labelled_people import discs, write_recording
 from topview.cli.main import main
 from topview.detect.joints import PROPOSED_JOINTS
-from topview.detect.joints.network import OUTPUTS, silent_onnxruntime
+from topview.detect.joints.network import OUTPUTS, opened, silent_onnxruntime
 from topview.detect.joints.proposals import FACING_MODE
 from topview.detect.joints.windows import OWN
 from topview.records import InputError
@@ -158,6 +158,23 @@ def test_the_command_learns_measures_and_writes(
     assert "of the 90 % intervals hold" in said
 
 
+def test_small_steps_change_little(tmp_path: Path) -> None:
+    """Weights that are gone on from by tiny steps say what they said; by large ones they do not."""
+    folder = write_recording(tmp_path / "a", discs(2, 1))
+    begun = tmp_path / "begun.onnx"
+    command.train_joints([folder], out=begun, windows=64)
+    image = learning.first_windows(SAMPLES, AS_THEY_ARE, 0, 1).numpy()
+
+    def places_by(rate: float) -> np.ndarray:
+        out = tmp_path / f"{rate}.onnx"
+        command.train_joints([folder], out=out, start_from=begun, windows=128, rate=rate)
+        return opened(out.read_bytes()).answers(image)["places"]
+
+    before = opened(begun.read_bytes()).answers(image)["places"]
+    tiny, large = (np.abs(places_by(rate) - before).max() for rate in (1e-7, 1e-2))
+    assert tiny < 0.02 < large
+
+
 def test_intervals_are_counted_in_view_and_hidden_apart() -> None:
     """A network that is right but for hidden joints, which are a scale and a half off in depth."""
     recording = discs(2, 1)
@@ -199,6 +216,8 @@ def test_bad_numbers_and_missing_torch_are_one_line(
         command.train_joints([tmp_path], out=out, seed=-1)
     with pytest.raises(InputError, match="--batch is 0; it must be 1 to"):
         command.train_joints([tmp_path], out=out, batch=0)
+    with pytest.raises(InputError, match=r"--rate is 0\.0; it must be more than 0"):
+        command.train_joints([tmp_path], out=out, rate=0.0)
     with pytest.raises(InputError, match="--workers is 0; it must be 1 to"):
         command.train_joints([tmp_path], out=out, workers=0)
     if not torch.cuda.is_available():

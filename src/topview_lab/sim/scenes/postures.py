@@ -54,11 +54,19 @@ _ON_FLOOR: Final[Ranges] = {
     "upper_arm": ((0, 170), (0, 90), (-40, 40)),
     "forearm": ((0, 140), (0, 0), (-80, 80)),
 }
+_AT_SIDES: Final[Ranges] = {
+    "upper_arm": ((-20, 30), (0, 90), (-40, 40)), "forearm": ((0, 70), (0, 0), (-80, 80)),
+    "hand": ((-20, 20), (-20, 20), (0, 0)),
+}  # fmt: skip
 
 POSTURES: Final[Mapping[str, Ranges]] = {
     "on back": _TRUNK | _ON_FLOOR | {
         "pelvis": ((-105, -75), (-15, 15), (0, 0)), "thigh": ((0, 100), (-5, 40), (-20, 20)),
         "calf": ((0, 130), (0, 0), (0, 0)), "foot": ((-45, 10), (0, 0), (0, 0)),
+    },
+    "flat on back": _TRUNK | _AT_SIDES | {
+        "pelvis": ((-100, -80), (-12, 12), (0, 0)), "thigh": ((-5, 20), (-5, 30), (-30, 20)),
+        "calf": ((0, 25), (0, 0), (0, 0)), "foot": ((-45, 5), (0, 0), (0, 0)),
     },
     "on left side": _TRUNK | _ON_FLOOR | {
         "pelvis": ((-20, 20), (70, 110), (0, 0)), "thigh": ((0, 110), (-5, 20), (0, 0)),
@@ -71,6 +79,10 @@ POSTURES: Final[Mapping[str, Ranges]] = {
     "on front": _TRUNK | _ON_FLOOR | {
         "pelvis": ((75, 105), (-15, 15), (0, 0)), "thigh": ((-15, 20), (0, 40), (-20, 20)),
         "calf": ((0, 100), (0, 0), (0, 0)), "foot": ((-50, -20), (0, 0), (0, 0)),
+    },
+    "flat on front": _TRUNK | _AT_SIDES | {
+        "pelvis": ((80, 100), (-12, 12), (0, 0)), "thigh": ((-10, 10), (-5, 30), (-20, 20)),
+        "calf": ((0, 25), (0, 0), (0, 0)), "foot": ((-50, -20), (0, 0), (0, 0)),
     },
     "on all fours": _TRUNK | {
         "pelvis": ((50, 95), (-10, 10), (-10, 10)), "thigh": ((45, 110), (-5, 20), (0, 0)),
@@ -99,6 +111,11 @@ POSTURES: Final[Mapping[str, Ranges]] = {
         "pelvis": ((-20, 45), (-10, 10), (-10, 10)), "thigh": ((65, 120), (-5, 35), (-20, 20)),
         "calf": ((40, 120), (0, 0), (0, 0)), "foot": ((-30, 15), (0, 0), (0, 0)),
     },
+    "sitting bent": _TRUNK | _FREE_ARMS | {
+        "pelvis": ((5, 50), (-10, 10), (-10, 10)), "abdomen": ((0, 40), (-12, 12), (-15, 15)),
+        "chest": ((0, 30), (-10, 10), (-15, 15)), "thigh": ((80, 125), (-5, 35), (-20, 20)),
+        "calf": ((40, 120), (0, 0), (0, 0)), "foot": ((-30, 15), (0, 0), (0, 0)),
+    },
     "standing": _TRUNK | _FREE_ARMS | {
         "pelvis": ((-10, 20), (-8, 8), (-10, 10)), "thigh": ((-20, 95), (-5, 35), (-20, 20)),
         "calf": ((0, 110), (0, 0), (0, 0)), "foot": ((-20, 20), (0, 0), (0, 0)),
@@ -107,7 +124,9 @@ POSTURES: Final[Mapping[str, Ranges]] = {
 """By name. The pelvis's angles are its turn in the room, as in `topview_lab.sim.held.HeldPose`."""
 
 
-LYING: Final = ("on back", "on left side", "on right side", "on front")
+LYING: Final = (
+    "on back", "flat on back", "on left side", "on right side", "on front", "flat on front",
+)  # fmt: skip
 
 
 def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
