@@ -156,6 +156,11 @@ class BoneLengths:
         )
 
 
+def dressed_body(stature_m: float) -> BodyModel:
+    """The body of somebody of whom only the stature is known."""
+    return BoneLengths().model(stature_m)
+
+
 def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
     """A body whose bones have these lengths; it bends at the mid spine.
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import PARTS, UPPER_TORSO
+from topview.body.proportions import ANATOMICAL
 from topview.camera.pyramid import DepthView
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
@@ -223,7 +224,7 @@ class SwarmTracker:
             self._pose = pose if is_seen else None
             return pose
         if evidence.stature_m is not None:
-            self.model = BodyModel.of(evidence.stature_m, self.settings.body.proportions)
+            self.model = BodyModel.of(evidence.stature_m, ANATOMICAL)
         if is_seen:
             with self.subject.clock.stage("swarm"):
                 self._pose = self._optimise(self._pose, evidence)

@@ -32,9 +32,9 @@ from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
 from topview.track.methods.utvr.part_filters import PartFilters
 from topview.track.methods.utvr.particles import Particles
 from topview.track.methods.utvr.placed_body import Cloud, PlacedBody
-from topview.track.methods.utvr.stature import StatureBelief
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, Stance, stand
+from topview.track.stature import StatureBelief
 from topview_lab.datasets.simulated import SimulatedScene
 from topview_lab.metrics import ALL, evaluate_sequence, summarise
 from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
-from topview.body.proportions import ANATOMICAL, Proportions
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import FRAME_S, begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.records import InputError
 from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
-from topview.track.bone_lengths import BoneLengths
+from topview.track.bone_lengths import BoneLengths, dressed_body
 from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
 from topview.track.joint_fit import JointTargets
@@ -29,6 +28,7 @@ from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, heading, stand, stand_all
+from topview.track.stature import StatureBelief
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,6 @@ class TopviewSettings:
 
     Attributes:
         limbs, refinement, facing, guide: of these steps.
-        proportions: of the body.
         statures_m: tried while nobody could measure one, 0.3 to 3 metres; the first is assumed
             until then.
 
@@ -93,7 +92,6 @@ class TopviewSettings:
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     facing: FacingSettings = field(default_factory=FacingSettings)
     guide: GuideSettings = field(default_factory=GuideSettings)
-    proportions: Proportions = ANATOMICAL
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
 
     def __post_init__(self) -> None:
@@ -151,7 +149,8 @@ class TopviewTracker:
         self._in_sight_s = 0.0
         self._share = 0  # of the table, which is looked through next
         self._guide = Guide(settings.guide, subject.bones)
-        self.model = BodyModel.of(settings.statures_m[0], settings.proportions)
+        self._stature = StatureBelief()
+        self.model = dressed_body(settings.statures_m[0])
 
     @property
     def bones(self) -> BoneLengths:
@@ -166,7 +165,9 @@ class TopviewTracker:
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
         stature_m = evidence.stature_m
-        self._scale_to(stature_m)
+        if stature_m is not None:
+            self._stature.tell(stature_m)
+            self._scale_to(self._stature.stature_m)
         elapsed_s = 0.0 if self._last_s is None else max(evidence.timestamp_s - self._last_s, 0.0)
         if len(evidence.points_camera) < LEAST_BODY_POINTS:
             pose = self._hidden(evidence)
@@ -185,13 +186,15 @@ class TopviewTracker:
                 found = self._facing_front(found, look)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
+            if is_open:
+                self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
         self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
         return pose
 
-    def _scale_to(self, stature_m: float | None) -> None:
-        if stature_m is not None and abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
-            self.model = BodyModel.of(stature_m, self.settings.proportions)
+    def _scale_to(self, stature_m: float) -> None:
+        if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
+            self.model = dressed_body(stature_m)
 
     def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
@@ -215,7 +218,10 @@ class TopviewTracker:
             found = self._refined_whole(pose, self._kept, look, torso, prior_scale)
         if found.hidden == 0.0 and self._limbs_are_due(look):
             found = self._or_looked_up(found, look)
-        if found.cost < LOST_COST + LOST_COST_OCCLUDED * found.hidden:
+        is_lost = found.cost > LOST_COST + LOST_COST_OCCLUDED * found.hidden
+        if self._limbs_are_due(look) and (is_lost or not self._stature.is_measured):
+            found = self._with_stature(found, is_lost, look)
+        if not is_lost:
             return found
         with look.clock.stage("body"):
             up = look.evidence.up_camera
@@ -227,6 +233,32 @@ class TopviewTracker:
         gain = found.cost + self._lift_cost(found, look.evidence)
         gain -= others.cost + self._lift_cost(others, look.evidence)
         return others if gain > LOST_MARGIN else found
+
+    def _with_stature(self, found: _Found, is_lost: bool, look: FrameContext) -> _Found:
+        """What was found, or a pose of another stature if that is believed from now on."""
+        believed_m, tried_m = self._stature.stature_m, self._stature.next_m()
+        _, cost = self._of_stature(found, found.model.stature_m, is_lost, look)
+        pose, tried_cost = self._of_stature(found, tried_m, is_lost, look)
+        self._stature.judge(cost, tried_cost)
+        if self._stature.stature_m == believed_m:
+            return found
+        return self._with_limbs(pose, pose, {}, replace(look, model=dressed_body(tried_m)))
+
+    def _of_stature(
+        self, found: _Found, stature_m: float, is_lost: bool, look: FrameContext
+    ) -> tuple[Pose, float]:
+        """The pose that was found, or a stance if it is lost, of a body of another stature, and
+        what it costs."""
+        model, evidence = dressed_body(stature_m), look.evidence
+        poses = [found.pose]
+        with look.clock.stage("body"):
+            if is_lost:
+                yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
+                poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
+            first_look = replace(look, model=model, evidence=_thinned(evidence))
+            refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)
+            costs = self._costs(refined)
+        return refined.poses[int(np.argmin(costs))], float(costs.min())
 
     def _or_looked_up(self, found: _Found, look: FrameContext) -> _Found:
         """What was found, or a body of the table that looks like what is seen and costs less."""
@@ -322,7 +354,7 @@ class TopviewTracker:
     ) -> list[tuple[BodyModel, list[Pose]]]:
         """Every stance in these directions, for every stature that the person may have."""
         head, up = look.evidence.head_camera, look.evidence.up_camera
-        models = [BodyModel.of(m, self.settings.proportions) for m in statures_m]
+        models = [dressed_body(m) for m in statures_m]
         return [(model, stand_all(model, head, yaws_rad, up)) for model in models]
 
     def _best_with_limbs(

@@ -20,9 +20,9 @@ from topview.body.parts import UPPER_TORSO
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.utvr.settings import UtvrSettings
-from topview.track.methods.utvr.stature import StatureBelief
 from topview.track.pose import Pose
 from topview.track.stances import heading, stand_all
+from topview.track.stature import StatureBelief
 
 Array = NDArray[np.float64]
 

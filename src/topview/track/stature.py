@@ -17,8 +17,9 @@ from topview.people.height import PRIOR_HEIGHT_M
 
 Array = NDArray[np.float64]
 
-# All ours. A cost is one of `topview.track.methods.utvr.descent`.
-TRIED_STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])  # are tried, as `topview` does
+# All ours. A cost is the share of the person's points that a pose leaves unexplained, and what a
+# method adds to it.
+TRIED_STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])
 # Of a stature, per logarithm of its ratio to the measured one, or before to that of adults.
 MEASURED_COST: Final = 0.2
 ADULTS_COST: Final = 0.05
@@ -48,6 +49,10 @@ class StatureBelief:
     @property
     def _tried_m(self) -> float:
         return float(np.append(TRIED_STATURES_M, self._likely_m)[self._turn])
+
+    def begin(self, stature_m: float) -> None:
+        """With the stature of the first poses, while the finder has measured none."""
+        self.stature_m = self._likely_m = stature_m
 
     def tell(self, stature_m: float) -> None:
         """What the finder has measured."""
