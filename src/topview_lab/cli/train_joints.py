@@ -47,6 +47,16 @@ class _Machine:
     threads: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """What is gone on from: weights, or chance; how much of them is kept; the network's widths, or
+    those that the weights have."""
+
+    start_from: Path | None
+    keep: float
+    widths: tuple[int, int, int, int] | None
+
+
 def train_joints(
     folders: list[Path],
     /,
@@ -54,6 +64,7 @@ def train_joints(
     out: Path,
     measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
     start_from: Path | None = None,
+    keep: float = 0.0,
     widths: tuple[int, int, int, int] | None = None,
     postures: int = 0,
     windows: int = 600_000,
@@ -78,6 +89,8 @@ def train_joints(
         measure_on: recordings of other people, to measure the network on.
         start_from: weights to go on from, such as those that ship. With --windows 0 they are only
             written anew, and measured.
+        keep: how much the weights to go on from count in those that are written, 0 to 1: what is
+            seldom among the recordings is then not forgotten.
         widths: of the network: channels at 64, 32, 16 and 8 pixels a side; of one to go on from, as
             many as it has or more, and what is new begins by saying nothing.
         postures: so many of our simulator's people to learn from besides, each in 40 postures that
@@ -100,6 +113,10 @@ def train_joints(
         raise InputError(f"--batch is {batch}; it must be 1 to {MOST_AT_ONCE}")
     if not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers is {workers}; it must be 1 to {MOST_WORKERS}")
+    if not 0.0 <= keep < 1.0 or (keep and start_from is None):
+        raise InputError(
+            f"--keep is {keep}; it must be 0, or with --start-from more, and less than 1"
+        )
     if rate is not None and not 0.0 < rate <= MOST_RATE:
         raise InputError(f"--rate is {rate}; it must be more than 0, at most {MOST_RATE}")
     if threads < 0:
@@ -116,7 +133,7 @@ def train_joints(
     how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
     begun_rate = how.rate if start_from is None else how.rate * STARTED_RATE
     how = replace(how, rate=begun_rate if rate is None else rate)
-    network = _learn(samples, how, out, start_from, widths, machine)
+    network = _learn(samples, how, out, _Begun(start_from, keep, widths), machine)
     learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
@@ -178,8 +195,7 @@ def _learn(
     samples: Samples,
     how: LearningSettings,
     out: Path,
-    start_from: Path | None,
-    widths: tuple[int, int, int, int] | None,
+    given: _Begun,
     machine: _Machine,
 ) -> Network:
     """Train, write the weights and the losses; what the network says of windows."""
@@ -188,7 +204,7 @@ def _learn(
     from topview_lab.training.joints.export import exported
     from topview_lab.training.joints.growing import grown
     from topview_lab.training.joints.imported import imported
-    from topview_lab.training.joints.learning import first_windows, learn
+    from topview_lab.training.joints.learning import between, first_windows, learn
     from topview_lab.training.joints.net import NetSettings
     from topview_lab.training.joints.windows import Variation
 
@@ -196,12 +212,13 @@ def _learn(
         torch.set_num_threads(machine.threads)
     varied, begun = Variation(), None
     images = first_windows(samples, varied, how.seed, START_WINDOWS)
-    if start_from is not None:
-        begun = imported(start_from, images)
-        begun = begun if widths is None else grown(begun, widths)
+    if given.start_from is not None:
+        begun = imported(given.start_from, images)
+        begun = begun if given.widths is None else grown(begun, given.widths)
         if how.windows == 0:
             return _written(exported(begun.eval(), images), out)
-    settings = NetSettings(widths or NetSettings().widths) if begun is None else begun.settings
+    chance = NetSettings(given.widths or NetSettings().widths)
+    settings = chance if begun is None else begun.settings
     history = _beside(out, "losses.json")
     checkpoint = _beside(out, "checkpoint")
     rows = json.loads(history.read_text()) if checkpoint.exists() and history.exists() else []
@@ -230,6 +247,8 @@ def _learn(
             workers=machine.workers,
         )
     draw_losses(rows, _beside(out, "losses.png"))
+    if begun is not None:
+        net = between(begun, net, given.keep)
     return _written(exported(net, images), out)
 
 

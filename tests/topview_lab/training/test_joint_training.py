@@ -218,6 +218,8 @@ def test_bad_numbers_and_missing_torch_are_one_line(
         command.train_joints([tmp_path], out=out, batch=0)
     with pytest.raises(InputError, match=r"--rate is 0\.0; it must be more than 0"):
         command.train_joints([tmp_path], out=out, rate=0.0)
+    with pytest.raises(InputError, match=r"--keep is 0\.5; it must be 0, or with --start-from"):
+        command.train_joints([tmp_path], out=out, keep=0.5)
     with pytest.raises(InputError, match="--workers is 0; it must be 1 to"):
         command.train_joints([tmp_path], out=out, workers=0)
     if not torch.cuda.is_available():
@@ -252,6 +254,23 @@ def test_weights_are_gone_on_from_as_they_are(tmp_path: Path) -> None:
     for was, now, training in zip(before, after, learnt_on, strict=True):
         np.testing.assert_allclose(now, was, atol=0.02)  # whole numbers of 8 bits
         np.testing.assert_allclose(training, now, atol=1e-3)
+
+
+def test_what_is_kept_lies_between_before_and_after(tmp_path: Path) -> None:
+    """All kept says what was said before, nothing kept what was learnt."""
+    before = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "a", nothing)
+    after = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "b", nothing, begun=before)
+    images = windows(2)
+    half = learning.between(before, after, 0.5)
+    for kept, expected in ((1.0, before), (0.0, after)):
+        for now, own in zip(
+            proposed(learning.between(before, after, kept), images),
+            proposed(expected, images),
+            strict=True,
+        ):
+            np.testing.assert_allclose(now, own, atol=1e-5)
+    mean = 0.5 * (before.weight + after.weight)
+    np.testing.assert_allclose(half.weight.detach(), mean.detach(), atol=1e-6)
 
 
 def test_weights_of_something_else_are_refused(tmp_path: Path) -> None:

@@ -284,6 +284,18 @@ def _average(averaged: JointNet, net: JointNet, share: float) -> None:
         mean.copy_(now)
 
 
+@torch.no_grad()
+def between(before: JointNet, after: JointNet, kept: float) -> JointNet:
+    """The network whose weights are a mean of those before a training, which count `kept`, and
+    after: it forgets less than it has learnt (Wortsman et al., CVPR 2022)."""
+    own = JointNet(after.settings)
+    own.load_state_dict(after.state_dict())
+    _average(own, before, 1.0 - kept)
+    for mean, first, last in zip(own.buffers(), before.buffers(), after.buffers(), strict=True):
+        mean.copy_(kept * first + (1.0 - kept) * last)
+    return own.eval()
+
+
 def _save(
     path: Path,
     step: int,
