@@ -68,6 +68,7 @@ class Subject:
         threads: for the kernels, 1 or more; no result depends on it.
         clock: counts the time of each stage.
         known: the person's body, known beforehand; None if it is not.
+        stature_is_given: whether the stature is known beforehand.
     """
 
     person: int
@@ -75,6 +76,7 @@ class Subject:
     threads: int
     clock: StageClock
     known: KnownBody | None = None
+    stature_is_given: bool = False
 
     @property
     def bones(self) -> BoneLengths:

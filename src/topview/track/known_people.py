@@ -38,6 +38,11 @@ class KnownPeople:
         index = self._body_of.get(person)
         return None if index is None else self._bodies[index]
 
+    def stature_of(self, person: int) -> float | None:
+        """What is known of the stature of a person of the last frame, metres; None for nothing."""
+        body = self.body_of(person)
+        return self._stature_m if body is None else body.stature_m
+
     def told(self, users: Sequence[User]) -> list[User]:
         """The people of the next frame, with the statures that are known."""
         if self._bodies:
@@ -45,8 +50,7 @@ class KnownPeople:
         return [self._with_stature(user) for user in users]
 
     def _with_stature(self, user: User) -> User:
-        body = self.body_of(user.id)
-        stature_m = self._stature_m if body is None else body.stature_m
+        stature_m = self.stature_of(user.id)
         if stature_m is None:
             return user
         return replace(user, height_m=stature_m, height_is_measured=True)

@@ -33,10 +33,12 @@ class StatureBelief:
 
     Attributes:
         stature_m: that is believed.
+        is_given: whether it is known beforehand, and not doubted.
         is_measured: whether the finder has measured one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, is_given: bool = False) -> None:
+        self.is_given = is_given
         self.stature_m = self._likely_m = PRIOR_HEIGHT_M
         self.is_measured = False
         self._turn = 0
@@ -59,6 +61,10 @@ class StatureBelief:
         if self.stature_m == self._likely_m:
             self.stature_m = stature_m
         self._likely_m, self.is_measured = stature_m, True
+
+    def is_doubted(self, is_lost: bool) -> bool:
+        """Whether another is to be tried: where the pose is lost, and while none is measured."""
+        return not self.is_given and (is_lost or not self.is_measured)
 
     def next_m(self) -> float:
         """Which stature is to be tried."""

@@ -289,7 +289,8 @@ class Tracker:
         if track is not None:
             return track
         known = self._known.body_of(user.id)
-        subject = Subject(user.id, self.settings.seed, threads, self.clock, known)
+        is_given = self._known.stature_of(user.id) is not None
+        subject = Subject(user.id, self.settings.seed, threads, self.clock, known, is_given)
         return PersonTrack(subject, self.body)
 
 

@@ -34,7 +34,6 @@ from topview.track.methods.utvr.particles import Particles
 from topview.track.methods.utvr.placed_body import Cloud, PlacedBody
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, Stance, stand
-from topview.track.stature import StatureBelief
 from topview_lab.datasets.simulated import SimulatedScene
 from topview_lab.metrics import ALL, evaluate_sequence, summarise
 from topview_lab.sim import SimulatedRecording, scene_by_name, simulate_truth
@@ -253,28 +252,6 @@ def test_who_sits_from_the_first_frame_on_is_found_sitting():
     sitting = stand(MODEL, HEAD_CAMERA, Stance(hip=85, knee=85), 0.6, CAMERA_UP)
     pose = tracked(sitting, frames=4)
     assert (pose.Rs[UPPER_LEGS, :, 1] * sitting.Rs[UPPER_LEGS, :, 1]).sum(1).min() > 0.8
-
-
-def test_a_stature_that_explains_more_for_long_is_believed():
-    belief = StatureBelief()
-    belief.tell(1.1)
-    for _ in range(60):
-        tried_m = belief.next_m()
-        cost, tried_cost = (0.4 - 0.3 * (m == 1.55) for m in (belief.stature_m, tried_m))
-        belief.judge(cost, tried_cost)
-    assert belief.stature_m == 1.55
-    belief.tell(1.12)
-    assert belief.stature_m == 1.55
-
-
-def test_a_measured_stature_is_kept_where_others_explain_as_much():
-    belief = StatureBelief()
-    belief.tell(1.6)
-    for _ in range(60):
-        belief.next_m()
-        belief.judge(0.4, 0.4)
-    belief.tell(1.61)
-    assert belief.stature_m == 1.61
 
 
 def test_the_same_seed_gives_the_same_pose_for_any_number_of_threads():

@@ -149,7 +149,7 @@ class TopviewTracker:
         self._in_sight_s = 0.0
         self._share = 0  # of the table, which is looked through next
         self._guide = Guide(settings.guide, subject.bones)
-        self._stature = StatureBelief()
+        self._stature = StatureBelief(subject.stature_is_given)
         self.model = dressed_body(settings.statures_m[0])
 
     @property
@@ -219,7 +219,7 @@ class TopviewTracker:
         if found.hidden == 0.0 and self._limbs_are_due(look):
             found = self._or_looked_up(found, look)
         is_lost = found.cost > LOST_COST + LOST_COST_OCCLUDED * found.hidden
-        if self._limbs_are_due(look) and (is_lost or not self._stature.is_measured):
+        if self._limbs_are_due(look) and self._stature.is_doubted(is_lost):
             found = self._with_stature(found, is_lost, look)
         if not is_lost:
             return found

@@ -46,9 +46,9 @@ class Descent:
         stature: which one is believed.
     """
 
-    def __init__(self, settings: UtvrSettings) -> None:
+    def __init__(self, settings: UtvrSettings, stature_is_given: bool = False) -> None:
         self.settings = settings
-        self.stature = StatureBelief()
+        self.stature = StatureBelief(stature_is_given)
 
     def end_frame(self, found: Pose, last: Pose | None, evidence: Evidence) -> Pose:
         """The pose that was found, the last frame's, or a stance, whichever explains more once all
@@ -64,7 +64,7 @@ class Descent:
             poses, costs = self._descended(stances, stature_m, evidence)
             if costs.min() < cost - NEWS_COST:
                 pose = poses[int(costs.argmin())]
-        if self.settings.weighs_stature and (is_lost or not self.stature.is_measured):
+        if self.settings.weighs_stature and self.stature.is_doubted(is_lost):
             self._weigh_stature(pose, is_lost, evidence)
         return pose
 

@@ -43,7 +43,7 @@ class UtvrTracker:
             TorsoSettings(is_coarse=settings.coarse_first, any_first_yaw=True), subject.threads
         )
         self._yaw_cues = YawCues(with_feet=True)
-        self._descent = Descent(settings)
+        self._descent = Descent(settings, subject.stature_is_given)
         self._pace = Pace()
         self._first_s = 0.0
         self._last: Pose | None = None

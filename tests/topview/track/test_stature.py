@@ -1,0 +1,70 @@
+"""Which stature is believed, by what bodies of it leave unexplained."""
+
+from __future__ import annotations
+
+from topview.track import Tracker, TrackerSettings
+from topview.track.body_tracker import Subject
+from topview.track.methods.topview import TopviewSettings, TopviewTracker
+from topview.track.stature import StatureBelief
+from topview_lab.sim import SimulatedRecording, scene_by_name
+
+
+class Watched:
+    """The default method, which keeps whom it tracks."""
+
+    name, needs = "watched", TopviewSettings.needs
+
+    def __init__(self) -> None:
+        self.subjects: list[Subject] = []
+
+    def tracker(self, subject: Subject) -> TopviewTracker:
+        self.subjects.append(subject)
+        return TopviewSettings().tracker(subject)
+
+
+def test_a_stature_that_explains_more_for_long_is_believed() -> None:
+    belief = StatureBelief()
+    belief.tell(1.1)
+    for _ in range(60):
+        tried_m = belief.next_m()
+        cost, tried_cost = (0.4 - 0.3 * (m == 1.55) for m in (belief.stature_m, tried_m))
+        belief.judge(cost, tried_cost)
+    assert belief.stature_m == 1.55
+    belief.tell(1.12)
+    assert belief.stature_m == 1.55
+
+
+def test_a_measured_stature_is_kept_where_others_explain_as_much() -> None:
+    belief = StatureBelief()
+    belief.tell(1.6)
+    for _ in range(60):
+        belief.next_m()
+        belief.judge(0.4, 0.4)
+    belief.tell(1.61)
+    assert belief.stature_m == 1.61
+
+
+def test_the_stature_of_the_first_poses_is_believed_until_one_is_measured() -> None:
+    belief = StatureBelief()
+    belief.begin(1.4)
+    assert belief.stature_m == 1.4
+    assert belief.is_doubted(is_lost=False)
+    belief.tell(1.5)
+    assert belief.stature_m == 1.5
+    assert not belief.is_doubted(is_lost=False)
+    assert belief.is_doubted(is_lost=True)
+
+
+def test_a_stature_that_was_given_is_not_doubted() -> None:
+    belief = StatureBelief(is_given=True)
+    belief.tell(1.6)
+    assert not belief.is_doubted(is_lost=True)
+
+
+def test_who_has_a_given_stature_is_tracked_with_it() -> None:
+    frame = next(iter(SimulatedRecording(scene_by_name("sitting", frames=1))))
+    for stature_m in (None, 1.9):
+        method = Watched()
+        tracker = Tracker(TrackerSettings(threads=1, stature=stature_m), body=method)
+        tracker.update(frame)
+        assert [subject.stature_is_given for subject in method.subjects] == [stature_m is not None]
