@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from topview.track import Tracker, TrackerSettings
-from topview.track.body_tracker import Subject
+from topview.track.body_tracker import Needs, Subject
 from topview.track.methods.topview import TopviewSettings, TopviewTracker
 from topview.track.stature import StatureBelief
 from topview_lab.sim import SimulatedRecording, scene_by_name
@@ -12,7 +14,8 @@ from topview_lab.sim import SimulatedRecording, scene_by_name
 class Watched:
     """The default method, which keeps whom it tracks."""
 
-    name, needs = "watched", TopviewSettings.needs
+    name = "watched"
+    needs: ClassVar[Needs] = TopviewSettings.needs
 
     def __init__(self) -> None:
         self.subjects: list[Subject] = []
