@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from topview.track import Tracker, TrackerSettings
@@ -11,14 +12,13 @@ from topview.track.stature import StatureBelief
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 
+@dataclass(frozen=True)
 class Watched:
     """The default method, which keeps whom it tracks."""
 
-    name = "watched"
     needs: ClassVar[Needs] = TopviewSettings.needs
-
-    def __init__(self) -> None:
-        self.subjects: list[Subject] = []
+    name: str = "watched"
+    subjects: list[Subject] = field(default_factory=list)
 
     def tracker(self, subject: Subject) -> TopviewTracker:
         self.subjects.append(subject)
