@@ -26,7 +26,10 @@ from topview_lab.training.joints.recordings import Samples, cached, folders_in, 
 from topview_lab.training.joints.simulated import check_postures, posture_recording
 
 if TYPE_CHECKING:
+    from torch import Tensor
+
     from topview_lab.training.joints.learning import LearningSettings, Step
+    from topview_lab.training.joints.net import JointNet
 
 MOST_WINDOWS = 100_000_000
 MOST_AT_ONCE = 65_536
@@ -49,10 +52,10 @@ class _Machine:
 
 @dataclass(frozen=True, slots=True)
 class _Begun:
-    """What is gone on from: weights, or chance; how much of them is kept; the network's widths, or
-    those that the weights have."""
+    """What is gone on from: the mean of weights, or chance; how much of it is kept; the network's
+    widths, or those that the weights have."""
 
-    start_from: Path | None
+    start_from: Sequence[Path]
     keep: float
     widths: tuple[int, int, int, int] | None
 
@@ -63,7 +66,7 @@ def train_joints(
     *,
     out: Path,
     measure_on: Annotated[list[Path] | None, Parameter("--measure", negative="")] = None,
-    start_from: Path | None = None,
+    start_from: Annotated[list[Path] | None, Parameter(consume_multiple=True, negative="")] = None,
     keep: float = 0.0,
     widths: tuple[int, int, int, int] | None = None,
     postures: int = 0,
@@ -87,7 +90,8 @@ def train_joints(
         out: the .onnx to write; OUT.losses.json, OUT.losses.png, OUT.checkpoint and OUT.cache are
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
-        start_from: weights to go on from, such as those that ship. With --windows 0 they are only
+        start_from: weights to go on from, such as those that ship; of several that have gone on
+            from the same the mean, which knows more than each. With --windows 0 they are only
             written anew, and measured.
         keep: how much the weights to go on from count in those that are written, 0 to 1: what is
             seldom among the recordings is then not forgotten.
@@ -104,7 +108,7 @@ def train_joints(
         threads: of torch, 0 for all cores.
         force: replace the files that are there.
     """
-    if not (windows > 0 or (windows == 0 and start_from is not None)) or windows > MOST_WINDOWS:
+    if not (windows > 0 or (windows == 0 and start_from)) or windows > MOST_WINDOWS:
         raise InputError(
             f"--windows is {windows}; it must be 1 to {MOST_WINDOWS}, or 0 with --start-from"
         )
@@ -113,7 +117,7 @@ def train_joints(
         raise InputError(f"--batch is {batch}; it must be 1 to {MOST_AT_ONCE}")
     if not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers is {workers}; it must be 1 to {MOST_WORKERS}")
-    if not 0.0 <= keep < 1.0 or (keep and start_from is None):
+    if not 0.0 <= keep < 1.0 or (keep and not start_from):
         raise InputError(
             f"--keep is {keep}; it must be 0, or with --start-from more, and less than 1"
         )
@@ -131,10 +135,14 @@ def train_joints(
     from topview_lab.training.joints.learning import LearningSettings
 
     how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
-    begun_rate = how.rate if start_from is None else how.rate * STARTED_RATE
+    begun_rate = how.rate * STARTED_RATE if start_from else how.rate
     how = replace(how, rate=begun_rate if rate is None else rate)
-    network = _learn(samples, how, out, _Begun(start_from, keep, widths), machine)
-    learnt = f"trained on {windows} windows" if windows else f"{start_from} anew, by windows"
+    network = _learn(samples, how, out, _Begun(start_from or [], keep, widths), machine)
+    learnt = (
+        f"trained on {windows} windows"
+        if windows
+        else f"{', '.join(map(str, start_from or []))} anew, by windows"
+    )
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
         scores = _scores(network, measured)
@@ -203,8 +211,7 @@ def _learn(
 
     from topview_lab.training.joints.export import exported
     from topview_lab.training.joints.growing import grown
-    from topview_lab.training.joints.imported import imported
-    from topview_lab.training.joints.learning import between, first_windows, learn
+    from topview_lab.training.joints.learning import first_windows, learn, mean_of
     from topview_lab.training.joints.net import NetSettings
     from topview_lab.training.joints.windows import Variation
 
@@ -212,8 +219,8 @@ def _learn(
         torch.set_num_threads(machine.threads)
     varied, begun = Variation(), None
     images = first_windows(samples, varied, how.seed, START_WINDOWS)
-    if given.start_from is not None:
-        begun = imported(given.start_from, images)
+    if given.start_from:
+        begun = _mean_of_weights(given.start_from, images)
         begun = begun if given.widths is None else grown(begun, given.widths)
         if how.windows == 0:
             return _written(exported(begun.eval(), images), out)
@@ -248,8 +255,23 @@ def _learn(
         )
     draw_losses(rows, _beside(out, "losses.png"))
     if begun is not None:
-        net = between(begun, net, given.keep)
+        net = mean_of((begun, net), (given.keep, 1.0 - given.keep))
     return _written(exported(net, images), out)
+
+
+def _mean_of_weights(paths: Sequence[Path], images: Tensor) -> JointNet:
+    """Raises InputError where one cannot be read, or is of another size."""
+    from topview_lab.training.joints.imported import imported
+    from topview_lab.training.joints.learning import mean_of
+
+    nets = [imported(path, images) for path in paths]
+    for path, net in zip(paths, nets, strict=True):
+        if net.settings != nets[0].settings:
+            raise InputError(
+                f"--start-from {path} is a network of another size than {paths[0]}; "
+                "all of them must be of the same"
+            )
+    return mean_of(nets, [1.0 / len(nets)] * len(nets))
 
 
 def _written(weights: bytes, out: Path) -> Network:

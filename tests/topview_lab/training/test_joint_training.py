@@ -167,7 +167,7 @@ def test_small_steps_change_little(tmp_path: Path) -> None:
 
     def places_by(rate: float) -> np.ndarray:
         out = tmp_path / f"{rate}.onnx"
-        command.train_joints([folder], out=out, start_from=begun, windows=128, rate=rate)
+        command.train_joints([folder], out=out, start_from=[begun], windows=128, rate=rate)
         return opened(out.read_bytes()).answers(image)["places"]
 
     before = opened(begun.read_bytes()).answers(image)["places"]
@@ -261,16 +261,39 @@ def test_what_is_kept_lies_between_before_and_after(tmp_path: Path) -> None:
     before = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "a", nothing)
     after = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "b", nothing, begun=before)
     images = windows(2)
-    half = learning.between(before, after, 0.5)
+    half = learning.mean_of((before, after), (0.5, 0.5))
     for kept, expected in ((1.0, before), (0.0, after)):
         for now, own in zip(
-            proposed(learning.between(before, after, kept), images),
+            proposed(learning.mean_of((before, after), (kept, 1.0 - kept)), images),
             proposed(expected, images),
             strict=True,
         ):
             np.testing.assert_allclose(now, own, atol=1e-5)
     mean = 0.5 * (before.weight + after.weight)
     np.testing.assert_allclose(half.weight.detach(), mean.detach(), atol=1e-6)
+
+
+def test_several_weights_begin_as_their_mean(tmp_path: Path) -> None:
+    folder, images = write_recording(tmp_path / "one", discs(2, 1)), windows(4)
+    wider = replace(SMALL, features=SMALL.features + 1)
+    nets = [learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "a", nothing)]
+    nets.append(learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "b", nothing, begun=nets[0]))
+    nets.append(learn(SAMPLES, wider, HOW, AS_THEY_ARE, tmp_path / "c", nothing))
+    paths = [tmp_path / f"{number}.onnx" for number in range(len(nets))]
+    for path, net in zip(paths, nets, strict=True):
+        path.write_bytes(exported(net, torch.from_numpy(images)))
+    out = tmp_path / "mean.onnx"
+    command.train_joints([folder], out=out, start_from=paths[:2], windows=0)
+    of_each, of_mean = (
+        [opened(own.read_bytes()).answers(images)["places"] for own in paths[:2]],
+        opened(out.read_bytes()).answers(images)["places"],
+    )
+    apart = np.abs(of_each[0] - of_each[1]).max()
+    assert apart > 0.05
+    for own in of_each:
+        assert np.abs(of_mean - own).max() < apart
+    with pytest.raises(InputError, match=r"2\.onnx is a network of another size than .*1\.onnx"):
+        command.train_joints([folder], out=tmp_path / "no.onnx", start_from=paths[1:], windows=0)
 
 
 def test_weights_of_something_else_are_refused(tmp_path: Path) -> None:

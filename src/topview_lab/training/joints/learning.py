@@ -7,7 +7,7 @@ import io
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -285,14 +285,19 @@ def _average(averaged: JointNet, net: JointNet, share: float) -> None:
 
 
 @torch.no_grad()
-def between(before: JointNet, after: JointNet, kept: float) -> JointNet:
-    """The network whose weights are a mean of those before a training, which count `kept`, and
-    after: it forgets less than it has learnt (Wortsman et al., CVPR 2022)."""
-    own = JointNet(after.settings)
-    own.load_state_dict(after.state_dict())
-    _average(own, before, 1.0 - kept)
-    for mean, first, last in zip(own.buffers(), before.buffers(), after.buffers(), strict=True):
-        mean.copy_(kept * first + (1.0 - kept) * last)
+def mean_of(nets: Sequence[JointNet], counts: Sequence[float]) -> JointNet:
+    """The network whose weights are the mean of others that have learnt from the same beginning on,
+    or are that: it knows more than each, and forgets less (Wortsman et al., ICML 2022, CVPR 2022).
+
+    Args:
+        nets: of the same settings.
+        counts: how much each counts, 1 in all.
+    """
+    own = JointNet(nets[0].settings)
+    of_nets = [dict(net.named_parameters()) | dict(net.named_buffers()) for net in nets]
+    for name, mean in (*own.named_parameters(), *own.named_buffers()):
+        parts = (count * of_net[name] for count, of_net in zip(counts, of_nets, strict=True))
+        mean.copy_(torch.stack(list(parts)).sum(dim=0))
     return own.eval()
 
 
