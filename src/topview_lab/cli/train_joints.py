@@ -137,12 +137,10 @@ def train_joints(
     how = replace(LearningSettings(), windows=windows, batch=batch, seed=seed)
     begun_rate = how.rate * STARTED_RATE if start_from else how.rate
     how = replace(how, rate=begun_rate if rate is None else rate)
-    network = _learn(samples, how, out, _Begun(start_from or [], keep, widths), machine)
-    learnt = (
-        f"trained on {windows} windows"
-        if windows
-        else f"{', '.join(map(str, start_from or []))} anew, by windows"
-    )
+    begun_from = start_from or []
+    network = _learn(samples, how, out, _Begun(begun_from, keep, widths), machine)
+    anew = f"{', '.join(map(str, begun_from))} anew, by windows"
+    learnt = f"trained on {windows} windows" if windows else anew
     print(f"{learnt} of {len(samples.recordings)} recordings; {out} written")
     if measured is not None:
         scores = _scores(network, measured)
