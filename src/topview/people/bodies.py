@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
@@ -18,7 +19,6 @@ from topview.people.segmentation import (
     Memory,
     SegmentationSettings,
     body_distance,
-    left_of,
     split_by_overview,
     split_users,
 )
@@ -95,14 +95,17 @@ def over_body(
     scene: Scene,
     track: Track,
     seen: Sequence[Track],
+    told: Told,
     told_camera: Vector | None,
+    settings: PeopleSettings,
     elapsed_s: float,
 ) -> Track:
     """A track whose head is not seen, at the place that its body tells: by the head [3] that
-    the joint network told, or else by its trunk. What is nearer to the head of another, who is
-    seen, is not its own."""
-    assert track.body_m is not None
-    body = left_of(track.body_m, nearest_body(scene, [other for other in seen if other.id]))
+    the joint network told, or else by its trunk. Its own is what is nobody's whose head is seen."""
+    people = [track, *(other for other in seen if other.id)]
+    bodies_m = np.array([person.body_m for person in people])
+    split(scene, people, bodies_m, told, dataclasses.replace(settings.segmentation, share_m=0.0))
+    body = bodies_m[0]
     shown_m2 = area_m2(scene, replace(track, body_m=body))
     track = replace(track, body_m2=shown_m2)
     places = track.places

@@ -36,7 +36,8 @@ ENDED, REFUSED = 0.2, 0.05
 UNSEEN_S: Final = 0.3
 # A confirmed one that is so new, or that stands and has not moved yet, and of which the network is
 # asked, ends below this; a new one that was confirmed in the very first frame, before the network
-# was asked, where it would not be confirmed again.
+# was asked, where it would not be confirmed again. Nor is anybody put out who is not seen and is
+# less likely there.
 NEW_S, DOUBTED = 0.5, 0.5
 # One that follows what belongs to another ends after so long.
 SHADOW_S: Final = 0.25
@@ -91,8 +92,8 @@ class Existence:
             for track in tracks
             if not track.id and track.key in free and self._is_ready(track, scene, has_network)
         ]
-        ready.sort(key=lambda track: (-track.existence(self.likelihood), track.key))
-        there = sum(is_put_out(track, scene) for track in tracks)
+        ready.sort(key=lambda track: (-self.existence_of(track), track.key))
+        there = sum(self.is_put_out(track, scene) for track in tracks)
         most = len(ready) if self._most is None else max(self._most - there, 0)
         ids = self._identities(ready[:most])
         if self._is_first:
@@ -109,7 +110,22 @@ class Existence:
         if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
             return False
         is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
-        return track.is_seen and is_long_enough and track.existence(self.likelihood) > CONFIRMED
+        return track.is_seen and is_long_enough and self.existence_of(track) > CONFIRMED
+
+    def existence_of(self, track: Track) -> float:
+        """Probability that a track is a person, and there."""
+        return track.existence(self.likelihood)
+
+    def is_put_out(self, track: Track, scene: Scene) -> bool:
+        """Whether it can be told where a confirmed person is: one whose head is neither seen nor
+        told must be likelier there than not."""
+        if not track.id or track.places is None:
+            return track.id > 0
+        if track.places.outside > TOLD and not scene.is_above(track.place_camera):
+            return False
+        existence = self.existence_of(track)
+        is_shown = existence > DOUBTED and track.body_m2 > SHOWN_M2
+        return is_shown or existence * track.certainty > TOLD
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """Whether it is too unlikely to be followed."""
@@ -121,12 +137,12 @@ class Existence:
         if not track.id:
             # What was refused and stands still is kept, so that it is not asked about as if new.
             is_kept = is_asked and track.evidence.still == 1.0
-            return track.existence(self.likelihood) < REFUSED and not is_kept
+            return self.existence_of(track) < REFUSED and not is_kept
         has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
         is_new = scene.time_s - track.born_s < NEW_S
         least = CONFIRMED if is_new and track.id in self._unasked else DOUBTED
         is_doubted = is_asked and (is_new or has_stood)
-        return track.existence(self.likelihood) < (least if is_doubted else ENDED)
+        return self.existence_of(track) < (least if is_doubted else ENDED)
 
     def going_on(self, tracks: Sequence[Track], scene: Scene) -> list[Track]:
         """Those that have not ended; what the network said of the others is kept for their places,
@@ -158,7 +174,7 @@ class Existence:
     def is_room(self, track: Track, scene: Scene) -> bool:
         """Whether it is probably a part of the room."""
         is_old = scene.time_s - track.born_s > ROOM_S
-        return not track.id and is_old and track.existence(self.likelihood) < ROOM_BELOW
+        return not track.id and is_old and self.existence_of(track) < ROOM_BELOW
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""
@@ -167,7 +183,7 @@ class Existence:
 
     def refusal_of(self, track: Track) -> Refusal:
         """Why a track is not confirmed."""
-        is_person = track.existence(self.likelihood) > CONFIRMED
+        is_person = self.existence_of(track) > CONFIRMED
         reason = NEW if is_person else self.likelihood.worst_of(track.evidence.features)
         return Refusal(HeadCandidate(track.place_camera, track.confidence), reason)
 
@@ -185,13 +201,3 @@ def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> b
     offsets_camera = head_camera - np.array([track.place_camera for track in tracks])
     aside = scene.overview_of(offsets_camera).tolist()
     return any(right * right + forward * forward < HEADS_APART_M**2 for right, forward in aside)
-
-
-def is_put_out(track: Track, scene: Scene) -> bool:
-    """Whether it can be told where a confirmed person is."""
-    if track.places is None:
-        return track.id > 0
-    if track.places.outside > TOLD and not scene.is_above(track.place_camera):
-        return False
-    is_certain = track.presence * track.certainty > TOLD
-    return track.id > 0 and (track.body_m2 > SHOWN_M2 or is_certain)

@@ -131,7 +131,7 @@ class PeopleFinder:
             tracks = self._ended(tracks, scene)
         with self.clock.stage("pixels"):
             frontal = frontal_of(tracks, self._skin, scene.cloud.frame)
-            users = users_of(tracks, scene, self.skin_detections, frontal)
+            users = users_of(tracks, scene, self.skin_detections, frontal, self._existence)
             self.doubtful = ()
             if told.has_network:
                 next_cluster, likelihood = self._clusters.next, self._existence.likelihood

@@ -13,7 +13,7 @@ from topview.detect.protocol import ColorDetector
 from topview.people.bodies import SHOWN_M2, area_m2, own_mask
 from topview.people.clusters import Cluster
 from topview.people.colors import skin_share
-from topview.people.existence import is_put_out
+from topview.people.existence import Existence
 from topview.people.height import measured_height
 from topview.people.likelihood import Likelihood
 from topview.people.scene import Scene
@@ -30,10 +30,14 @@ LIKELY: Final = 0.5
 
 
 def users_of(
-    tracks: Sequence[Track], scene: Scene, skin: SkinDetections | None, frontal: Set[int]
+    tracks: Sequence[Track],
+    scene: Scene,
+    skin: SkinDetections | None,
+    frontal: Set[int],
+    existence: Existence,
 ) -> list[User]:
-    """Those who are confirmed and whose place is known, with stature and face as this frame shows
-    them; `frontal` are the keys of those whose face is found."""
+    """Those whom `existence` puts out, with stature and face as this frame shows them; `frontal`
+    are the keys of those whose face is found."""
     users = []
     for track in tracks:
         if not track.id:
@@ -44,7 +48,7 @@ def users_of(
             track.height.add(measured_height(scene, track.place_camera, is_own), scene.time_s)
             share = skin_share(skin, scene.cloud.frame, track.place_camera)
         face_share = track.face.update(share, track.key in frontal, scene.time_s)
-        if is_put_out(track, scene):
+        if existence.is_put_out(track, scene):
             users.append(_user(scene, track, is_own, face_share))
     return users
 

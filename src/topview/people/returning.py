@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from topview.people.appearance import Colors, clothes_under, unlikeness
 from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES, assign
 from topview.people.bodies import own_mask
-from topview.people.existence import TOLD, Existence, is_put_out
+from topview.people.existence import TOLD, Existence
 from topview.people.height import HeightEstimate, measured_height
 from topview.people.scene import Scene
 from topview.people.track import Track
@@ -137,7 +137,7 @@ class ReturningPeople(Existence):
             and _is_known(track)
             and track.unseen_s(scene.time_s) > GONE_S
             and (self._from_outside or not _is_outside(track))
-            and not is_put_out(track, scene)
+            and not self.is_put_out(track, scene)
         )
 
     def _look_at(self, tracks: Sequence[Track], scene: Scene) -> None:

@@ -79,7 +79,11 @@ class Step:
             after.append((replace(now, body_m=body_m), told_camera))
         seen = [track for track, _ in after if track.is_seen]
         return [
-            track if track.is_seen else over_body(scene, track, seen, told_camera, self.elapsed_s)
+            track
+            if track.is_seen
+            else over_body(
+                scene, track, seen, self.told, told_camera, self.settings, self.elapsed_s
+            )
             for track, told_camera in after
         ]
 

@@ -133,6 +133,9 @@ class TrueExistence(Existence):
     def may_be(self, features: Features) -> bool:
         return True
 
+    def existence_of(self, track: Track) -> float:
+        return track.presence if track.id else super().existence_of(track)
+
     def has_ended(self, track: Track, scene: Scene) -> bool:
         return self._away_m(track) > LOST_M if track.id else not track.is_seen
 

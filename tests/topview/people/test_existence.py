@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from people_scenes import head_of, render, standing_person
 
 from topview.people.background import Background
+from topview.people.bodies import SHOWN_M2
 from topview.people.existence import (
     CONFIRMED,
     ENDED,
@@ -21,6 +22,7 @@ from topview.people.existence import (
     REFUSED,
     ROOM_S,
     SHADOW_S,
+    TOLD,
     UNSEEN_S,
     Existence,
     is_too_near,
@@ -176,6 +178,20 @@ def test_who_has_gone_ends() -> None:
     for presence, ends in ((1.0, False), (0.01, True)):
         track = track_with(4.0, id=1, places=replace(places, presence=presence))
         assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
+
+
+@given(log_odds, st.floats(0.0, 1.0), st.floats(0.0, 0.2))
+def test_who_is_not_seen_is_put_out_while_likelier_there_than_not(
+    odds: float, certainty: float, body_m2: float
+) -> None:
+    """And while enough of the body is seen, or the place is known."""
+    places = Places.around(LATER, BORN.motion, 1)
+    hidden = track_with(odds, id=1, places=places, certainty=certainty, body_m2=body_m2)
+    existence, there = Existence(None, LIKE_A_PERSON), hidden.existence(LIKE_A_PERSON)
+    is_known = body_m2 > SHOWN_M2 or there * certainty > TOLD
+    assert existence.is_put_out(hidden, LATER) == (there > 0.5 and is_known)
+    assert existence.is_put_out(replace(hidden, places=None), LATER)
+    assert not existence.is_put_out(replace(hidden, id=0, places=None), LATER)
 
 
 def test_what_is_long_no_person_is_the_rooms() -> None:

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import Ball, box, head_of, limb, render, standing_person
 
+from topview.body.parts import JOINTS, PARTS
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import HeadTemplate, track_head
 from topview.people.appearance import head_colors_against, with_appearance
@@ -19,7 +20,9 @@ from topview.people.motion import Motion
 from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
+from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
+from topview.records import Person
 
 SKIN, HAIR = (200, 150, 120), (50, 40, 30)
 STATURE_M = 1.75
@@ -142,7 +145,8 @@ def missed(
     now = track.coasted(scene)
     body_m = body_of(scene, now, PeopleSettings(), before)
     elapsed_s = scene.time_s - before.time_s
-    return over_body(scene, replace(now, body_m=body_m), [], told_camera, elapsed_s)
+    track = replace(now, body_m=body_m)
+    return over_body(scene, track, [], NOTHING_TOLD, told_camera, PeopleSettings(), elapsed_s)
 
 
 def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
@@ -180,6 +184,37 @@ def test_who_goes_behind_something_does_not_sink() -> None:
             track, before = missed(track, before, scene, low), scene
         assert track.body_m2 > 0.03
         assert track.place_camera[1] - truth[1] == pytest.approx(sunk_m, abs=0.08)
+
+
+def test_whose_head_is_lost_beside_anothers_keeps_what_the_fitted_bodies_leave_to_him() -> None:
+    """Two hug: over the surface all of both is nearer to the head that is seen."""
+    places = {1: head_of(-0.2, 3.0, GROUND_Y), 2: head_of(0.2, 3.0, GROUND_Y)}
+    balls = standing_person(-0.2, 3.0, GROUND_Y) + standing_person(0.2, 3.0, GROUND_Y)
+    before, scene = (scene_of(render(balls, ROOM), None, index) for index in (0, 1))
+    seen = replace(track_at(scene, places[2]), key=2, id=2, body_m=body_at(scene, places[2]))
+    assert seen.body_m is not None
+    lost = replace(track_at(before, places[1]).coasted(scene), body_m=seen.body_m + 0.1)
+    fitted = Told([upright_at(id, place) for id, place in places.items()])
+    shown_m2 = [
+        over_body(scene, lost, [seen], told, None, PeopleSettings(), 1 / 30).body_m2
+        for told in (fitted, NOTHING_TOLD)
+    ]
+    assert shown_m2[0] > 0.2
+    assert shown_m2[1] == 0.0
+
+
+def upright_at(id: int, head_camera: NDArray[np.float64]) -> Person:
+    """Somebody whose joints hang below the head."""
+    joints_camera = np.tile(head_camera, (len(JOINTS), 1))
+    joints_camera[:, 1] = np.linspace(head_camera[1], GROUND_Y, len(JOINTS))
+    return Person(
+        id=id,
+        height_m=STATURE_M,
+        joints_camera=joints_camera,
+        joint_state=np.zeros(len(JOINTS), np.uint8),
+        joint_confidence=np.ones(len(JOINTS), np.float32),
+        Ts_camera_part=np.tile(np.eye(4), (len(PARTS), 1, 1)),
+    )
 
 
 def test_a_stretched_arm_is_no_trunk() -> None:
