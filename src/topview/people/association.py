@@ -165,10 +165,11 @@ class Seeker:
         return CLOTHES_WEIGHT * (SAME_CLOTHES - unlikeness(self.track.clothes, worn))
 
     def _is_anothers(self, head: HeadCandidate) -> bool:
-        """Whether a head is a part of another whose head is seen: too near to that, for one that
-        comes back; or on the other's body and not a good one."""
-        seen = [other for other in self.others if other.is_seen and other.id]
-        if not self.track.is_seen and is_too_near(head.center_camera, seen, self.scene):
+        """Whether a head is a part of another: too near to a head that is seen or told, for one
+        that comes back; or on the body of another whose head is seen, and not a good one."""
+        people = [other for other in self.others if other.id]
+        known = [other for other in people if other.places is None]
+        if not self.track.is_seen and is_too_near(head.center_camera, known, self.scene):
             return True
         if head.confidence >= GOOD_HEAD:
             return False
@@ -178,7 +179,8 @@ class Seeker:
             and not self.scene.is_hidden_at(head.center_camera)
             and any(
                 other.body_m is not None and bool(other.body_m[row, column] < OWN_HEAD_M)
-                for other in seen
+                for other in people
+                if other.is_seen
             )
         )
 

@@ -185,6 +185,21 @@ def test_who_was_hidden_comes_back_where_a_person_of_that_height_may_be(
     assert (left == [head]) != comes_back
 
 
+@pytest.mark.parametrize("is_told", [False, True])
+def test_who_comes_back_takes_no_hand_beside_a_head_that_the_network_tells(is_told: bool) -> None:
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 60)
+    pillar = box((-0.5, GROUND_Y - 2.2, 1.6), (0.5, GROUND_Y, 1.8))
+    covered = scene_of(render([], [*ROOM, pillar]), None, 59)
+    behind = hidden(track_at(scene, place), covered, 1.0)
+    beside = place + np.array([0.25, 0.0, 0.0])
+    other = hidden(track_at(scene, beside, 2), covered, 1.0)
+    if is_told:
+        other = other.told_at(covered, beside)
+    matches, _ = taken([behind, other], scene, [HeadCandidate(place, 0.95)])
+    assert (0 in matches) != is_told
+
+
 @pytest.mark.parametrize("rgb", [RED, BLUE])
 def test_who_comes_back_wears_the_same_clothes(rgb: tuple[int, int, int]) -> None:
     """Of two who are hidden it is the one with these clothes, though the other was nearer."""
