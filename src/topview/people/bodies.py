@@ -104,6 +104,7 @@ def over_body(
     the joint network told, or else by its trunk. Its own is what is nobody's whose head is seen."""
     people = [track, *(other for other in seen if other.id)]
     bodies_m = np.array([person.body_m for person in people])
+    bodies_m[:, ~own_mask(scene, track)] = np.inf
     split(scene, people, bodies_m, told, dataclasses.replace(settings.segmentation, share_m=0.0))
     body = bodies_m[0]
     shown_m2 = area_m2(scene, replace(track, body_m=body))

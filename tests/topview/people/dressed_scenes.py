@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import CAMERA, Ball, frame, plane, render
 
+from topview.body.parts import PARTS
 from topview.detect.cloud import Cloud
 from topview.detect.heads import HeadCandidate
 from topview.people.bodies import body_of
@@ -15,7 +16,7 @@ from topview.people.floor import FloorPlane
 from topview.people.scene import Scene, SceneSettings
 from topview.people.settings import PeopleSettings
 from topview.people.track import Track
-from topview.records import Frame
+from topview.records import Frame, Person
 
 UP = np.array([0.0, -1.0, 0.0])
 GROUND_Y = 1.1
@@ -57,3 +58,18 @@ def track_at(
     track.height.add(stature_m, scene.time_s)
     track = replace(track, id=key)
     return replace(track, body_m=body_of(scene, track, PeopleSettings(), None))
+
+
+def person_with(
+    joints_camera: NDArray[np.float64], confidence: float, id: int = 1, height_m: float = 1.7
+) -> Person:
+    """As tracked, with these joints, all of them so sure."""
+    count = len(joints_camera)
+    return Person(
+        id=id,
+        height_m=height_m,
+        joints_camera=joints_camera,
+        joint_state=np.zeros(count, np.uint8),
+        joint_confidence=np.full(count, confidence, np.float32),
+        Ts_camera_part=np.tile(np.eye(4), (len(PARTS), 1, 1)),
+    )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import head_of, render
 
-from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES, PARTS
+from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.people.told import (
@@ -24,7 +24,6 @@ from topview.people.told import (
     ToldHead,
 )
 from topview.people.track import Track
-from topview.records import Person
 
 SCENE = scene_of(render([], ROOM), None, 0)
 RIGHT = np.array([1.0, 0.0, 0.0])
@@ -146,15 +145,3 @@ def test_no_head_is_where_the_trunk_or_a_leg_of_somebody_is() -> None:
     assert not sure.is_on_body(on_arm)
     assert not Told([person_with(joints, IN_PLACE - 0.1)]).is_on_body(on_trunk)
     assert not Told().is_on_body(on_trunk)
-
-
-def person_with(joints_camera: NDArray[np.float64], confidence: float) -> Person:
-    count = len(joints_camera)
-    return Person(
-        id=1,
-        height_m=1.7,
-        joints_camera=joints_camera,
-        joint_state=np.zeros(count, np.uint8),
-        joint_confidence=np.full(count, confidence, np.float32),
-        Ts_camera_part=np.tile(np.eye(4), (len(PARTS), 1, 1)),
-    )

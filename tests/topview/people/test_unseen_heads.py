@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, Rgb, dressed, scene_of, track_at
+from dressed_scenes import (
+    BLUE,
+    GROUND_Y,
+    RED,
+    ROOM,
+    UP,
+    Rgb,
+    dressed,
+    person_with,
+    scene_of,
+    track_at,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from people_scenes import Ball, box, head_of, limb, render, standing_person
 
-from topview.body.parts import JOINTS, PARTS
+from topview.body.parts import JOINTS
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import HeadTemplate, track_head
 from topview.people.appearance import head_colors_against, with_appearance
@@ -207,14 +218,7 @@ def upright_at(id: int, head_camera: NDArray[np.float64]) -> Person:
     """Somebody whose joints hang below the head."""
     joints_camera = np.tile(head_camera, (len(JOINTS), 1))
     joints_camera[:, 1] = np.linspace(head_camera[1], GROUND_Y, len(JOINTS))
-    return Person(
-        id=id,
-        height_m=STATURE_M,
-        joints_camera=joints_camera,
-        joint_state=np.zeros(len(JOINTS), np.uint8),
-        joint_confidence=np.ones(len(JOINTS), np.float32),
-        Ts_camera_part=np.tile(np.eye(4), (len(PARTS), 1, 1)),
-    )
+    return person_with(joints_camera, 1.0, id, STATURE_M)
 
 
 def test_a_stretched_arm_is_no_trunk() -> None:
