@@ -16,13 +16,14 @@ from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
+from topview.detect.joints.network import WEIGHTS, JointNetwork
 from topview.io import write_atomically
 from topview.io.writers.extras import needed
 from topview.people.existence import CONFIRMED
 from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import Likelihood, shipped_likelihood
 from topview.records import InputError
-from topview_lab.cli.train_people_layer import collected, learn_layer, split
+from topview_lab.cli.train_people_head import collected, learn_head, split
 from topview_lab.datasets import find_folder_recordings, make_simulated
 from topview_lab.evaluate.tables import empty_table, number, percent
 from topview_lab.metrics.statistics import share
@@ -49,6 +50,7 @@ def train_people(
     *,
     out: Path | None = None,
     joints_out: Path | None = None,
+    weights: Path | None = None,
     every: int = 1,
     simulated: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     postures: int = 0,
@@ -67,12 +69,14 @@ def train_people(
     Args:
         folders: recordings with groundtruth.npz, or folders of such.
         out: the .json to write.
-        joints_out: the .onnx to write: the joint network, of which the last layer, which tells
-            whether a window shows a person, is learnt first, from the windows that the tracker
+        joints_out: the .onnx to write: the joint network, of which the last layers, which tell
+            whether a window shows a person, are learnt first, from the windows that the tracker
             cuts; then the rest is learnt with it.
+        weights: of the joint network to begin with, such as `topview train-joints` wrote; what
+            ships by default.
         every: take only one of so many recordings of the folders.
         simulated: scenes of the simulator to learn from, too; "all" for all of them.
-        postures: so many of our simulator's people to learn the network's layer from, each in 40
+        postures: so many of our simulator's people to learn the network's layers from, each in 40
             postures: lying, sitting on the floor, kneeling, bent, on all fours.
         measure_on: recordings of other people, to measure on; without them one of four of those to
             learn from is held back.
@@ -91,6 +95,9 @@ def train_people(
     if joints_out is not None:
         prepare_output_file("--joints-out", joints_out, force)
         needed("onnx", "--joints-out", "train")
+    if weights is not None:
+        JointNetwork(weights)  # which refuses what is none
+    network = weights or WEIGHTS
     given = _given(folders or [], every, simulated or [])
     others = find_folder_recordings(measure_on) if measure_on else []
     if both := {own.name for own in given if own in others}:
@@ -98,11 +105,11 @@ def train_people(
             f"--measure names {min(both)}, which is to be learnt from; it must name others"
         )
     if joints_out is not None:
-        table = learn_layer(given, others, postures, workers, joints_out)
+        table = learn_head(given, others, postures, workers, joints_out, network)
         if table is None:
             return INTERRUPTED
         plain_console().print(table)
-    jobs = [CollectJob(each, joints_out) for each in (*given, *others)]
+    jobs = [CollectJob(each, joints_out or weights) for each in (*given, *others)]
     results = collected(jobs, workers, "collecting")
     if results is None:
         return INTERRUPTED

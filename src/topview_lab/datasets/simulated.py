@@ -60,6 +60,24 @@ class SimulatedScene:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MadeScene:
+    """A simulated recording of any scene."""
+
+    scene: Scene
+
+    @property
+    def name(self) -> str:
+        return self.scene.name
+
+    def open(self) -> RecordingWithTruth:
+        return RecordingWithTruth(self.scene)
+
+    def true_heads(self) -> TrueHeads:
+        """Of all frames, which are rendered once more for it, without noise."""
+        return true_heads_from(simulate_truth(self.scene).arrays())
+
+
 class RecordingWithTruth(SimulatedRecording):
     """A simulated recording that keeps the truth of every frame that is read."""
 

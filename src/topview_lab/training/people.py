@@ -115,11 +115,12 @@ class TrueExistence(Existence):
     def label_of(self, track: Track, tracks: Sequence[Track]) -> bool | None:
         """Whether a track is a person's, not another's or furniture's; None where that is hard to
         say."""
-        away_m = self._away_m(track)
+        away_m = self.away_m(track.place_camera)
         if not track.id and len(self.heads_camera):
-            head = self.heads_camera[np.argmin(_distances_m(self.heads_camera, track))]
-            others = [other for other in tracks if other.id]
-            if any(_distances_m(head[None], o)[0] < min(DOUBLE_M, away_m) for o in others):
+            ways_m = np.linalg.norm(self.heads_camera - track.place_camera, axis=1)
+            head = self.heads_camera[np.argmin(ways_m)]
+            others_m = [np.linalg.norm(head - other.place_camera) for other in tracks if other.id]
+            if min(others_m, default=np.inf) < min(DOUBLE_M, away_m):
                 return False
         return True if away_m < PERSON_M else False if away_m > FURNITURE_M else None
 
@@ -137,21 +138,18 @@ class TrueExistence(Existence):
         return track.presence if track.id else super().existence_of(track)
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
-        return self._away_m(track) > LOST_M if track.id else not track.is_seen
+        return self.away_m(track.place_camera) > LOST_M if track.id else not track.is_seen
 
     def is_room(self, track: Track, scene: Scene) -> bool:
         return False
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
-        return track.is_seen and self._away_m(track) < PERSON_M
+        return track.is_seen and self.away_m(track.place_camera) < PERSON_M
 
-    def _away_m(self, track: Track) -> float:
-        """From the nearest true head."""
-        return float(_distances_m(self.heads_camera, track).min(initial=np.inf))
-
-
-def _distances_m(heads_camera: Vector, track: Track) -> Vector:
-    return np.linalg.norm(heads_camera - track.place_camera, axis=1)
+    def away_m(self, place_camera: Vector) -> float:
+        """From [3] to the nearest true head."""
+        ways_m = np.linalg.norm(self.heads_camera - place_camera, axis=1)
+        return float(ways_m.min(initial=np.inf))
 
 
 class TruePeople(PeopleFinder):

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import expit
 
 from topview.people.existence import CONFIRMED
 from topview.people.features import FEATURE_NAMES
@@ -18,6 +19,7 @@ from topview.records import InputError
 from topview_lab.metrics.statistics import share
 from topview_lab.training.people import TrackRows
 from topview_lab.training.people_windows import WindowRows
+from topview_lab.training.person_head import PersonHead, fitted_head
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -27,10 +29,6 @@ Mask = NDArray[np.bool_]
 # recording, as lamps at a ceiling, that is all that is known.
 SHAPE_PENALTY, SHAPE_PRIOR = 1e-3, -1.0
 JOINT_PENALTY: Final = 1e-4
-# On the weights of the joint network's last layer, in units of the spread of what it sees.
-LAYER_PENALTY: Final = 3e-3
-# What hardly varies is not scaled up.
-LEAST_SPREAD: Final = 1e-3
 # It is fitted to more digits than are written.
 PRECISION: Final = {"ftol": 1e-13, "gtol": 1e-9}
 # Of what is written.
@@ -69,9 +67,9 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     )
 
 
-def fit_person_layer(rows: WindowRows) -> tuple[float, Vector]:
-    """Bias and [C] weights of the joint network's last layer: a logistic regression, in which what
-    the tracker asked about and what was varied count the same.
+def fit_person_head(rows: WindowRows) -> PersonHead:
+    """The joint network's head that tells people; what the tracker asked about and what was varied
+    count the same.
 
     Raises:
         InputError: the tracker asked about no person, or about no furniture.
@@ -79,9 +77,7 @@ def fit_person_layer(rows: WindowRows) -> tuple[float, Vector]:
     asked = ~rows.is_varied
     check_both_kinds(rows.is_person[asked], "was shown to the joint network")
     sizes = np.where(asked, asked.sum(), max(rows.is_varied.sum(), 1))
-    spread = rows.means.std(axis=0, dtype=np.float64) + LEAST_SPREAD
-    bias, layer = _logistic(rows.means / spread, rows.is_person, LAYER_PENALTY, counts=1.0 / sizes)
-    return bias, layer / spread
+    return fitted_head(rows.seen, rows.is_person, 1.0 / sizes)
 
 
 def check_both_kinds(is_person: Mask, what_for: str) -> None:
@@ -107,7 +103,6 @@ def _logistic(
     penalty: float,
     prior: float = 0.0,
     may_speak_for: bool = True,
-    counts: Vector | None = None,
 ) -> tuple[float, Vector]:
     """Bias and [K] weights of a logistic regression.
 
@@ -117,18 +112,15 @@ def _logistic(
         penalty: on the sum of the squares of how far the weights are from the prior.
         prior: what each weight is taken to be before.
         may_speak_for: if not, no weight is above 0.
-        counts: [N] how much each row counts; the same if None.
     """
-    shares = np.ones(len(is_true)) if counts is None else counts
-    shares = shares / shares.sum()
 
     def loss(place: Vector) -> tuple[float, Vector]:
         log_odds = place[0] + values @ place[1:]
         rates = np.logaddexp(0.0, log_odds) - is_true * log_odds
-        errors = (0.5 * (1.0 + np.tanh(0.5 * log_odds)) - is_true) * shares
+        errors = (expit(log_odds) - is_true) / len(is_true)
         off = place[1:] - prior
         slope = np.append(errors.sum(), values.T @ errors + 2.0 * penalty * off)
-        return float(shares @ rates + penalty * off @ off), slope
+        return float(rates.mean() + penalty * off @ off), slope
 
     free, below = (None, None), (None, 0.0)
     bounds = [free, *[free if may_speak_for else below] * values.shape[1]]
@@ -175,13 +167,11 @@ def called_people(likelihood: Likelihood, rows: TrackRows) -> tuple[CalledPeople
 
 
 def windows_called_right(
-    rows: WindowRows, layer: tuple[float, Vector], is_varied: bool
+    rows: WindowRows, head: PersonHead, is_varied: bool
 ) -> tuple[float, float]:
-    """Shares of the windows with a person, and of those without, of which the network's layer
-    (`layer_in`) says the likelier; of those that were varied, or of the others."""
-    bias, weights = layer
-    says_person = bias + rows.means @ weights > 0.0
-    right = says_person == rows.is_person
+    """Shares of the windows with a person, and of those without, of which the network's head says
+    the likelier; of those that were varied, or of the others."""
+    right = (head.log_odds(rows.seen) > 0.0) == rows.is_person
     kinds = (rows.is_person, ~rows.is_person)
     of_kinds = [right[is_kind & (rows.is_varied == is_varied)] for is_kind in kinds]
     people, others = (share(float(own.sum()), len(own)) for own in of_kinds)

@@ -17,11 +17,14 @@ from topview.detect.joints.network import JointNetwork
 from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
+from topview_lab.datasets.simulated import MadeScene
+from topview_lab.sim.scenes import KINECT_V1_HALF
+from topview_lab.sim.scenes.postures import held_postures
 from topview_lab.training.joints.recordings import LabelledRecording, gathered, read_labelled
 from topview_lab.training.joints.simulated import posture_recording
 from topview_lab.training.joints.windows import Variation, labelled_window, put_into_room
 from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
-from topview_lab.training.person_layer import means_under
+from topview_lab.training.person_head import seen_under
 
 Floats = NDArray[np.float32]
 
@@ -30,6 +33,10 @@ Floats = NDArray[np.float32]
 # somebody is cut by the border, as whoever enters is. And so many of those that the tracker asked
 # about are put into another recording's room.
 VARIED_WINDOWS: Final = 80
+# And of a person in postures so many are held, each for so many frames.
+HELD_EVERY, HELD_FRAMES = 2, 6
+# What is asked about nearer than this to the head of somebody who may lie can be legs.
+LEGS_REACH_M: Final = 2.0
 VARIED: Final = replace(Variation(), nobody_share=0.25, several_share=0.1, border_share=0.3)
 
 
@@ -38,12 +45,12 @@ class WindowRows:
     """N windows.
 
     Attributes:
-        means: [N, C] what the network's last layer sees.
+        seen: [N, C] what the network's head that tells people sees.
         is_person: [N].
         is_varied: [N] whether a window was varied, and none that the tracker asked about.
     """
 
-    means: Floats
+    seen: Floats
     is_person: NDArray[np.bool_]
     is_varied: NDArray[np.bool_]
 
@@ -51,7 +58,7 @@ class WindowRows:
     def joined(cls, parts: Sequence[WindowRows]) -> WindowRows:
         """One after the other."""
         return cls(
-            np.concatenate([part.means for part in parts]),
+            np.concatenate([part.seen for part in parts]),
             np.concatenate([part.is_person for part in parts]),
             np.concatenate([part.is_varied for part in parts]),
         )
@@ -74,7 +81,7 @@ class WindowsJob:
         recording: whose people are known.
         folder: where it lies, if it has joints and masks, for varied windows; None for none.
         room: where another such recording lies, to put people and furniture into; None for none.
-        weights: of the network whose layer is to be learnt.
+        weights: of the network whose head is to be learnt.
     """
 
     recording: KnownPeople
@@ -99,11 +106,12 @@ class WindowsJob:
 
 @dataclass(frozen=True, slots=True)
 class PosturesJob:
-    """Varied windows of somebody simulated who lies, kneels, bends, in any process.
+    """Windows of somebody simulated who lies, kneels, bends, in any process: what the tracker asks
+    about where some of the postures are held from the first frame on, and varied ones.
 
     Attributes:
         number: of the person, the seed.
-        weights: of the network whose layer is to be learnt.
+        weights: of the network whose head is to be learnt.
     """
 
     number: int
@@ -111,8 +119,15 @@ class PosturesJob:
 
     def __call__(self) -> CollectedWindows:
         recording = posture_recording(self.number)
-        windows = _varied_windows(recording)
-        return CollectedWindows(recording.name, _rows_of(windows, len(windows), self.weights))
+        held = held_postures(self.number, KINECT_V1_HALF, HELD_EVERY, HELD_FRAMES)
+        asked = [
+            window
+            for own in held
+            for window in _asked_windows(MadeScene(own), self.weights, LEGS_REACH_M)
+        ]
+        varied = _varied_windows(recording)
+        rows = _rows_of([*asked, *varied], len(varied), self.weights)
+        return CollectedWindows(recording.name, rows)
 
 
 class _WatchedNetwork:
@@ -127,8 +142,11 @@ class _WatchedNetwork:
         return self._network.propose(windows)
 
 
-def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool]]:
-    """What the tracker asks about people, and about whoever is in doubt, frame by frame."""
+def _asked_windows(
+    known: KnownPeople, weights: Path, body_m: float = 0.0
+) -> list[tuple[Floats, bool]]:
+    """What the tracker asks about people, and about whoever is in doubt, frame by frame; of what is
+    no head and within `body_m` of one nothing."""
     truth, existence, network = known.true_heads(), TrueExistence(), _WatchedNetwork(weights)
     finder = TruePeople(existence)
     settings = TrackerSettings(method="joints", threads=1)
@@ -153,17 +171,17 @@ def _asked_windows(known: KnownPeople, weights: Path) -> list[tuple[Floats, bool
                 label = existence.label_of_cluster(points_camera)
             elif is_used and track is not None and track.is_seen:
                 label = existence.label_of(track, finder.found.tracks)
-            if label is not None:
+            if label or (label is False and existence.away_m(user.head_camera) > body_m):
                 seen.append((image, label))
     return seen
 
 
 def _rows_of(windows: Sequence[tuple[Floats, bool]], varied: int, weights: Path) -> WindowRows:
-    """What the layer sees of windows, of which so many, the last ones, are varied."""
+    """What the head sees of windows, of which so many, the last ones, are varied."""
     images, is_person = zip(*windows, strict=True)
-    means = means_under(weights.read_bytes())(np.array(images))
+    seen = seen_under(weights.read_bytes())(np.array(images))
     is_varied = np.arange(len(windows)) >= len(windows) - varied
-    return WindowRows(means, np.array(is_person), is_varied)
+    return WindowRows(seen, np.array(is_person), is_varied)
 
 
 def _windows_elsewhere(

@@ -7,7 +7,7 @@ the posture leaves free.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, pi
 from typing import Final
 
@@ -178,6 +178,24 @@ class Posing(Performance):
     def pose(self, body: Body, time_s: float) -> Pose:
         """The pose of the frame at a time."""
         return self._now(time_s).pose(body, time_s)
+
+
+def held_postures(seed: int, camera: Camera, every: int, frames: int) -> list[Scene]:
+    """Every so-manieth posture of `posture_scene`, each held for so many frames in a scene of its
+    own."""
+    scene = posture_scene(seed, camera)
+    (actor,) = scene.actors
+    posing = actor.performance
+    assert isinstance(posing, Posing)
+    return [
+        replace(
+            scene,
+            name=f"{scene.name}_{index}",
+            frames=frames,
+            actors=(Actor(actor.body, replace(posing, holdings=(posing.holdings[index],))),),
+        )
+        for index in range(0, scene.frames, every)
+    ]
 
 
 def posture_scene(seed: int, camera: Camera) -> Scene:

@@ -20,6 +20,7 @@ from torch import Tensor, nn
 from topview.detect.joints.windows import WINDOW_PIXELS
 from topview.records import InputError
 from topview_lab.training.joints.net import JointNet, NetSettings
+from topview_lab.training.person_head import PERSON_LAYERS
 
 Weights = dict[str, NDArray[np.float32]]
 Convolutions = dict[str, tuple[str, str]]
@@ -27,6 +28,7 @@ Convolutions = dict[str, tuple[str, str]]
 
 _FIRST_AT = "stem.0", "down_32.0.body.0", "down_16.0.body.0", "down_8.0.body.0"
 """Of the convolutions: the first at 64, 32, 16 and 8 pixels a side."""
+_NOT_CONVOLUTIONS = "weight", "bias", "modes.weight", "modes.bias", *PERSON_LAYERS
 
 
 def imported(path: Path, images: Tensor) -> JointNet:
@@ -113,7 +115,7 @@ def _fill(net: JointNet, weights: Weights, convolutions: Convolutions) -> None:
             following.running_var -= following.eps
         elif layer.bias is not None:
             layer.bias.copy_(bias)
-    for name in ("weight", "bias", "whole.weight", "whole.bias"):
+    for name in _NOT_CONVOLUTIONS:
         net.get_parameter(name).copy_(torch.from_numpy(weights[name]))
 
 

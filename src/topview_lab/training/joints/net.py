@@ -22,6 +22,7 @@ from topview.detect.joints import PROPOSED_JOINTS
 from topview.detect.joints.network import VISIBLE_PIXELS
 from topview.detect.joints.proposals import FACED_MODES
 from topview.detect.joints.windows import DEPTH, OWN, WINDOW_PIXELS
+from topview_lab.training.person_head import UNITS
 
 PLACE, LOG_SCALES = slice(0, 3), slice(3, 6)
 LOG_SCALE_RANGE = (-6.0, 0.5)  # of the box's half side: 3 mm to 2 m
@@ -70,6 +71,23 @@ class Residual(nn.Module):
         return functional.relu(self.body(x) + self.way_round(x))
 
 
+class PersonHead(nn.Module):
+    """Whether a window shows a person: from how sure the network is of the joints in each mode, and
+    from the means of what it sees at the coarsest. Neither alone tells who lies or bends from a
+    piece of furniture, nor does their sum."""
+
+    def __init__(self, features: int) -> None:
+        super().__init__()
+        self.hidden = nn.Linear(len(FACED_MODES) + features, UNITS)
+        self.out = nn.Linear(UNITS, 1)
+
+    def forward(self, log_scales: Tensor, means: Tensor) -> Tensor:
+        """Logits [B] of [B, M, J, 3] and [B, C]."""
+        # How sure of joints it is must not depend on what is said of it.
+        sureness = log_scales.detach().mean(dim=(2, 3))
+        return self.out(torch.tanh(self.hidden(torch.cat([sureness, means], dim=1)))).squeeze(1)
+
+
 class JointNet(nn.Module):
     """From [B, 3, 128, 128] windows to what `topview.detect.joints.network` reads."""
 
@@ -101,7 +119,8 @@ class JointNet(nn.Module):
         self.weight = nn.Parameter(0.1 * torch.randn(joints, settings.features, 6) / 8.0)
         self.bias = nn.Parameter(torch.tensor([0.0] * 3 + [-2.0] * 3).repeat(joints, 1))
         self.visible = nn.Conv2d(at_32, 1, 1)
-        self.whole = nn.Linear(at_8, len(FACED_MODES) + 1)
+        self.modes = nn.Linear(at_8, len(FACED_MODES))
+        self.person = PersonHead(at_8)
         places = (torch.arange(VISIBLE_PIXELS) + 0.5) * 2.0 / VISIBLE_PIXELS - 1.0
         down, right = torch.meshgrid(places, places, indexing="ij")
         self.register_buffer("grid", torch.stack([right, down]).reshape(2, -1), persistent=False)
@@ -112,7 +131,7 @@ class JointNet(nn.Module):
         at_32 = self.down_32(self.stem(_with_coarse_owners(windows)))
         at_16 = self.down_16(at_32)
         at_8 = self.down_8(at_16)
-        whole = self.whole(at_8.mean(dim=(2, 3))).float()
+        means = at_8.mean(dim=(2, 3))
         up = self.from_8(at_8)
         up = functional.interpolate(up, scale_factor=2.0, mode="nearest")
         up = self.from_16(self.up_16(at_16 + up))
@@ -129,11 +148,12 @@ class JointNet(nn.Module):
             told = torch.matmul(under.transpose(0, 1), self.weight).transpose(0, 1) + self.bias
         places = told[..., PLACE] + functional.pad(middle, (0, 1))
         log_scales = told[..., LOG_SCALES].clamp(*LOG_SCALE_RANGE)
+        log_scales = log_scales.reshape(-1, M, J, 3)
         return (
             places.reshape(-1, M, J, 3),
-            log_scales.reshape(-1, M, J, 3),
-            whole[:, :M],
-            whole[:, M],
+            log_scales,
+            self.modes(means).float(),
+            self.person(log_scales, means).float(),
             self.visible(up).float().squeeze(1),
         )
 
