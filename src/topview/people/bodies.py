@@ -36,8 +36,9 @@ Mask = NDArray[np.bool_]
 FADING_M_PER_S: Final = 1.5
 # What stands under a head that something hides is its body, where the place is as certain.
 CERTAIN: Final = 0.8
-# Of whom more than this is seen is there, though the head is hidden.
-SHOWN_M2: Final = 0.03
+# Of whom more than this is seen is there, though the head is hidden. More than this is not seen of
+# a large person with the chair.
+SHOWN_M2, LARGEST_M2 = 0.03, 1.2
 # The trunk is between these shares of the stature; so much of it, in columns as high, tells where
 # the head is, but for so much.
 TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
@@ -108,9 +109,10 @@ def over_body(
     split(scene, people, bodies_m, told, dataclasses.replace(settings.segmentation, share_m=0.0))
     body = bodies_m[0]
     shown_m2 = area_m2(scene, replace(track, body_m=body))
-    track = replace(track, body_m2=shown_m2)
+    is_shown = SHOWN_M2 < shown_m2 < LARGEST_M2
+    track = replace(track, body_m2=shown_m2 if is_shown else 0.0)
     places = track.places
-    if places is None or shown_m2 < SHOWN_M2:
+    if places is None or not is_shown:
         return track
     if told_camera is not None and scene.is_hidden_at(told_camera):
         # Of whom less and less is seen the network believes that the head sinks, too.

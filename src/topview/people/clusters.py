@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
-from topview.people.bodies import body_of, nearest_body
+from topview.people.bodies import LARGEST_M2, body_of, nearest_body
 from topview.people.existence import REFUSED, Existence
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
 from topview.people.likelihood import EVIDENCE_MEMORY_S
@@ -32,9 +32,9 @@ Mask = NDArray[np.bool_]
 
 # The id under which the network is asked about a cluster; no track has it.
 CLUSTER_ID: Final = -(2**31) + 1
-# All ours. What is seen of a person: at least of somebody small whose feet are nearest, at most of
-# a large one with the chair; and of most, which is asked about first.
-SMALLEST_M2, LARGEST_M2, USUAL_M2 = 0.1, 1.2, 0.35
+# All ours. What is seen of a person: at least of somebody small whose feet are nearest; and of
+# most, which is asked about first.
+SMALLEST_M2, USUAL_M2 = 0.1, 0.35
 # For so long the network looks at a cluster, at 30 frames a second once as it is and once mirrored,
 # until that is forgotten or the cluster moves; it is not learnt as the room's before.
 LOOKED_AT_S: Final = 0.06

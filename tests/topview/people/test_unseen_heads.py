@@ -214,6 +214,21 @@ def test_whose_head_is_lost_beside_anothers_keeps_what_the_fitted_bodies_leave_t
     assert shown_m2[1] == 0.0
 
 
+def test_a_wall_is_not_the_body_of_one_who_is_hidden() -> None:
+    """What is larger than anybody, seen from one side, says nothing of where the lost one is."""
+    place = head_of(0.0, 3.0, GROUND_Y)
+    wall = box((-2.0, GROUND_Y - 1.8, 3.0), (2.0, GROUND_Y, 3.1))
+    before, scene = (scene_of(render([], [*ROOM, wall]), None, index) for index in (0, 1))
+    rays = (np.arange(scene.cloud.depth_m.shape[1]) - scene.cloud.camera.cx) / scene.cloud.camera.fx
+    for wide_m, is_shown in ((0.4, True), (1.5, False)):
+        is_own = (np.abs(3.0 * rays) < wide_m / 2) & (scene.heights_m > 0.1)
+        body_m = np.where(is_own, 0.0, np.inf).astype(np.float32)
+        lost = replace(track_at(before, place).coasted(scene), body_m=body_m)
+        told = over_body(scene, lost, [], NOTHING_TOLD, place + 0.2, PeopleSettings(), 1 / 30)
+        assert (told.body_m2 > 0.0) == is_shown
+        assert np.allclose(told.place_camera, lost.place_camera) != is_shown
+
+
 def upright_at(id: int, head_camera: NDArray[np.float64]) -> Person:
     """Somebody whose joints hang below the head."""
     joints_camera = np.tile(head_camera, (len(JOINTS), 1))
