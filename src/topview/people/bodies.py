@@ -36,8 +36,8 @@ Mask = NDArray[np.bool_]
 FADING_M_PER_S: Final = 1.5
 # What stands under a head that something hides is its body, where the place is as certain.
 CERTAIN: Final = 0.8
-# Of whom more than this is seen is there, though the head is hidden. More than this is not seen of
-# a large person with the chair.
+# Of whom more than the first is seen is there, though the head is hidden. More than the second is
+# not seen of anybody, be it a large person with the chair.
 SHOWN_M2, LARGEST_M2 = 0.03, 1.2
 # The trunk is between these shares of the stature; so much of it, in columns as high, tells where
 # the head is, but for so much.
