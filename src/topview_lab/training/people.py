@@ -117,8 +117,7 @@ class TrueExistence(Existence):
         say."""
         away_m = self.away_m(track.place_camera)
         if not track.id and len(self.heads_camera):
-            ways_m = np.linalg.norm(self.heads_camera - track.place_camera, axis=1)
-            head = self.heads_camera[np.argmin(ways_m)]
+            head = self.heads_camera[np.argmin(self._ways_m(track.place_camera))]
             others_m = [np.linalg.norm(head - other.place_camera) for other in tracks if other.id]
             if min(others_m, default=np.inf) < min(DOUBLE_M, away_m):
                 return False
@@ -148,8 +147,11 @@ class TrueExistence(Existence):
 
     def away_m(self, place_camera: Vector) -> float:
         """From [3] to the nearest true head."""
-        ways_m = np.linalg.norm(self.heads_camera - place_camera, axis=1)
-        return float(ways_m.min(initial=np.inf))
+        return float(self._ways_m(place_camera).min(initial=np.inf))
+
+    def _ways_m(self, place_camera: Vector) -> Vector:
+        """From [3] to each true head."""
+        return np.linalg.norm(self.heads_camera - place_camera, axis=1)
 
 
 class TruePeople(PeopleFinder):
