@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Iterator
 from time import perf_counter
 from typing import Final
 
@@ -21,6 +22,7 @@ from topview.kernels.caching import lasts
 from topview.kernels.compiling import compile_ahead, is_compiled
 from topview.lines import as_line
 from topview.records import Frame, Person, Recording
+from topview.skeletons import TrackedFrame
 from topview.track import KeepFrame, TrackingRun
 from topview.view import Viewer
 
@@ -85,6 +87,22 @@ def follow_with_progress(
             viewer.show(frame, people)
 
         run.follow(keep, on_frame)
+
+
+def with_progress(
+    frames: Iterable[TrackedFrame], said: str, frame_count: int
+) -> Iterator[TrackedFrame]:
+    """The same frames, with the bar on stderr, or a line there now and then."""
+    with progress_bar(TimeRemainingColumn()) as progress:
+        bar = progress.add_task(said, total=frame_count)
+        start = told = perf_counter()
+        for done, frame in enumerate(frames, start=1):
+            now = perf_counter()
+            progress.update(bar, advance=1)
+            if progress.disable and now - told > REPORT_S:
+                told = now
+                warn(f"{said}: {_so_far(done, frame_count, done / (now - start))}")
+            yield frame
 
 
 def _lateness(recording: Recording) -> str:

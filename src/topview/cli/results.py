@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from rich.table import Table
 
-from topview.camera import undistorted
 from topview.cli.printing import plain_console
 from topview.cli.progress import warn
 from topview.files import naming
@@ -22,8 +21,9 @@ from topview.io import (
 from topview.io.writers.output import written_atomically
 from topview.io.writers.registry import FORMATS, SkeletonFormat, write_format
 from topview.records import InputError, Recording
-from topview.skeletons import Skeletons, Totals
+from topview.skeletons import Skeletons, Totals, TrackedFrame
 from topview.track.offline import looked_at_both_ways
+from topview.track.run import read_again
 from topview.view import Sheet, Viewer
 
 RESULT: Final = "skeletons.npz"
@@ -57,9 +57,9 @@ def check_no_result(out: Path, *, force: bool) -> None:
         raise InputError(f"{out / RESULT}: is there already; --force replaces it")
 
 
-def look_both_ways(stored: StoredFrames) -> StoredFrames:
-    """The frames with their people smoothed both ways in time, in the same file. Until that is
-    whole, the frames as they were tracked stay in it.
+def look_both_ways(stored: StoredFrames, backward: Iterable[TrackedFrame] = ()) -> StoredFrames:
+    """The frames with their people smoothed both ways in time, in the same file; `backward` as they
+    were tracked backwards. Until that is whole, the frames as they were tracked stay in it.
 
     Raises:
         InputError: they cannot be written.
@@ -69,7 +69,7 @@ def look_both_ways(stored: StoredFrames) -> StoredFrames:
         path.unlink(missing_ok=True)
     try:
         with FramesFile(path, stored.about) as file:
-            for frame in looked_at_both_ways(stored.frames(), stored.about.settings):
+            for frame in looked_at_both_ways(stored.frames(), stored.about.settings, backward):
                 file.append(frame)
         with naming(stored.path, "replaced", "it must be a place with leave to write"):
             path.replace(stored.path)
@@ -80,14 +80,13 @@ def look_both_ways(stored: StoredFrames) -> StoredFrames:
 
 def show_again(recording: Recording, stored: StoredFrames, viewer: Viewer) -> None:
     """Show the stored people with the frames of a recording, which is read once more."""
-    problems = list(recording.problems)  # those of the first time; they would be told twice
     rows = (
         (time_s, block, row)
         for block in stored.blocks()
         for row, time_s in enumerate(block.timestamps_s.tolist())
     )
     own = next(rows, None)
-    for frame in map(undistorted, recording):
+    for frame in read_again(recording):
         while own is not None and own[0] < frame.timestamp_s:
             own = next(rows, None)
         if own is None:
@@ -95,7 +94,6 @@ def show_again(recording: Recording, stored: StoredFrames, viewer: Viewer) -> No
         time_s, block, row = own
         if time_s == frame.timestamp_s:
             viewer.show(frame, block.people_in(row))
-    recording.problems[:] = problems
 
 
 def write_result(

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from topview.cli.outputs import prepare_output_file
-from topview.cli.progress import follow_with_progress, print_frames, warn
+from topview.cli.progress import follow_with_progress, print_frames, warn, with_progress
 from topview.cli.results import (
     CONTACT_SHEET,
     FRAMES_NAME,
@@ -107,9 +107,10 @@ def track(
         record: of a live camera: record the frames that are tracked to this new folder.
         view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
         offline: of a recording: look both ways in time, 5 seconds ahead and more. When all is
-            tracked, joints that were hidden are told by what was seen before and after, and all is
-            quieter; pictures and video show that, and take reading the images once more. No live
-            camera and no --stream, which cannot wait; --view shows what is tracked meanwhile.
+            tracked, it is tracked once more, backwards, which takes a little longer. Joints that
+            were hidden are then told by what was seen before and after, and all is quieter;
+            pictures and video show that. No live camera and no --stream, which cannot wait; --view
+            shows what is tracked meanwhile.
         save_body: write what was learnt of everybody's stature and bones to this file; --body FILE
             takes it for another recording of the same people.
         force: replace the result that DIR holds, and the file of --save-body.
@@ -154,7 +155,7 @@ def track(
     kept = "nothing was tracked, nothing written"
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
     if stored is not None and offline:
-        stored = look_both_ways(stored)
+        stored = looked_both_ways(stored, run, ended_early=failure is not None)
         if shown_last:
             show_again(recording, stored, Viewers(shown_last))
     if stored is not None:
@@ -203,6 +204,18 @@ def check_offline(source: Path, stream: Sequence[str]) -> None:
             f"--stream {stream[0]}: sends each frame at once, and --offline waits for later ones; "
             "leave one of them out"
         )
+
+
+def looked_both_ways(stored: StoredFrames, run: TrackingRun, *, ended_early: bool) -> StoredFrames:
+    """The frames looked at both ways, for which they are tracked backwards, too, unless the run has
+    ended early; what ends that meanwhile ends the run."""
+    if not (ended_early or run.interrupted):
+        again = with_progress(run.backwards(), "tracking backwards", stored.frame_count)
+        try:
+            return look_both_ways(stored, again)
+        except KeyboardInterrupt:
+            run.interrupted = True
+    return look_both_ways(stored)
 
 
 def save_bodies(tracker: Tracker, path: Path) -> None:

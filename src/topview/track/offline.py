@@ -1,20 +1,21 @@
 """Recordings looked at both ways in time: what a joint did while it was hidden is told by what was
 seen before and after (ours).
 
-A Kalman filter goes forward and a smoother back: H. Rauch, F. Tung, C. Striebel, "Maximum
-likelihood estimates of linear dynamic systems" (AIAA Journal 1965). Of a body it takes where the
-neck is, how both parts of the trunk are turned, and the way along each bone of a limb, each as sure
-as `joint_covariance_m2` says; arms in the frame of the upper torso, which carries them, legs in the
-camera's, as they stand on the floor and a hidden pelvis tells little of them. Velocities change at
-random and fade. The body is then put together again, so that bones keep their lengths and joints
-stay on their parts.
+Whoever was tracked forward and backward (`topview.track.backwards`) is where both tell, each as far
+as it is sure. Over that a Kalman filter goes forward and a smoother back: H. Rauch, F. Tung,
+C. Striebel, "Maximum likelihood estimates of linear dynamic systems" (AIAA Journal 1965). Of a body
+it takes where the neck is, how both parts of the trunk are turned, and the way along each bone of a
+limb, each as sure as `joint_covariance_m2` says; arms in the frame of the upper torso, which
+carries them, legs in the camera's, as they stand on the floor and a hidden pelvis tells little of
+them. Velocities change at random and fade. The body is then put together again, so that bones keep
+their lengths and joints stay on their parts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ from topview.body.parts import (
 from topview.detect.joints.proposers import NOTHING
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.skeletons import TrackedFrame
+from topview.track.backwards import Partners, partners
 from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
 
 Array = NDArray[np.float64]
@@ -90,27 +92,32 @@ _TRUNK: Final = {
     UPPER_TORSO: [JOINT_NAMES.index(n) for n in ("left_shoulder", "right_shoulder", "torso")],
     LOWER_TORSO: [JOINT_NAMES.index(n) for n in ("left_hip", "right_hip", "torso")],
 }
+_FORWARD: Final = 1 + 2  # of what is smoothed: where the upper torso faces
 LEVER_M: Final = 0.3  # ours; about how far these are from what they turn about
 
 
 def looked_at_both_ways(
-    frames: Iterable[TrackedFrame], settings: Mapping[str, Any]
+    frames: Iterable[TrackedFrame],
+    settings: Mapping[str, Any],
+    backward: Iterable[TrackedFrame] = (),
 ) -> Iterator[TrackedFrame]:
     """The frames of a recording with its people smoothed; their states, confidences and covariances
     are those of the joints as they were tracked.
 
     Some `CHUNK_S` and twice `LAG_S` of frames are held at a time. The settings are of `About`:
-    errors of joints that nothing has proposed do not count as lasting.
+    errors of joints that nothing has proposed do not count as lasting. `backward` are the frames as
+    `topview.track.backwards` tracked them; whoever was missed forward, and not so backward, is
+    told of, too.
     """
     lasting_m = LASTING_M if settings.get("proposals", NOTHING) != NOTHING else np.inf
-    held: list[TrackedFrame] = []
+    held: list[_BothWays] = []
     done = 0  # of the held ones
-    for frame in frames:
-        held.append(frame)
-        start_s = held[done].timestamp_s
-        if frame.timestamp_s - start_s < CHUNK_S + LAG_S:
+    for own in _side_by_side(frames, backward):
+        held.append(own)
+        start_s = held[done].forward.timestamp_s
+        if own.forward.timestamp_s - start_s < CHUNK_S + LAG_S:
             continue
-        times_s = np.array([own.timestamp_s for own in held])
+        times_s = np.array([each.forward.timestamp_s for each in held])
         end = int(np.searchsorted(times_s, start_s + CHUNK_S))
         yield from _smoothed(held, lasting_m)[done:end]
         first = int(np.searchsorted(times_s, times_s[end] - LAG_S))
@@ -118,21 +125,57 @@ def looked_at_both_ways(
     yield from _smoothed(held, lasting_m)[done:]
 
 
-def _smoothed(frames: Sequence[TrackedFrame], lasting_m: float) -> list[TrackedFrame]:
+class _BothWays(NamedTuple):
+    """A frame, and its people as they were tracked backwards."""
+
+    forward: TrackedFrame
+    backward: NDArray[np.void]
+
+
+def _side_by_side(
+    frames: Iterable[TrackedFrame], backward: Iterable[TrackedFrame]
+) -> Iterator[_BothWays]:
+    """Each frame, with nobody tracked backwards where that was not done."""
+    others = iter(backward)
+    other = next(others, None)
+    for frame in frames:
+        while other is not None and other.index < frame.index:
+            other = next(others, None)
+        if other is not None and other.index == frame.index:
+            yield _BothWays(frame, other.people)
+        else:
+            yield _BothWays(frame, frame.people[:0])
+
+
+def _smoothed(held: Sequence[_BothWays], lasting_m: float) -> list[TrackedFrame]:
     """All of these, looked at from all of them."""
-    people = [frame.people.copy() for frame in frames]
+    frames = [own.forward for own in held]
+    backward = partners(frames, [own.backward for own in held])
+    people = [_with_missed(*own) for own in zip(frames, backward, strict=True)]
     rows: dict[int, list[tuple[int, int]]] = {}
     for f, of_frame in enumerate(people):
         for row, person_id in enumerate(of_frame["id"].tolist()):
             rows.setdefault(person_id, []).append((f, row))
-    for where in rows.values():
+    for person_id, where in rows.items():
         packed = np.stack([people[f][row] for f, row in where])
+        others = packed.copy()
+        for k, (f, _) in enumerate(where):
+            others[k] = backward[f].get(person_id, packed[k])
         times_s = np.array([frames[f].timestamp_s for f, _ in where])
         for part in _stretches(packed, times_s):
-            packed[part] = _smoothed_person(packed[part], times_s[part], lasting_m)
+            packed[part] = _smoothed_person(packed[part], others[part], times_s[part], lasting_m)
         for (f, row), person in zip(where, packed, strict=True):
             people[f][row] = person
     return [replace(frame, people=own) for frame, own in zip(frames, people, strict=True)]
+
+
+def _with_missed(frame: TrackedFrame, backward: Partners) -> NDArray[np.void]:
+    """The people of a frame, and after them whoever is told of backwards alone."""
+    present = set(frame.people["id"].tolist())
+    missed = {person_id: own for person_id, own in backward.items() if person_id not in present}
+    people = np.concatenate([frame.people, np.array([*missed.values()], frame.people.dtype)])
+    people["id"][len(frame.people) :] = [*missed]
+    return people
 
 
 def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
@@ -147,13 +190,14 @@ def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
 
 
 def _smoothed_person(
-    people: NDArray[np.void], times_s: Array, lasting_m: float
+    people: NDArray[np.void], others: NDArray[np.void], times_s: Array, lasting_m: float
 ) -> NDArray[np.void]:
-    """One person in T frames that go on."""
+    """One person in T frames that go on; the same as tracked backwards, or once more the same."""
     Ts, joints = people["Ts_camera_part"], people["joints_camera"]
-    covariances = _lasting(people["joint_covariance_m2"].astype(np.float64), lasting_m)
-    measured, noise, unrest = _measured(Ts, joints, covariances)
-    ways = _both_ways(times_s, measured, noise, unrest)
+    measured, noise, unrest = _measured(people, lasting_m)
+    of_others, others_noise, _ = _measured(others, lasting_m)
+    both, both_noise = _weighted(measured, noise, of_others, others_noise)
+    ways = _both_ways(times_s, both, both_noise, unrest)
     out = people.copy()
     for k in range(len(people)):
         moved = _body(Ts[k], measured[k], ways[k])
@@ -163,15 +207,36 @@ def _smoothed_person(
     return out
 
 
+def _weighted(
+    one: Array, one_noise: Array, other: Array, other_noise: Array
+) -> tuple[Array, Array]:
+    """[T, K, 3] between two that have seen the same images, each as far as it is sure; where they
+    face apart, what the surer of them says. [T, K, 3, 3] how noisy it is: the mean information, as
+    their errors are much alike."""
+    variances, others_variances = (
+        np.trace(own, axis1=-2, axis2=-1) for own in (one_noise, other_noise)
+    )
+    share = others_variances / (variances + others_variances)
+    is_surer = variances.sum(-1) <= others_variances.sum(-1)
+    apart = (one[:, _FORWARD] * other[:, _FORWARD]).sum(-1) < 0.0
+    share = np.where(apart[:, None], is_surer[:, None], share)
+    information = share[..., None, None] * np.linalg.inv(one_noise)
+    information += (1.0 - share)[..., None, None] * np.linalg.inv(other_noise)
+    mean = share[..., None] * one + (1.0 - share)[..., None] * other
+    return mean, np.linalg.inv(information)
+
+
 def _lasting(covariances: Array, lasting_m: float) -> Array:
     """Covariances as measurements that come again and again count."""
     variances = np.trace(covariances, axis1=-2, axis2=-1)[..., None, None] / 3.0
     return covariances * np.maximum(1.0, variances / lasting_m**2)
 
 
-def _measured(Ts: Array, joints: Array, covariances: Array) -> tuple[Array, Array, Array]:
+def _measured(people: NDArray[np.void], lasting_m: float) -> tuple[Array, Array, Array]:
     """[T, K, 3] what is smoothed: the neck's place, the axes of the trunk's parts, the way along
     each bone in its frame; [T, K, 3, 3] how noisy it is; [K] its unrest."""
+    Ts, joints = people["Ts_camera_part"], people["joints_camera"]
+    covariances = _lasting(people["joint_covariance_m2"].astype(np.float64), lasting_m)
     values, noise = [Ts[:, UPPER_TORSO, :3, 3]], [covariances[:, _NECK]]
     unrest = [PLACE_UNREST_M2_S3]
     for part, told_by in _TRUNK.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -13,6 +13,7 @@ from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.camera import undistorted
 from topview.records import Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
+from topview.track.backwards import tracked_backwards
 from topview.track.offline import looked_at_both_ways
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
@@ -105,6 +106,11 @@ class TrackingRun:
         except KeyboardInterrupt:
             self.interrupted = True
 
+    def backwards(self) -> Iterator[TrackedFrame]:
+        """The frames once more, as a new tracker with the same settings sees them from the last to
+        the first (`topview.track.backwards`); the recording is read again."""
+        return tracked_backwards(read_again(self._recording), self._tracker.settings, self.about)
+
     @property
     def frames_per_second(self) -> float:
         return self.frame_count / self.seconds if self.seconds > 0 else 0.0
@@ -118,6 +124,16 @@ class TrackingRun:
         return TrackedFrame(frame.index, frame.timestamp_s, name, packed, self._floor_camera)
 
 
+def read_again(recording: Recording) -> Iterator[Frame]:
+    """The frames of a stored recording that was read before, undistorted; what cannot be read is
+    not told of once more."""
+    problems = list(recording.problems)
+    for frame in map(undistorted, recording):
+        yield frame
+        recording.problems[:] = problems
+    recording.problems[:] = problems
+
+
 def track_recording(
     recording: Recording,
     settings: TrackerSettings | None = None,
@@ -128,12 +144,16 @@ def track_recording(
 ) -> TrackingResult:
     """Run a new tracker, made of `settings` or given, over every readable frame, as
     `TrackingRun.follow`; all is kept in memory. With `offline` the frames are then looked at both
-    ways in time; `on_frame` is told of them before."""
+    ways in time, for which the recording is read and tracked once more, backwards, unless the
+    tracker was given, as nobody else could make such a one; `on_frame` is told of them before."""
     run = TrackingRun(recording, tracker or Tracker(settings), offline=offline)
     frames: list[TrackedFrame] = []
     run.follow(frames.append, on_frame)
     if offline and frames:
-        frames = list(looked_at_both_ways(frames, run.about.settings))
+        backward: Iterator[TrackedFrame] = iter(())
+        if tracker is None and not run.interrupted:
+            backward = run.backwards()
+        frames = list(looked_at_both_ways(frames, run.about.settings, backward))
     skeletons = SkeletonSequence.from_frames(frames, run.about)
     return TrackingResult(skeletons, run.seconds, run.interrupted)
 

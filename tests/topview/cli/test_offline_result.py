@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ import pytest
 from made_frames import ABOUT, frames_with
 from topview.cli import results
 from topview.cli.results import SMOOTHED_NAME, look_both_ways, show_again
+from topview.cli.track import looked_both_ways
 from topview.io import FramesFile, StoredFrames
 from topview.records import Camera, Frame, Person
 from topview.skeletons import TrackedFrame
+from topview.track import TrackingRun
 from topview.track.offline import looked_at_both_ways
 
 CAMERA = Camera(fx=60.0, fy=60.0, cx=15.5, cy=11.5, width=32, height=24)
@@ -42,7 +45,7 @@ def test_the_file_holds_what_was_smoothed_and_nothing_is_left_beside_it(tmp_path
 
 
 def test_a_stop_in_the_middle_leaves_what_was_tracked(tmp_path, monkeypatch):
-    def stopped(frames, _):
+    def stopped(frames, *_):
         yield from list(frames)[:2]
         raise KeyboardInterrupt
 
@@ -52,6 +55,52 @@ def test_a_stop_in_the_middle_leaves_what_was_tracked(tmp_path, monkeypatch):
         look_both_ways(before)
     assert told(list(StoredFrames(before.path).frames())) == told(frames_with(WHO))
     assert [path.name for path in tmp_path.iterdir()] == ["skeletons.frames"]
+
+
+class Run:
+    """A run that is told as it was tracked backwards: as forward, by other numbers."""
+
+    def __init__(self, *, stops: bool = False, interrupted: bool = False) -> None:
+        self.stops, self.interrupted, self.asked = stops, interrupted, 0
+
+    def backwards(self) -> Iterator[TrackedFrame]:
+        self.asked += 1
+        for frame in frames_with(WHO[:2] if self.stops else WHO):
+            frame.people["joints_camera"] += 0.05
+            frame.people["id"] += 10
+            yield frame
+        if self.stops:
+            raise KeyboardInterrupt
+
+
+def test_all_is_tracked_backwards_and_told_of_both(tmp_path):
+    expected = told(list(looked_at_both_ways(frames_with(WHO), ABOUT.settings, Run().backwards())))
+    run = cast(TrackingRun, Run())
+    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    assert told(list(after.frames())) == expected
+    assert expected != smoothed_alone()
+    assert not run.interrupted
+
+
+def test_who_stops_that_gets_what_was_tracked_smoothed(tmp_path):
+    run = cast(TrackingRun, Run(stops=True))
+    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    assert told(list(after.frames())) == smoothed_alone()
+    assert run.interrupted
+
+
+@pytest.mark.parametrize("ended", [{"interrupted": True}, {"ended_early": True}])
+def test_what_ended_early_is_not_tracked_backwards(tmp_path, ended):
+    run = Run(interrupted=ended.get("interrupted", False))
+    after = looked_both_ways(
+        stored(tmp_path), cast(TrackingRun, run), ended_early=ended.get("ended_early", False)
+    )
+    assert told(list(after.frames())) == smoothed_alone()
+    assert run.asked == 0
+
+
+def smoothed_alone() -> list[tuple]:
+    return told(list(looked_at_both_ways(frames_with(WHO), ABOUT.settings)))
 
 
 class Images:

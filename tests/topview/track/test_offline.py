@@ -13,7 +13,13 @@ import pytest
 from moving_bodies import pose
 from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
 from topview.body import PART_NAMES
-from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, LEFT_UPPER_LEG, LOWER_TORSO
+from topview.body.parts import (
+    LEFT_FOREARM,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    UPPER_TORSO,
+)
 from topview.geometry.rotations import rotations_from_angles
 from topview.records import Camera, Frame, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
@@ -93,6 +99,61 @@ def test_what_was_hidden_is_told_by_before_and_after():
     off_after = np.linalg.norm(both - joints_of(true), axis=-1)[30:60]
     assert off_after[:, HAND].mean() < 0.5 * off_before[:, HAND].mean()
     assert off_after.mean() < 0.5 * off_before.mean()
+
+
+def as_told_backwards(frames: list[TrackedFrame]) -> list[TrackedFrame]:
+    """The same people, who have other numbers there."""
+    return [changed(frame, id=np.array(5)) for frame in frames]
+
+
+def test_what_was_hidden_is_told_by_who_saw_it_backwards():
+    """Who knew the other way is told as he saw it, and what he was unsure of as the first did."""
+    true = swinging(90)
+    forward = hidden_from(true, 30, 70)
+    backward = as_told_backwards(hidden_from(true, 50, 90))
+    both = joints_of(list(looked_at_both_ways(forward, {"proposals": "network"}, backward)))
+    alone = joints_of(list(both_ways(forward)))
+    off_alone, off_both = (
+        np.linalg.norm(own - joints_of(true), axis=-1)[30:50].mean() for own in (alone, both)
+    )
+    assert off_both < 0.5 * off_alone
+    assert np.linalg.norm(both - joints_of(true), axis=-1)[70:].max() < 0.02
+
+
+def test_whoever_was_missed_is_told_as_tracked_backwards():
+    true = swinging(40)
+    missed = [
+        replace(frame, people=frame.people[:0]) if f < 15 else frame for f, frame in enumerate(true)
+    ]
+    both = list(looked_at_both_ways(missed, {}, as_told_backwards(true)))
+    assert [frame.people["id"].tolist() for frame in both] == [[1]] * 40
+    np.testing.assert_allclose(joints_of(both), joints_of(true), atol=0.01)
+
+
+def test_who_faces_apart_is_as_the_surer_says():
+    """Between a body and the same turned round lies none."""
+    true = swinging(30)
+    turned = []
+    for frame in true:
+        Ts = frame.people["Ts_camera_part"][0].copy()
+        Ts[:3, :3, :3] @= rotations_from_angles(np.array([0.0, np.pi, 0.0]))
+        turned.append(
+            changed(frame, Ts_camera_part=Ts, joint_covariance_m2=9.0 * KNOWN_M2 * np.eye(3))
+        )
+    for forward, backward in ((true, turned), (turned, true)):
+        both = list(looked_at_both_ways(forward, {}, as_told_backwards(backward)))
+        faces = np.stack([own.people["Ts_camera_part"][0, UPPER_TORSO, :3, 2] for own in both])
+        expected = np.stack([own.people["Ts_camera_part"][0, UPPER_TORSO, :3, 2] for own in true])
+        np.testing.assert_allclose(faces, expected, atol=0.02)
+
+
+def test_frames_that_were_not_read_again_are_as_tracked_forward():
+    frames = hidden_from(swinging(30), 10, 20)
+    alone = joints_of(list(both_ways(frames)))
+    with_some = list(
+        looked_at_both_ways(frames, {"proposals": "network"}, as_told_backwards(frames[::3]))
+    )
+    np.testing.assert_allclose(joints_of(with_some), alone, atol=1e-9)
 
 
 def test_bones_keep_their_lengths_and_parts_stay_rotations():
