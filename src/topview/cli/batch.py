@@ -37,6 +37,7 @@ def batch(
     pictures: Annotated[bool, Parameter(negative="")] = False,
     format: str = "",
     mirrored: Annotated[bool, Parameter(negative="")] = False,
+    offline: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     settings: Annotated[TrackerSettings, Parameter(name="*")] = DEFAULTS,
 ) -> int:
@@ -56,6 +57,7 @@ def batch(
         pictures: as of `topview track`, for each.
         format: as of `topview track`, for each.
         mirrored: as of `topview track`, for all.
+        offline: as of `topview track`, for all.
         force: track again what is done, and replace results with other options.
     """
     if not sources:
@@ -66,7 +68,9 @@ def batch(
         format_named(name)
     workers = workers or max(1, (os.cpu_count() or 1) // 2)
     schedule = scheduler_named(scheduler, workers)
-    options = {"pictures": pictures, "format": format, "mirrored": mirrored}
+    options: dict[str, Any] = {"pictures": pictures, "format": format, "mirrored": mirrored}
+    if offline:  # results without it stay what they were before there was such an option
+        options["offline"] = True
     if scheduler in (PROCESSES, DASK) and not settings.threads:  # all workers are here
         settings = replace(settings, threads=max(1, (os.cpu_count() or 1) // workers))
     if settings.weights is not None:  # a worker may have started elsewhere

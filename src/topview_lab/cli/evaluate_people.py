@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from topview.records import InputError
+from topview.track.run import track_offline, track_recording
 from topview_lab.cli.simulate import CAMERAS, Size
 from topview_lab.cli.tracked import TRACKED_OPTIONS, Told, TrackedOptions, measure_all, numbers
 from topview_lab.datasets import find_folder_recordings
@@ -31,18 +36,24 @@ from topview_lab.metrics.splits import ALL
 from topview_lab.sim.scenes.hiding import HIDERS
 
 
-def people(*paths: Path, options: TrackedOptions = TRACKED_OPTIONS) -> int:
+def people(
+    *paths: Path,
+    offline: Annotated[bool, Parameter(negative="")] = False,
+    options: TrackedOptions = TRACKED_OPTIONS,
+) -> int:
     """Count who was found, false people and exchanged identities, by the heads.
 
     Args:
         paths: recordings in the folder layout, or folders of them, whose groundtruth.npz tells how
             much of each person is hidden (person_occ_inter) and outside (person_outside).
+        offline: look both ways in time, as `topview track --offline` does.
     """
     if not paths:
         raise InputError("evaluate people: no folder given; give at least one recording")
     recordings = find_folder_recordings(paths, options.sequences)
-    jobs = [PeopleJob(recording, options.settings) for recording in recordings]
-    return measure_all(jobs, options, told_of_people)
+    track = track_offline if offline else track_recording
+    jobs = [PeopleJob(recording, options.settings, track) for recording in recordings]
+    return measure_all(jobs, options, partial(told_of_people, offline=offline))
 
 
 def mounts(
@@ -110,12 +121,12 @@ def told_of_returns(outcomes: Sequence[ReturnOutcome]) -> Told:
     )
 
 
-def told_of_people(outcomes: Sequence[PeopleOutcome]) -> Told:
+def told_of_people(outcomes: Sequence[PeopleOutcome], *, offline: bool = False) -> Told:
     """By what stands before the first underscore of the recordings' names."""
     counts = count_by_kind(outcomes)
     return Told(
         counts[ALL_KINDS].recordings,
         [found_people_table("people found", counts)],
         [found_people_table("per sequence, worst first", count_each(outcomes))],
-        {"counts": rows_as_json(counts)},
+        {"offline": offline, "counts": rows_as_json(counts)},
     )

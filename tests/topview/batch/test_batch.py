@@ -161,6 +161,25 @@ def test_the_command_goes_on_where_it_ended(topview, tmp_path, monkeypatch):
     assert (tmp_path / "a").read_text() == "x"
 
 
+def test_looking_both_ways_is_an_option_of_the_result(topview, tmp_path, monkeypatch):
+    """Results of before there was such an option are still those without it."""
+    monkeypatch.setattr(batch_command, "track_into", made_into)
+    monkeypatch.setattr(batch_command, "scheduler_named", lambda *_: partial(map, do))
+    (tmp_path / "a").touch()
+    words = ("batch", tmp_path / "a", "--out", tmp_path / "out", "--workers", 1)
+    assert topview(*words).status == 0
+    outcome = read_record(tmp_path / "out" / "a")
+    assert outcome is not None
+    assert "offline" not in outcome.options
+    refused = topview(*words, "--offline")
+    assert refused.status == 2
+    assert "with other options" in refused.complaints[0]
+    assert topview(*words, "--offline", "--force").status == 0
+    outcome = read_record(tmp_path / "out" / "a")
+    assert outcome is not None
+    assert outcome.options["offline"] is True
+
+
 def made_into(source: Path, out: Path, **_: object) -> tuple[int, int]:
     return made_result(source, out)
 

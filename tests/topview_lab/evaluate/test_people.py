@@ -92,5 +92,9 @@ def test_the_command_prints_and_writes(tmp_path, topview):
     counts = json.loads((tmp_path / "a.json").read_text())["counts"]
     assert (counts["all"]["recall"], counts["all"]["wait_95_s"]) == (0.0, None)
     assert topview("evaluate", "people").status == 2
+    words = (folder, "--workers", 1, "--offline", "--json", tmp_path / "offline.json")
+    assert topview("evaluate", "people", *words).status == 0
+    told = [json.loads((tmp_path / f"{name}.json").read_text()) for name in ("a", "offline")]
+    assert [own["offline"] for own in told] == [False, True]
     with pytest.raises(InputError, match="no folder given"):
         command.people()
