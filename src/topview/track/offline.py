@@ -47,7 +47,8 @@ CHUNK_S: Final = 20.0  # ours; what it works on at a time
 AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts anew
 DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
 # Fitted on rendered people (seeds 20 to 24, as tracked): what large errors of proposed joints are,
-# they are for long, so a variance above the square of this counts as that much more.
+# they are for long, so a variance counts as more by as many times as the standard deviation is
+# above this. (By the square of that, people of 1074 who stopped out of sight were told to walk on.)
 LASTING_M: Final = 0.015
 FADING_HZ: Final = 2.0  # of velocities; fitted on the same people, as the next three
 PLACE_UNREST_M2_S3: Final = 0.5  # how fast the variance of the neck's velocity grows
@@ -229,7 +230,7 @@ def _weighted(
 def _lasting(covariances: Array, lasting_m: float) -> Array:
     """Covariances as measurements that come again and again count."""
     variances = np.trace(covariances, axis1=-2, axis2=-1)[..., None, None] / 3.0
-    return covariances * np.maximum(1.0, variances / lasting_m**2)
+    return covariances * np.maximum(1.0, np.sqrt(variances) / lasting_m)
 
 
 def _measured(people: NDArray[np.void], lasting_m: float) -> tuple[Array, Array, Array]:
