@@ -174,14 +174,13 @@ class Seeker:
         if head.confidence >= GOOD_HEAD:
             return False
         row, column, in_view = self.scene.cloud.pixel_at(head.center_camera)
-        return (
-            in_view
-            and not self.scene.is_hidden_at(head.center_camera)
-            and any(
-                other.body_m is not None and bool(other.body_m[row, column] < OWN_HEAD_M)
-                for other in people
-                if other.is_seen
-            )
+        if not in_view or self.scene.is_hidden_at(head.center_camera):
+            return False
+        return any(
+            other.body_m is not None
+            and bool(other.body_m[row, column] < (OWN_HEAD_M if other.is_seen else np.inf))
+            for other in people
+            if other.is_seen or (not self.track.is_seen and other.body_m2 > 0.0)
         )
 
     def _slips(self, head: HeadCandidate) -> bool:

@@ -45,6 +45,10 @@ TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
 # Where so much of the body is seen the joint network knows where the head is, where less is, it is
 # so exact.
 TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
+# What is farther than the first from the box round somebody's joints is not the body: an arm that
+# is stretched out though it is thought to hang is nearer. A head goes no farther in one step than
+# the second.
+FAR_M, STEP_M = 0.5, 0.25
 # Where nothing hides a head that is not made out, for so long, nobody is there.
 BENT_S: Final = 3.0
 # Who comes to be hidden seems to slide down by so much before the head is missed.
@@ -193,5 +197,21 @@ def split(
         split_by_overview(scene, bodies_m, heads_camera, radii_m)
         return
     joints_camera = [told.joints_of(track.id) for track in tracks]
+    for track, body_m, joints in zip(tracks, bodies_m, joints_camera, strict=True):
+        if joints is not None:
+            _leave_out_far(scene, track, body_m, joints)
     heights_m = [track.height.height_m for track in tracks]
     split_users(scene, bodies_m, is_persons, joints_camera, heights_m, settings)
+
+
+def _leave_out_far(scene: Scene, track: Track, body_m: Distance, joints_camera: Vector) -> None:
+    """Take from a track's body, [h, w], what is far from where the tracked joints [J, 3] were, if
+    the head is still there."""
+    low, high = np.nanmin(joints_camera, axis=0), np.nanmax(joints_camera, axis=0)
+    place = track.place_camera
+    if (place < low - STEP_M).any() or (place > high + STEP_M).any():
+        return
+    rows, columns = np.nonzero(body_m < np.inf)
+    points_camera = scene.cloud.points_camera[rows, columns]
+    is_far = ((points_camera < low - FAR_M) | (points_camera > high + FAR_M)).any(axis=1)
+    body_m[rows[is_far], columns[is_far]] = np.inf

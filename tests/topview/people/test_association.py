@@ -118,6 +118,22 @@ def test_a_head_that_the_network_tells_may_be_of_somebody_hidden_only() -> None:
     assert associate([moved_by(track, np.zeros(3), free)], free, [], lambda _: 5.0, [told])[0] == {}
 
 
+@pytest.mark.parametrize("body_m2", [0.0, 0.1])
+def test_what_is_on_the_body_of_somebody_hidden_is_no_other_head(body_m2: float) -> None:
+    """An elbow is about as high as a child's head."""
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 9)
+    owner = hidden(track_at(scene, head_of(0.0, 2.6, GROUND_Y), 1), scene, 1.0)
+    owner = replace(owner, body_m2=body_m2)
+    assert owner.body_m is not None
+    row, column = max(zip(*np.nonzero(owner.body_m < np.inf), strict=True), key=lambda at: at[1])
+    elbow = HeadCandidate(scene.cloud.points_camera[row, column].astype(float), 0.5)
+    aside = elbow.center_camera + np.array([0.4, 0.0, 0.0])
+    child = replace(hidden(track_at(scene, aside, 2), scene, 1.0), body_m=None)
+    matches, left = taken([owner, child], scene, [elbow], log_odds=0.0)
+    assert (1 in matches) == (body_m2 == 0.0)
+    assert left == ([] if 1 in matches else [elbow])
+
+
 @pytest.mark.parametrize("step_m", [-0.08, 0.0, 0.08])
 def test_two_who_are_near_each_other_keep_their_own_heads(step_m: float) -> None:
     """Also when both go the same way, which brings one to where the other is expected."""
