@@ -107,7 +107,7 @@ def track(
         record: of a live camera: record the frames that are tracked to this new folder.
         view: show it in a browser, meanwhile and afterwards until Ctrl-C (needs topview[view]).
         offline: of a recording: look both ways in time, 5 seconds ahead and more. When all is
-            tracked, it is tracked once more, backwards, which takes a little longer. Joints that
+            tracked, it is tracked once more, backwards, which takes a third longer. Joints that
             were hidden are then told by what was seen before and after, and all is quieter;
             pictures and video show that. No live camera and no --stream, which cannot wait; --view
             shows what is tracked meanwhile.
@@ -208,11 +208,13 @@ def check_offline(source: Path, stream: Sequence[str]) -> None:
 
 def looked_both_ways(stored: StoredFrames, run: TrackingRun, *, ended_early: bool) -> StoredFrames:
     """The frames looked at both ways, for which they are tracked backwards, too, unless the run has
-    ended early; what ends that meanwhile ends the run."""
+    ended early. What ends that leaves what was tracked forward; Ctrl-C ends the run."""
     if not (ended_early or run.interrupted):
         again = with_progress(run.backwards(), "tracking backwards", stored.frame_count)
         try:
             return look_both_ways(stored, again)
+        except InputError as error:
+            warn(f"not tracked backwards: {error}")
         except KeyboardInterrupt:
             run.interrupted = True
     return look_both_ways(stored)

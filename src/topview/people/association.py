@@ -166,7 +166,8 @@ class Seeker:
 
     def _is_anothers(self, head: HeadCandidate) -> bool:
         """Whether a head is a part of another: too near to a head that is seen or told, for one
-        that comes back; or on the body of another whose head is seen, and not a good one."""
+        that comes back; or not a good one, and on the body of another whose head is seen, or, for
+        one that comes back, on what shows of another whose head is not."""
         people = [other for other in self.others if other.id]
         known = [other for other in people if other.places is None]
         if not self.track.is_seen and is_too_near(head.center_camera, known, self.scene):

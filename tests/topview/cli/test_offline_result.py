@@ -14,7 +14,7 @@ from topview.cli import results
 from topview.cli.results import SMOOTHED_NAME, look_both_ways, show_again
 from topview.cli.track import looked_both_ways
 from topview.io import FramesFile, StoredFrames
-from topview.records import Camera, Frame, Person
+from topview.records import Camera, Frame, InputError, Person
 from topview.skeletons import TrackedFrame
 from topview.track import TrackingRun
 from topview.track.offline import looked_at_both_ways
@@ -60,17 +60,17 @@ def test_a_stop_in_the_middle_leaves_what_was_tracked(tmp_path, monkeypatch):
 class Run:
     """A run that is told as it was tracked backwards: as forward, by other numbers."""
 
-    def __init__(self, *, stops: bool = False, interrupted: bool = False) -> None:
+    def __init__(self, *, stops: BaseException | None = None, interrupted: bool = False) -> None:
         self.stops, self.interrupted, self.asked = stops, interrupted, 0
 
     def backwards(self) -> Iterator[TrackedFrame]:
         self.asked += 1
-        for frame in frames_with(WHO[:2] if self.stops else WHO):
+        for frame in frames_with(WHO if self.stops is None else WHO[:2]):
             frame.people["joints_camera"] += 0.05
             frame.people["id"] += 10
             yield frame
-        if self.stops:
-            raise KeyboardInterrupt
+        if self.stops is not None:
+            raise self.stops
 
 
 def test_all_is_tracked_backwards_and_told_of_both(tmp_path):
@@ -83,10 +83,18 @@ def test_all_is_tracked_backwards_and_told_of_both(tmp_path):
 
 
 def test_who_stops_that_gets_what_was_tracked_smoothed(tmp_path):
-    run = cast(TrackingRun, Run(stops=True))
+    run = cast(TrackingRun, Run(stops=KeyboardInterrupt()))
     after = looked_both_ways(stored(tmp_path), run, ended_early=False)
     assert told(list(after.frames())) == smoothed_alone()
     assert run.interrupted
+
+
+def test_what_cannot_be_tracked_backwards_is_told_and_loses_nothing(tmp_path, capsys):
+    run = cast(TrackingRun, Run(stops=InputError("the camera moves")))
+    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    assert told(list(after.frames())) == smoothed_alone()
+    assert capsys.readouterr().err == "topview: not tracked backwards: the camera moves\n"
+    assert not run.interrupted
 
 
 @pytest.mark.parametrize("ended", [{"interrupted": True}, {"ended_early": True}])
