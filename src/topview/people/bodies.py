@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from topview.kernels.pieces import clusters_of
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.places import Places
@@ -45,10 +46,9 @@ TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
 # Where so much of the body is seen the joint network knows where the head is, where less is, it is
 # so exact.
 TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
-# What is farther than the first from the box round somebody's joints is not the body: an arm that
-# is stretched out though it is thought to hang is nearer. A head goes no farther in one step than
-# the second.
-FAR_M, STEP_M = 0.5, 0.25
+# What hangs together, and is all farther than the first from the box round somebody's joints, is
+# not the body. A head goes no farther in one step than the second.
+OFF_BODY_M, HEAD_STEP_M = 0.5, 0.25
 # Where nothing hides a head that is not made out, for so long, nobody is there.
 BENT_S: Final = 3.0
 # Who comes to be hidden seems to slide down by so much before the head is missed.
@@ -205,13 +205,20 @@ def split(
 
 
 def _leave_out_far(scene: Scene, track: Track, body_m: Distance, joints_camera: Vector) -> None:
-    """Take from a track's body, [h, w], what is far from where the tracked joints [J, 3] were, if
-    the head is still there."""
+    """Take from a track's body, [h, w], the pieces that are far from where the tracked joints
+    [J, 3] were, if the head is still there."""
     low, high = np.nanmin(joints_camera, axis=0), np.nanmax(joints_camera, axis=0)
     place = track.place_camera
-    if (place < low - STEP_M).any() or (place > high + STEP_M).any():
+    if (place < low - HEAD_STEP_M).any() or (place > high + HEAD_STEP_M).any():
         return
-    rows, columns = np.nonzero(body_m < np.inf)
-    points_camera = scene.cloud.points_camera[rows, columns]
-    is_far = ((points_camera < low - FAR_M) | (points_camera > high + FAR_M)).any(axis=1)
-    body_m[rows[is_far], columns[is_far]] = np.inf
+    cloud, is_own = scene.cloud, body_m < np.inf
+    points_camera = cloud.points_camera[is_own]
+    off_m = np.maximum(low - points_camera, points_camera - high).max(axis=1)
+    is_far = off_m > OFF_BODY_M
+    if not is_far.any():
+        return
+    labels = np.empty(body_m.shape, np.int32)
+    clusters_of(scene.standing_px, ~is_own, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels)
+    own = labels[is_own]
+    hangs_together = (own > 0) & np.isin(own, own[~is_far])
+    body_m[is_own] = np.where(is_far & ~hangs_together, np.inf, body_m[is_own])

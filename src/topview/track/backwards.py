@@ -20,7 +20,7 @@ from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 
 # All ours.
-CHUNK_S: Final = 8.0  # what is told at a time; so many images are held, and those of the lead
+TOLD_S: Final = 8.0  # what is told at a time; so many images are held, and those of the lead
 LEAD_S: Final = 3.0  # of what comes after it, tracked before
 ALIKE_M: Final = 0.15  # half of the joints of one person, tracked both ways, are at most so far off
 ALIKE_SHARE: Final = 0.5  # of the frames that tell of both; whoever is alike in more is the same
@@ -31,17 +31,17 @@ def tracked_backwards(
 ) -> Iterator[TrackedFrame]:
     """Frames in their order, each as it is where time runs from the last to the first; undistorted.
 
-    Some `CHUNK_S` and `LEAD_S` of frames are held at a time, and each time people get new numbers.
+    Some `TOLD_S` and `LEAD_S` of frames are held at a time, and each time people get new numbers.
     """
     held: list[Frame] = []
     used = 0  # numbers of people
     for frame in frames:
         held.append(frame)
         start_s = held[0].timestamp_s
-        if frame.timestamp_s - start_s < CHUNK_S + LEAD_S:
+        if frame.timestamp_s - start_s < TOLD_S + LEAD_S:
             continue
         told = _from_the_last(held, settings, about, used)
-        end = next(k for k, own in enumerate(held) if own.timestamp_s >= start_s + CHUNK_S)
+        end = next(k for k, own in enumerate(held) if own.timestamp_s >= start_s + TOLD_S)
         used = max([used, *(int(own) for frame in told for own in frame.people["id"])])
         yield from told[:end]
         held = held[end:]

@@ -8,12 +8,12 @@ from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
 from people_scenes import box, head_of, render, standing_person
 
 from topview.body.parts import JOINTS
-from topview.people.bodies import FAR_M, split
+from topview.people.bodies import OFF_BODY_M, split
 from topview.people.settings import PeopleSettings
 from topview.people.told import NOTHING_TOLD, Told
 
 X, Z = -0.4, 2.8
-AWAY_M = 2.0 * FAR_M
+AWAY_M = 2.0 * OFF_BODY_M
 PATCH = box((X + AWAY_M, GROUND_Y - 1.6, Z), (X + AWAY_M + 0.3, GROUND_Y - 0.6, Z + 0.1))
 SCENE = scene_of(render(standing_person(X, Z, GROUND_Y), [*ROOM, PATCH]), None, 0)
 HEAD = head_of(X, Z, GROUND_Y)

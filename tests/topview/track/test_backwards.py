@@ -11,7 +11,7 @@ from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.records import Camera, Frame, Person
 from topview.skeletons import About, TrackedFrame
 from topview.track import TrackerSettings, backwards
-from topview.track.backwards import ALIKE_M, CHUNK_S, LEAD_S, partners, tracked_backwards
+from topview.track.backwards import ALIKE_M, LEAD_S, TOLD_S, partners, tracked_backwards
 
 ABOUT = About(OUTPUT_JOINT_NAMES, PART_NAMES)
 CAMERA = Camera(fx=60.0, fy=60.0, cx=15.5, cy=11.5, width=32, height=24)
@@ -72,7 +72,7 @@ def test_time_runs_backwards_and_frames_keep_their_order(counting):
 
 
 def test_a_long_recording_is_held_some_at_a_time_each_after_a_lead(counting):
-    count = int(3 * CHUNK_S / FRAME_S)
+    count = int(3 * TOLD_S / FRAME_S)
     given, most_held, told = 0, 0, []
 
     def counted():
@@ -85,7 +85,7 @@ def test_a_long_recording_is_held_some_at_a_time_each_after_a_lead(counting):
         told.append(own)
         most_held = max(most_held, given - len(told))
     assert [own.index for own in told] == list(range(count))
-    assert most_held <= (CHUNK_S + LEAD_S) / FRAME_S
+    assert most_held <= (TOLD_S + LEAD_S) / FRAME_S
     numbers = [int(own.people["id"][0]) for own in told]
     assert sorted(set(numbers)) == list(range(1, len(counting.made) + 1))
     seen_before = [int(own.people["height_m"][0]) for own in told]
