@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from time import perf_counter
 from typing import Final
 
@@ -70,20 +70,18 @@ def follow_with_progress(
         bar = progress.add_task(
             f"tracking {recording.name}", total=recording.frame_count, rate=0, people=0, late=""
         )
-        start = told = perf_counter()
+        say = _now_and_then(progress)
+        start = perf_counter()
         done = 0
 
         def on_frame(frame: Frame, people: list[Person]) -> None:
-            nonlocal done, told
+            nonlocal done
             done += 1
-            now = perf_counter()
-            rate = done / (now - start)
+            rate = done / (perf_counter() - start)
             progress.update(
                 bar, advance=1, rate=rate, people=len(people), late=_lateness(recording)
             )
-            if progress.disable and now - told > REPORT_S:
-                told = now
-                warn(_so_far(done, recording.frame_count, rate))
+            say(_so_far(done, recording.frame_count, rate))
             viewer.show(frame, people)
 
         run.follow(keep, on_frame)
@@ -95,14 +93,26 @@ def with_progress(
     """The same frames, with the bar on stderr, or a line there now and then."""
     with progress_bar(TimeRemainingColumn()) as progress:
         bar = progress.add_task(said, total=frame_count)
-        start = told = perf_counter()
+        say = _now_and_then(progress)
+        start = perf_counter()
         for done, frame in enumerate(frames, start=1):
-            now = perf_counter()
             progress.update(bar, advance=1)
-            if progress.disable and now - told > REPORT_S:
-                told = now
-                warn(f"{said}: {_so_far(done, frame_count, done / (now - start))}")
+            say(f"{said}: {_so_far(done, frame_count, done / (perf_counter() - start))}")
             yield frame
+
+
+def _now_and_then(progress: Progress) -> Callable[[str], None]:
+    """Says a line on stderr where there is no bar, unless one was said a moment ago."""
+    told = perf_counter()
+
+    def say(line: str) -> None:
+        nonlocal told
+        now = perf_counter()
+        if progress.disable and now - told > REPORT_S:
+            told = now
+            warn(line)
+
+    return say
 
 
 def _lateness(recording: Recording) -> str:

@@ -155,7 +155,7 @@ def track(
     kept = "nothing was tracked, nothing written"
     stored = StoredFrames(out / FRAMES_NAME) if run.frame_count else None
     if stored is not None and offline:
-        stored = looked_both_ways(stored, run, ended_early=failure is not None)
+        stored = tracked_both_ways(stored, run, ended_early=failure is not None)
         if shown_last:
             show_again(recording, stored, Viewers(shown_last))
     if stored is not None:
@@ -206,7 +206,7 @@ def check_offline(source: Path, stream: Sequence[str]) -> None:
         )
 
 
-def looked_both_ways(stored: StoredFrames, run: TrackingRun, *, ended_early: bool) -> StoredFrames:
+def tracked_both_ways(stored: StoredFrames, run: TrackingRun, *, ended_early: bool) -> StoredFrames:
     """The frames looked at both ways, for which they are tracked backwards, too, unless the run has
     ended early. What ends that leaves what was tracked forward; Ctrl-C ends the run."""
     if not (ended_early or run.interrupted):

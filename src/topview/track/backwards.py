@@ -72,16 +72,16 @@ def partners(
     """Of each frame, of the people who were tracked either way. Who is alike in a frame is the same
     there; else who is alike in most frames. Whoever is told of backwards alone has the number of
     who it is in the frame that is nearest in time."""
-    same = _same_people(forward, backward)
+    alike = [_alike(own.people, others) for own, others in zip(forward, backward, strict=True)]
+    same = _same_people(forward, backward, alike)
     places = _frames_of(forward)
     found: list[Partners] = []
     for f, (frame, people) in enumerate(zip(forward, backward, strict=True)):
         own: Partners = {}
         others: list[np.void] = []
-        for person in people:
-            alike = [int(one["id"]) for one in frame.people if _are_alike(person, one)]
-            if alike:
-                own.setdefault(alike[0], person)
+        for person, is_alike in zip(people, alike[f].T, strict=True):
+            if is_alike.any():
+                own.setdefault(int(frame.people["id"][is_alike.argmax()]), person)
             else:
                 others.append(person)
         for person in others:
@@ -93,24 +93,26 @@ def partners(
 
 
 def _same_people(
-    forward: Sequence[TrackedFrame], backward: Sequence[NDArray[np.void]]
+    forward: Sequence[TrackedFrame],
+    backward: Sequence[NDArray[np.void]],
+    alike: Sequence[NDArray[np.bool_]],
 ) -> dict[int, list[int]]:
-    """Numbers backward: those forward of who it is, most frames first."""
-    alike: dict[tuple[int, int], list[bool]] = defaultdict(list)
-    for frame, people in zip(forward, backward, strict=True):
-        for one in frame.people:
-            for other in people:
-                alike[int(other["id"]), int(one["id"])].append(_are_alike(one, other))
+    """Numbers backward: those forward of who it is, most frames first; `alike` as of `_alike`."""
+    of_pairs: dict[tuple[int, int], list[bool]] = defaultdict(list)
+    for frame, people, is_alike in zip(forward, backward, alike, strict=True):
+        for (one, other), own in np.ndenumerate(is_alike):
+            of_pairs[int(people["id"][other]), int(frame.people["id"][one])].append(bool(own))
     same: dict[int, list[int]] = defaultdict(list)
-    for (other, one), each in sorted(alike.items(), key=lambda own: -sum(own[1])):
+    for (other, one), each in sorted(of_pairs.items(), key=lambda own: -sum(own[1])):
         if np.mean(each) > ALIKE_SHARE:
             same[other].append(one)
     return same
 
 
-def _are_alike(one: np.void, other: np.void) -> bool:
-    apart_m = np.linalg.norm(one["joints_camera"] - other["joints_camera"], axis=-1)
-    return bool(np.nanmedian(apart_m) <= ALIKE_M)
+def _alike(people: NDArray[np.void], others: NDArray[np.void]) -> NDArray[np.bool_]:
+    """[N, M] whether each of N people is where each of M others is."""
+    ways = people["joints_camera"][:, None] - others["joints_camera"]
+    return np.nanmedian(np.linalg.norm(ways, axis=-1), axis=-1) <= ALIKE_M
 
 
 def _frames_of(frames: Sequence[TrackedFrame]) -> dict[int, NDArray[np.int64]]:

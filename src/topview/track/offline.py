@@ -48,7 +48,7 @@ AWAY_S: Final = 1.0  # ours; whoever was away for longer, or has leapt, starts a
 DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may be a mistake
 # Fitted on rendered people (seeds 20 to 24, as tracked): what large errors of proposed joints are,
 # they are for long, so a variance counts as more by as many times as the standard deviation is
-# above this. (By the square of that, people of 1074 who stopped out of sight were told to walk on.)
+# above this.
 LASTING_M: Final = 0.015
 # Fitted on rendered people of even seeds from 100 to 194, as tracked both ways, as the next three.
 FADING_HZ: Final = 4.0  # of velocities

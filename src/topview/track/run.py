@@ -128,10 +128,10 @@ def read_again(recording: Recording) -> Iterator[Frame]:
     """The frames of a stored recording that was read before, undistorted; what cannot be read is
     not told of once more."""
     problems = list(recording.problems)
-    for frame in map(undistorted, recording):
-        yield frame
+    try:
+        yield from map(undistorted, recording)
+    finally:
         recording.problems[:] = problems
-    recording.problems[:] = problems
 
 
 def track_recording(

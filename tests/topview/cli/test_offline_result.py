@@ -12,12 +12,13 @@ import pytest
 from made_frames import ABOUT, frames_with
 from topview.cli import results
 from topview.cli.results import SMOOTHED_NAME, look_both_ways, show_again
-from topview.cli.track import looked_both_ways
+from topview.cli.track import tracked_both_ways
 from topview.io import FramesFile, StoredFrames
 from topview.records import Camera, Frame, InputError, Person
 from topview.skeletons import TrackedFrame
 from topview.track import TrackingRun
 from topview.track.offline import looked_at_both_ways
+from topview.track.run import read_again
 
 CAMERA = Camera(fx=60.0, fy=60.0, cx=15.5, cy=11.5, width=32, height=24)
 WHO = [[1], [1, 2], [], [2, 1], [2]]
@@ -76,7 +77,7 @@ class Run:
 def test_all_is_tracked_backwards_and_told_of_both(tmp_path):
     expected = told(list(looked_at_both_ways(frames_with(WHO), ABOUT.settings, Run().backwards())))
     run = cast(TrackingRun, Run())
-    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    after = tracked_both_ways(stored(tmp_path), run, ended_early=False)
     assert told(list(after.frames())) == expected
     assert expected != smoothed_alone()
     assert not run.interrupted
@@ -84,14 +85,14 @@ def test_all_is_tracked_backwards_and_told_of_both(tmp_path):
 
 def test_who_stops_that_gets_what_was_tracked_smoothed(tmp_path):
     run = cast(TrackingRun, Run(stops=KeyboardInterrupt()))
-    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    after = tracked_both_ways(stored(tmp_path), run, ended_early=False)
     assert told(list(after.frames())) == smoothed_alone()
     assert run.interrupted
 
 
 def test_what_cannot_be_tracked_backwards_is_told_and_loses_nothing(tmp_path, capsys):
     run = cast(TrackingRun, Run(stops=InputError("the camera moves")))
-    after = looked_both_ways(stored(tmp_path), run, ended_early=False)
+    after = tracked_both_ways(stored(tmp_path), run, ended_early=False)
     assert told(list(after.frames())) == smoothed_alone()
     assert capsys.readouterr().err == "topview: not tracked backwards: the camera moves\n"
     assert not run.interrupted
@@ -100,7 +101,7 @@ def test_what_cannot_be_tracked_backwards_is_told_and_loses_nothing(tmp_path, ca
 @pytest.mark.parametrize("ended", [{"interrupted": True}, {"ended_early": True}])
 def test_what_ended_early_is_not_tracked_backwards(tmp_path, ended):
     run = Run(interrupted=ended.get("interrupted", False))
-    after = looked_both_ways(
+    after = tracked_both_ways(
         stored(tmp_path), cast(TrackingRun, run), ended_early=ended.get("ended_early", False)
     )
     assert told(list(after.frames())) == smoothed_alone()
@@ -124,6 +125,12 @@ class Images:
         for index in range(len(WHO)):
             if index != 1:
                 yield Frame(index, index / 30.0, np.zeros((24, 32), np.float32), CAMERA)
+
+
+def test_what_is_told_of_a_second_reading_that_stops_early_is_not_kept():
+    recording = Images()
+    assert next(read_again(recording)).index == 0
+    assert recording.problems == ["1.png: cannot be read"]
 
 
 class Shown:
