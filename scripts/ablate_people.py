@@ -1,0 +1,216 @@
+"""What does each thing bring by which people are found and told apart?
+
+    python scripts/ablate_people.py [--workers N] [--only WORD...] [--json FILE] PATH...
+
+Counts who is found in recordings in the folder layout, as `topview evaluate people` does, with all
+that there is and without each thing; nothing is fitted anew. With `--only`, the variants alone
+whose names have one of the words, beside the default.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from math import inf
+from pathlib import Path
+from typing import Any, Final
+from unittest import mock
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from topview.people.existence import Existence
+from topview.people.features import FEATURE_NAMES
+from topview.people.likelihood import Likelihood, shipped_likelihood
+from topview.track.settings import TrackerSettings
+from topview_lab.datasets import find_folder_recordings
+from topview_lab.evaluate.people import PeopleCount, PeopleJob, PeopleOutcome, count_found
+from topview_lab.evaluate.run import run_all
+from topview_lab.evaluate.tables import number, percent
+
+DEFAULT: Final = "all, the default"
+HEAD_SHAPE: Final = ("unlike a head", "not upright")
+CHEST: Final = (
+    "head and chest too small",
+    "head and chest too large",
+    "rough outline",
+    "no torso",
+    "no torso read",
+    "as slim as a post",
+    "flat",
+)
+BODY_SIZE: Final = (
+    "too low",
+    "too high",
+    "too much above the head",
+    "too large",
+    "too short",
+    "too spread out",
+)
+Patches = Mapping[str, Any]
+
+
+def first(one: object, *_: object, **__: object) -> object:
+    """What there was before."""
+    return one
+
+
+def second(_: object, other: object, *__: object) -> object:
+    """The same, of what comes second."""
+    return other
+
+
+def nothing(*_: object, **__: object) -> None:
+    """Nothing is found, or done."""
+
+
+def zero(*_: object) -> float:
+    """Tells nothing."""
+    return 0.0
+
+
+def as_they_are(tracks: Sequence[object], _: object, heads: Sequence[object], *__: object) -> Any:
+    """No track begins anew at another head."""
+    return list(tracks), list(heads)
+
+
+def nowhere(_: object, depth_m: NDArray[np.float32], *__: object) -> NDArray[np.bool_]:
+    """No pixel is known to be the room's."""
+    return np.zeros(depth_m.shape, np.bool_)
+
+
+def always_new(most: int | None, _: object) -> Existence:
+    """Nobody is known again."""
+    return Existence(most)
+
+
+def likelihood(change: Callable[[Likelihood], Likelihood]) -> Patches:
+    """Another law of people and furniture."""
+    changed = change(shipped_likelihood())
+    return {"existence.shipped_likelihood": lambda: changed}
+
+
+def without_weights(*names: str) -> Patches:
+    """These features tell nothing."""
+    kept = {name: 0.0 if name in names else w for name, w in shipped_likelihood().weights.items()}
+    return likelihood(lambda own: msgspec.structs.replace(own, weights=kept))
+
+
+VARIANTS: Final[Mapping[str, Callable[[], Patches]]] = {
+    DEFAULT: dict,
+    "the shape of the head": lambda: without_weights(*HEAD_SHAPE),
+    "head and chest": lambda: without_weights(*CHEST),
+    "the size of the body": lambda: without_weights(*BODY_SIZE),
+    "all shape": lambda: likelihood(
+        lambda own: msgspec.structs.replace(
+            own, by_shape=0.0, weights=dict.fromkeys(FEATURE_NAMES, 0.0)
+        )
+    ),
+    "shape, where the network tells": lambda: likelihood(
+        lambda own: msgspec.structs.replace(own, by_shape=0.0)
+    ),
+    "stillness": lambda: likelihood(
+        lambda own: msgspec.structs.replace(
+            own, by_stillness=0.0, weights={**own.weights, "has not moved": 0.0}
+        )
+    ),
+    "the network": dict,
+    "clusters that the network looks at": lambda: {"clusters.clusters_in": lambda *_: iter(())},
+    "free space that is seen": lambda: {"places.FREE_PER_S": 0.1, "places.SURFACE_PER_S": 0.1},
+    "the place that the hidden body tells": lambda: {"step.over_body": second},
+    "clothes": lambda: {
+        "association.CLOTHES_WEIGHT": 0.0,
+        "returning.CLOTHES_WEIGHT": 0.0,
+        "appearance.CLEARLY": inf,
+    },
+    "exchanges that clothes tell": lambda: {"appearance.CLEARLY": inf},
+    "the colours of heads": lambda: {"association.HEAD_COLOR_WEIGHT": 0.0},
+    "statures, in association": lambda: {"association.Seeker._by_stature": zero},
+    "heads followed by their shape": lambda: {"association.Seeker.followed": nothing},
+    "heads that slip": lambda: {"association.SLIPPED": 0.0},
+    "heads on the bodies of others": lambda: {"association.ANOTHERS_HEAD": 0.0},
+    "who comes back": lambda: {"finder.ReturningPeople": always_new},
+    "better heads on a body": lambda: {"finder.rejoined": as_they_are},
+    "heads that the network corrects": lambda: {"track.Track.corrected": first},
+    "what follows another's": lambda: {"existence.SHADOW_S": inf},
+    "what was refused": lambda: {"existence.Existence.remembered_at": nothing},
+    "loose pieces": lambda: {"pieces.Pieces.join_to": nothing},
+    "pieces far from the joints": lambda: {"bodies._leave_out_far": nothing},
+    "the room, learnt": lambda: {"background.Background.is_seen_in": nowhere},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class AblatedJob:
+    """A recording whose people are counted without one thing."""
+
+    variant: str
+    job: PeopleJob
+
+    def __call__(self) -> PeopleOutcome:
+        with ExitStack() as stack:
+            for name, value in VARIANTS[self.variant]().items():
+                stack.enter_context(mock.patch(f"topview.people.{name}", value))
+            return self.job()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("paths", nargs="+", type=Path)
+    parser.add_argument("--workers", type=int, default=0)
+    parser.add_argument("--only", nargs="+", metavar="WORD", default=[""])
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    recordings = find_folder_recordings(options.paths)
+    names = [
+        name for name in VARIANTS if name == DEFAULT or any(word in name for word in options.only)
+    ]
+    jobs = [
+        AblatedJob(name, PeopleJob(recording, _settings(name)))
+        for name in names
+        for recording in recordings
+    ]
+    outcomes = run_all(jobs, options.workers)
+    for problem in outcomes.problems:
+        print(problem)
+    counts = {}
+    for index, name in enumerate(names):
+        own = outcomes.results[index * len(recordings) : (index + 1) * len(recordings)]
+        counts[name] = count_found([each.found for each in own if each and each.found])
+    Console().print(told(counts))
+    if options.json:
+        options.json.write_text(json.dumps({name: asdict(c) for name, c in counts.items()}))
+
+
+def _settings(variant: str) -> TrackerSettings:
+    asks_nobody = variant == "the network"
+    return TrackerSettings(threads=1, proposals="none" if asks_nobody else "network")
+
+
+def told(counts: Mapping[str, PeopleCount]) -> Table:
+    """A line for each variant."""
+    table = Table(
+        "without", "found", "false, 1000 frames", "swaps", "fragments", "95 % after, s", box=None
+    )
+    for name, count in counts.items():
+        table.add_row(
+            name,
+            percent(count.recall),
+            number(count.false_per_1000),
+            str(count.swaps),
+            str(count.fragments),
+            number(count.wait_95_s, 2),
+        )
+    return table
+
+
+if __name__ == "__main__":
+    main()
