@@ -38,6 +38,7 @@ from topview.detect.joints.proposers import NOTHING
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.skeletons import TrackedFrame
 from topview.track.backwards import Partners, partners
+from topview.track.offline_errors import told_both_ways
 from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
 
 Array = NDArray[np.float64]
@@ -103,8 +104,8 @@ def looked_at_both_ways(
     settings: Mapping[str, Any],
     backward: Iterable[TrackedFrame] = (),
 ) -> Iterator[TrackedFrame]:
-    """The frames of a recording with its people smoothed; their states, confidences and covariances
-    are those of the joints as they were tracked.
+    """The frames of a recording with its people smoothed; joints are in the states that they were
+    tracked in.
 
     Some `CHUNK_S` and twice `LAG_S` of frames are held at a time. The settings are of `About`:
     errors of joints that nothing has proposed do not count as lasting. `backward` are the frames as
@@ -201,6 +202,7 @@ def _smoothed_person(
     both, both_noise = _weighted(measured, noise, of_others, others_noise)
     ways = _both_ways(times_s, both, both_noise, unrest)
     out = people.copy()
+    out["joint_covariance_m2"], out["joint_confidence"] = told_both_ways(people, others)
     for k in range(len(people)):
         moved = _body(Ts[k], measured[k], ways[k])
         known = np.isfinite(moved) & np.isfinite(Ts[k])

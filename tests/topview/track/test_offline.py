@@ -21,7 +21,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.geometry.rotations import rotations_from_angles
-from topview.records import Camera, Frame, Person, Recording
+from topview.records import Camera, Frame, JointState, Person, Recording
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track.offline import AWAY_S, CHUNK_S, LAG_S, looked_at_both_ways
 from topview.track.run import track_recording
@@ -204,10 +204,10 @@ def test_where_nothing_was_proposed_doubt_counts_for_less():
     assert (off_alone.mean(0) < off_proposed.mean(0)).all()
 
 
-def test_states_confidences_and_covariances_are_left():
+def test_who_and_states_and_times_are_left():
     frames = hidden_from(swinging(20), 5, 15)
     for before, after in zip(frames, both_ways(frames), strict=True):
-        for name in ("id", "height_m", "joint_state", "joint_confidence", "joint_covariance_m2"):
+        for name in ("id", "height_m", "joint_state"):
             np.testing.assert_array_equal(after.people[name], before.people[name])
         assert (after.index, after.timestamp_s, after.name) == (
             before.index,
@@ -216,15 +216,52 @@ def test_states_confidences_and_covariances_are_left():
         )
 
 
+def test_joints_are_about_as_sure_as_the_surer_way():
+    true = swinging(90)
+    forward, backward = hidden_from(true, 30, 50), as_told_backwards(hidden_from(true, 60, 80))
+    both = list(looked_at_both_ways(forward, {}, backward))
+    variances_m2 = np.stack([own.people["joint_covariance_m2"][0, HAND, 0, 0] for own in both])
+    assert (variances_m2[:30] < KNOWN_M2).all()
+    assert (variances_m2 < 0.1 * HIDDEN_M2).all()
+
+
+def test_what_both_ways_have_in_two_places_may_be_in_either():
+    """Standing still, 10 cm apart, and alike sure: the covariance reaches from one to the other,
+    and nowhere else."""
+    one = hidden_from(swinging(20), 0, 20)
+    aside = hidden_from(swinging(20, x_m=0.1), 0, 20)
+    both = list(looked_at_both_ways(one, {}, as_told_backwards(aside)))
+    for frame in both:
+        covariance_m2 = frame.people["joint_covariance_m2"][0, HAND]
+        spread_m2 = 0.05**2
+        np.testing.assert_allclose(covariance_m2[0, 0] - covariance_m2[1, 1], spread_m2, rtol=1e-4)
+        np.testing.assert_allclose(covariance_m2[0, 1], 0.0, atol=1e-8)
+        assert frame.people["joint_confidence"][0, HAND] < 0.9
+
+
+def test_of_joints_behind_another_smoothing_leaves_less():
+    seen = hidden_from(swinging(20), 0, 20)
+    behind = [
+        changed(frame, joint_state=np.full(len(JOINT_NAMES), int(JointState.OCCLUDED_BY_PERSON)))
+        for frame in seen
+    ]
+    of_seen, of_behind = (
+        list(both_ways(frames))[10].people["joint_covariance_m2"][0, HAND, 0, 0]
+        for frames in (seen, behind)
+    )
+    assert of_behind < of_seen < HIDDEN_M2
+
+
 def test_parts_that_are_not_tracked_stay_absent():
     frames = []
     for frame in swinging(10):
         Ts, joints = frame.people["Ts_camera_part"][0], frame.people["joints_camera"][0]
         joints[LEGS] = np.nan
         Ts[LEFT_UPPER_LEG:] = np.nan
+        frame.people["joint_covariance_m2"][0][LEGS] = np.nan
         frames.append(frame)
     for before, after in zip(frames, both_ways(frames), strict=True):
-        for name in ("joints_camera", "Ts_camera_part"):
+        for name in ("joints_camera", "Ts_camera_part", "joint_covariance_m2"):
             np.testing.assert_array_equal(
                 np.isnan(after.people[name]), np.isnan(before.people[name])
             )

@@ -1,0 +1,45 @@
+"""How far joints may be off that were looked at both ways in time (ours).
+
+Each way in time has told a law of the same error. Both are mixed, the surer one for more, and how
+far apart they have the joint adds to it. Smoothing leaves less of that, as was measured.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.records import JointState
+from topview.track.joint_errors import confidences_of, shipped_joint_errors
+
+Array = NDArray[np.float64]
+
+# What is left of a variance, of joints behind another person and of others: fitted on rendered
+# people of even seeds from 100 to 194.
+LEFT_BEHIND, LEFT_IN_VIEW = 0.75, 0.9
+
+
+def told_both_ways(
+    people: NDArray[np.void], others: NDArray[np.void]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[T, J, 3, 3] covariances in square metres, and [T, J] confidences, of one person in T frames,
+    as tracked forward and backward; NaN and what was told forward where either tells nothing."""
+    forward, backward = (own["joint_covariance_m2"].astype(np.float64) for own in (people, others))
+    is_known = np.isfinite(forward).all((-2, -1)) & np.isfinite(backward).all((-2, -1))
+    is_behind = people["joint_state"] == JointState.OCCLUDED_BY_PERSON
+    apart = people["joints_camera"] - others["joints_camera"]
+    mixed = _mixed(forward[is_known], backward[is_known], apart[is_known], is_behind[is_known])
+    tails = shipped_joint_errors().tails_of(is_behind[is_known])
+    covariances, confidences = forward, people["joint_confidence"].copy()
+    covariances[is_known], confidences[is_known] = mixed, confidences_of(mixed, tails)
+    return covariances.astype(np.float32), confidences
+
+
+def _mixed(forward: Array, backward: Array, apart: Array, is_behind: NDArray[np.bool_]) -> Array:
+    """[N, 3, 3] of two [N, 3, 3] covariances and the [N, 3] ways from one place to the other."""
+    variances, others = (np.trace(own, axis1=-2, axis2=-1) for own in (forward, backward))
+    share = (others / (variances + others))[:, None, None]
+    information = share * np.linalg.inv(forward) + (1.0 - share) * np.linalg.inv(backward)
+    left = np.where(is_behind, LEFT_BEHIND, LEFT_IN_VIEW)[:, None, None]
+    between = share * (1.0 - share) * apart[:, :, None] * apart[:, None, :]
+    return left * np.linalg.inv(information) + between
