@@ -1,1 +1,1 @@
-"""Who is in view: floor, users, their points, heights and lasting identities."""
+"""Who is in view: whose each point is, how tall they are, and identities that last."""

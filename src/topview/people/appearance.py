@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from topview.detect.head_colors import HeadColors
 from topview.kernels.colors import count_clothes
 from topview.people.height import sunk_m
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 Colors = NDArray[np.float32]

@@ -17,8 +17,8 @@ from topview.people.appearance import clothes_under, head_colors_against, unlike
 from topview.people.existence import is_too_near
 from topview.people.height import TALLER_M, sunk_m
 from topview.people.motion import Motion
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 

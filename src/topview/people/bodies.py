@@ -14,7 +14,6 @@ from topview.kernels.pieces import clusters_of
 from topview.people.height import PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.places import Places
-from topview.people.scene import Scene
 from topview.people.segmentation import (
     LIMB_STEP_M,
     Memory,
@@ -24,9 +23,10 @@ from topview.people.segmentation import (
     split_users,
 )
 from topview.people.settings import PeopleSettings
-from topview.people.surfaces import jump_of
 from topview.people.told import Told
 from topview.people.track import Track
+from topview.room.scene import Scene
+from topview.room.surfaces import jump_of
 
 Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]

@@ -21,12 +21,12 @@ from topview.people.bodies import LARGEST_M2, body_of, nearest_body
 from topview.people.existence import REFUSED, Existence
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
 from topview.people.likelihood import EVIDENCE_MEMORY_S
-from topview.people.scene import Scene
 from topview.people.segmentation import LIMB_STEP_M, full_pixels
 from topview.people.spawning import is_free
 from topview.people.step import Step
 from topview.people.track import Track
 from topview.people.users import User
+from topview.room.scene import Scene
 
 Mask = NDArray[np.bool_]
 

@@ -22,8 +22,8 @@ from topview.people.likelihood import (
     shipped_likelihood,
 )
 from topview.people.places import HEADS_APART_M
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate, upright_confidence
 from topview.kernels.bodies import measure_body
 from topview.people.legs import stands_on_legs
-from topview.people.scene import Scene
 from topview.people.segmentation import left_of
-from topview.people.surfaces import jump_of
+from topview.room.scene import Scene
+from topview.room.surfaces import jump_of
 
 Distance = NDArray[np.float32]
 Features = NDArray[np.float64]

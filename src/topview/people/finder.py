@@ -21,15 +21,12 @@ from topview.filter.over_time import Turns
 from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate
-from topview.people.background import Background
 from topview.people.bodies import nearest_body, own_mask, split, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import Refusal
-from topview.people.floor import FloorPlane, FloorTracker
 from topview.people.output import doubtful_of, frontal_of, users_of
 from topview.people.returning import ReturningPeople
-from topview.people.scene import Scene
 from topview.people.settings import PeopleSettings
 from topview.people.spawning import free_of, is_free, rejoined, room_left_of
 from topview.people.step import ShapeOdds, Step
@@ -37,6 +34,9 @@ from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
 from topview.people.users import HandCandidate, User, by_depth
 from topview.records import InputError
+from topview.room.background import Background
+from topview.room.floor import FloorPlane, FloorTracker
+from topview.room.scene import Scene
 from topview.timing import StageClock
 
 __all__ = ["Found", "PeopleFinder", "PeopleSettings"]

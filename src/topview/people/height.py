@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M
 from topview.kernels.bodies import share_within
-from topview.people.scene import Scene
+from topview.room.scene import Scene
 
 # Mean stature of adults, women and men together, in countries that have depth cameras
 # (NCD-RisC 2016: 1.59 m and 1.71 m over the world, 1.66 m and 1.79 m there).

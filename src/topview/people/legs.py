@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HeadCandidate
 from topview.people.height import measured_height
-from topview.people.scene import Scene
+from topview.room.scene import Scene
 
 # Heights in shares of the stature (Drillis & Contini 1966): from over the ankles to under the
 # crotch there are but legs; from over the hips to under the armpits there is but a torso.

@@ -16,11 +16,11 @@ from topview.people.colors import skin_share
 from topview.people.existence import Existence
 from topview.people.height import measured_height
 from topview.people.likelihood import Likelihood
-from topview.people.scene import Scene
 from topview.people.segmentation import full_pixels
 from topview.people.track import Track
 from topview.people.users import User
 from topview.records import Frame
+from topview.room.scene import Scene
 
 Mask = NDArray[np.bool_]
 

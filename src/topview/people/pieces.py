@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import join_pieces, small_pieces
-from topview.people.scene import Scene
+from topview.room.scene import Scene
 
 Distance = NDArray[np.float32]
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from topview.detect.heads import HEAD_RADIUS_M, right_of
 from topview.filter.particles import generator, systematic_resample, time_key
 from topview.people.motion import PAUSE_S, Motion
-from topview.people.scene import Scene
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.faces_and_hands import SkinDetections
-from topview.people.floor import FloorPlane
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.users import HandCandidate, User
+from topview.room.floor import FloorPlane
 from topview.timing import StageClock
 
 

@@ -17,8 +17,8 @@ from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES, assign
 from topview.people.bodies import own_mask
 from topview.people.existence import TOLD, Existence
 from topview.people.height import HeightEstimate, measured_height
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 # All ours. Of whom nothing has been seen for so long, has left, or is hidden.
 GONE_S: Final = 1.0

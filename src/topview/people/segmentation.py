@@ -24,8 +24,8 @@ from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
 from topview.kernels.segmentation import full_pixels_of, grow_body, share_bodies
-from topview.people.scene import Scene
-from topview.people.surfaces import jump_of
+from topview.room.scene import Scene
+from topview.room.surfaces import jump_of
 
 # Ours: a limb before or behind its body is no farther from it in depth.
 LIMB_STEP_M: Final = 0.3

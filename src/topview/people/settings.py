@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from topview.detect.detectors import DetectorName
-from topview.people.areas import Areas
-from topview.people.floor import FloorSettings
 from topview.people.pieces import PieceSettings
-from topview.people.scene import SceneSettings
 from topview.people.segmentation import SegmentationSettings
+from topview.room.areas import Areas
+from topview.room.floor import FloorSettings
+from topview.room.scene import SceneSettings
 
 
 @dataclass(frozen=True, slots=True)

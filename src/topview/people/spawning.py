@@ -21,9 +21,9 @@ from topview.people.existence import (
     is_too_near,
 )
 from topview.people.features import FEATURE_NAMES, Features
-from topview.people.scene import Scene
 from topview.people.told import Told
 from topview.people.track import SURE_HEAD, Track
+from topview.room.scene import Scene
 
 Mask = NDArray[np.bool_]
 FeaturesOf = Callable[[HeadCandidate, NDArray[np.float32]], Features]

@@ -18,11 +18,11 @@ from topview.people.features import Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.likelihood import Evidence
 from topview.people.motion import PAUSE_S
-from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
 from topview.people.track import SURE_HEAD, TOLD_OFF_M, Track
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 

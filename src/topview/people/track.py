@@ -21,7 +21,7 @@ from topview.people.height import TALLER_M, HeightEstimate, sunk_m
 from topview.people.likelihood import Evidence, Likelihood, probability
 from topview.people.motion import PAUSE_S, Motion, predicted
 from topview.people.places import Places
-from topview.people.scene import Scene
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 

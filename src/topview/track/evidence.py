@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import DepthView, Pyramid
 from topview.detect.joints.proposals import JointProposals
 from topview.kernels.windows import nearest_in_rows, own_points
-from topview.people.floor import CAMERA_UP, FloorPlane
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
+from topview.room.floor import CAMERA_UP, FloorPlane
 from topview.track.pose import FittedBody
 
 # All ours.

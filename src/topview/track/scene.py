@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
 from topview.detect.joints.proposals import JointProposals
-from topview.people.floor import FloorPlane
 from topview.people.users import HandCandidate, User
+from topview.room.floor import FloorPlane
 from topview.track.evidence import Evidence, gather
 from topview.track.pose import FittedBody
 

@@ -14,9 +14,9 @@ from topview.detect.joints.proposers import (
     check_proposals,
     proposals_as_json,
 )
-from topview.people.areas import Areas
 from topview.people.settings import PeopleSettings
 from topview.records import InputError, check_range, real_number, shown, whole_number
+from topview.room.areas import Areas
 from topview.track.body_tracker import Needs
 from topview.track.methods import DEFAULT, method_by_name, method_name
 

@@ -20,12 +20,12 @@ from topview.detect.joints.proposers import NOTHING, proposer_by_name
 from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
-from topview.people.camera_motion import CameraMotion
 from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
 from topview.people.told import Told, ToldHead
 from topview.people.users import HandCandidate, User, by_depth, label_image
 from topview.records import Frame, InputError, PartMap, Person, shown
+from topview.room.camera_motion import CameraMotion
 from topview.timing import StageClock
 from topview.track.areas import UserAreas
 from topview.track.body_tracker import BodyMethod, Needs, Subject

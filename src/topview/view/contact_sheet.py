@@ -11,8 +11,8 @@ import numpy as np
 from topview.body import OUTPUT_JOINT_NAMES
 from topview.body.ends import ANKLES
 from topview.detect.cloud import Cloud
-from topview.people.floor import CAMERA_UP, FloorTracker
 from topview.records import Frame, InputError, JointState, Person
+from topview.room.floor import CAMERA_UP, FloorTracker
 from topview.view.drawing import Image, draw_bone, draw_joint, draw_text, png_of
 from topview.view.even_choice import EvenChoice
 from topview.view.frame_picture import frame_with_skeletons

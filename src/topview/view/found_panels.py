@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import Pyramid
 from topview.people.existence import TOO_NEAR
 from topview.people.finder import Found
-from topview.people.scene import Scene
 from topview.people.users import User
 from topview.records import Frame
+from topview.room.scene import Scene
 from topview.view.detections import draw_blob, draw_heads, draw_mask, probability_picture
 from topview.view.drawing import (
     Image,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
 from topview.io.readers.folder import FolderRecording
-from topview.people.floor import FloorPlane, FloorSettings, find_floor
 from topview.records import Frame, InputError
+from topview.room.floor import FloorPlane, FloorSettings, find_floor
 from topview_lab.annotate.blobs import Blobs, MarkerAppearance, find_blobs
 from topview_lab.annotate.boards import Board, board_extrinsics
 from topview_lab.annotate.cameras import (

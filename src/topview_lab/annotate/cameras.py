@@ -12,8 +12,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 
 from topview.geometry.rotations import rotations_from_vectors, transform, vectors_from_rotations
-from topview.people.floor import FloorPlane
 from topview.records import InputError
+from topview.room.floor import FloorPlane
 from topview_lab.annotate.landmarks import BACK, DEPTHS, FRONT, NAMES
 from topview_lab.annotate.starting import similarity
 from topview_lab.annotate.tracks import NO_SPOT, J, Tracks, View, transform_points, trunk_axes

@@ -18,9 +18,9 @@ from topview.people.existence import Existence
 from topview.people.features import FEATURE_NAMES, Features
 from topview.people.finder import PeopleFinder
 from topview.people.likelihood import Evidence, Likelihood
-from topview.people.scene import Scene
 from topview.people.track import Track
 from topview.records import InputError, Recording
+from topview.room.scene import Scene
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 from topview_lab.metrics.heads import TrueHeads

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 
 from lenses import LENSES, camera_with
 from topview.camera import distort, pixel_rays, project, undistort
-from topview.people.surfaces import jump_of
 from topview.records import Camera, Distortion, InputError
+from topview.room.surfaces import jump_of
 
 ALL = pytest.mark.parametrize("lens", LENSES.values(), ids=list(LENSES))
 FORWARD = pytest.mark.parametrize(

@@ -7,19 +7,19 @@ from itertools import combinations, permutations
 
 import numpy as np
 import pytest
-from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import box, head_of, render, standing_person
 
+from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, dressed, scene_of, track_at
+from people_scenes import box, head_of, render, standing_person
 from topview.detect.heads import HeadCandidate
 from topview.people.appearance import clothes_under
 from topview.people.association import assign, associate
 from topview.people.motion import Motion
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 FRAME_S = 1 / 30
 LIKE_A_PERSON, LIKE_FURNITURE = 6.0, -6.0

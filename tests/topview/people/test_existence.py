@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from people_scenes import head_of, render, standing_person
 
-from topview.people.background import Background
+from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from people_scenes import head_of, render, standing_person
 from topview.people.bodies import SHOWN_M2
 from topview.people.existence import (
     CONFIRMED,
@@ -34,6 +33,7 @@ from topview.people.settings import PeopleSettings
 from topview.people.step import ShapeOdds, Step
 from topview.people.told import NOTHING_TOLD
 from topview.people.track import Track
+from topview.room.background import Background
 
 FRAME_S = 1 / 30
 HEAD = head_of(0.0, 2.6, GROUND_Y)

@@ -7,14 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from people_scenes import frame, plane, render, standing_person
 
+from people_scenes import frame, plane, render, standing_person
 from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
 from topview.body.proportions import THESIS
 from topview.detect.cloud import Cloud
-from topview.people.background import KNOWN_S, Background
-from topview.people.floor import FloorPlane
 from topview.people.height import (
     HEIGHT_MEMORY_S,
     LONGEST_UPRIGHT_S,
@@ -23,7 +21,6 @@ from topview.people.height import (
     HeightEstimate,
     measured_height,
 )
-from topview.people.scene import Scene, SceneSettings
 from topview.people.segmentation import (
     BY_OVERVIEW,
     SegmentationSettings,
@@ -32,6 +29,9 @@ from topview.people.segmentation import (
     split_users,
     surface_distance,
 )
+from topview.room.background import KNOWN_S, Background
+from topview.room.floor import FloorPlane
+from topview.room.scene import Scene, SceneSettings
 
 UP = np.array([0.0, -1.0, 0.0])
 

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import box, head_of, render
 
-from topview.people.background import Background
+from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of
+from people_scenes import box, head_of, render
 from topview.people.motion import Motion
 from topview.people.places import SAMPLES, Places
-from topview.people.scene import Scene
+from topview.room.background import Background
+from topview.room.scene import Scene
 
 FPS = 30
 HEAD = head_of(0.0, 3.2, GROUND_Y)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from people_scenes import box, frame, head_of, plane, render, standing_person, with_noise
 
+from people_scenes import box, frame, head_of, plane, render, standing_person, with_noise
 from topview.camera.pyramid import Pyramid
 from topview.detect.cloud import Cloud
 from topview.detect.head_template import HeadTemplate, track_head
 from topview.detect.heads import upright_confidence
 from topview.people.finder import PeopleFinder
-from topview.people.floor import FloorPlane
-from topview.people.scene import Scene, SceneSettings
 from topview.people.settings import PeopleSettings
+from topview.room.floor import FloorPlane
+from topview.room.scene import Scene, SceneSettings
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.bodies import SIM_JOINT_NAMES
 

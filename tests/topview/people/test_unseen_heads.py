@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
 from dressed_scenes import (
     BLUE,
     GROUND_Y,
@@ -16,24 +21,19 @@ from dressed_scenes import (
     scene_of,
     track_at,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from msgspec.structs import replace
-from numpy.typing import NDArray
 from people_scenes import Ball, box, head_of, limb, render, standing_person
-
 from topview.body.parts import JOINTS
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import HeadTemplate, track_head
 from topview.people.appearance import head_colors_against, with_appearance
 from topview.people.bodies import body_of, over_body
 from topview.people.motion import Motion
-from topview.people.scene import Scene
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
 from topview.records import Person
+from topview.room.scene import Scene
 
 SKIN, HAIR = (200, 150, 120), (50, 40, 30)
 STATURE_M = 1.75

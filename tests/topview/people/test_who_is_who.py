@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, Rgb, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import head_of, render, standing_person
 
+from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, Rgb, dressed, scene_of, track_at
+from people_scenes import head_of, render, standing_person
 from topview.people.appearance import CLEARLY, clothes_under, unlikeness, with_appearance
-from topview.people.scene import Scene
 from topview.people.track import Track
+from topview.room.scene import Scene
 
 
 def two_beside(left: Rgb, right: Rgb, gap_m: float, index: int = 0) -> Scene:

@@ -14,8 +14,8 @@ from topview.body import OUTPUT_JOINT_NAMES
 from topview.body.ends import output_joints
 from topview.body.model import BodyModel
 from topview.body.proportions import THESIS
-from topview.people.floor import CAMERA_UP
 from topview.records import Camera, Frame
+from topview.room.floor import CAMERA_UP
 from topview.track.stances import STANDING, stand
 from topview_lab.evaluate.run import Outcome
 from topview_lab.metrics import SequenceErrors, measure_sequence

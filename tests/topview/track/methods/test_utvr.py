@@ -22,8 +22,8 @@ from topview.body.parts import (
 from topview.body.proportions import THESIS
 from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, unit
-from topview.people.floor import CAMERA_UP
 from topview.records import Camera
+from topview.room.floor import CAMERA_UP
 from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording

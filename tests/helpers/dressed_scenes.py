@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import CAMERA, Ball, frame, plane, render
 
+from people_scenes import CAMERA, Ball, frame, plane, render
 from topview.body.parts import PARTS
 from topview.detect.cloud import Cloud
 from topview.detect.heads import HeadCandidate
 from topview.people.bodies import body_of
 from topview.people.features import SHAPE
-from topview.people.floor import FloorPlane
-from topview.people.scene import Scene, SceneSettings
 from topview.people.settings import PeopleSettings
 from topview.people.track import Track
 from topview.records import Frame, Person
+from topview.room.floor import FloorPlane
+from topview.room.scene import Scene, SceneSettings
 
 UP = np.array([0.0, -1.0, 0.0])
 GROUND_Y = 1.1

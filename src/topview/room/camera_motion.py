@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from topview.camera.pyramid import Pyramid
 from topview.filter.over_time import Turns
 from topview.geometry.rotations import vectors_from_rotations
-from topview.people.room_planes import RoomPlanes, losses, motion_between
+from topview.room.planes import RoomPlanes, losses, motion_between
 
 # All ours. Seconds: between two looks; age of the room that is compared with, at least and at most;
 # and for how long more looks than not must have seen it shift.

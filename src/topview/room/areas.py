@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.people.scene import Scene
 from topview.records import InputError, shown
+from topview.room.scene import Scene
 
 ON_FLOOR: Final = "floor"
 HELP: Final = (

@@ -6,16 +6,16 @@ import re
 
 import numpy as np
 import pytest
-from dressed_scenes import GROUND_Y, ROOM, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from people_scenes import CAMERA, frame, head_of, render, standing_person, with_noise
 
+from dressed_scenes import GROUND_Y, ROOM, scene_of
+from people_scenes import CAMERA, frame, head_of, render, standing_person, with_noise
 from topview.camera.pyramid import Pyramid
-from topview.people.areas import HELP, Area, Areas, parse_areas
 from topview.people.finder import PeopleFinder
 from topview.people.settings import PeopleSettings
 from topview.records import InputError
+from topview.room.areas import HELP, Area, Areas, parse_areas
 
 SCENE = scene_of(render([], ROOM), None, 0)
 LEFT, RIGHT = (head_of(x, 3.0, GROUND_Y) for x in (-0.8, 0.8))

@@ -14,9 +14,9 @@ from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.heads import covered_share
 from topview.kernels.scene import set_up
-from topview.people.background import Background
-from topview.people.floor import CAMERA_UP, FloorPlane
-from topview.people.surfaces import bulky_surfaces, jump_of
+from topview.room.background import Background
+from topview.room.floor import CAMERA_UP, FloorPlane
+from topview.room.surfaces import bulky_surfaces, jump_of
 
 # Ours, metres: what is so much nearer than a head's centre hides it.
 NEARER_M: Final = 2 * HEAD_RADIUS_M

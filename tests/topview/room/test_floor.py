@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from people_scenes import floor_normal, frame, plane, render, standing_person, with_noise
 
+from people_scenes import floor_normal, frame, plane, render, standing_person, with_noise
 from topview.detect.cloud import Cloud
-from topview.people.floor import FloorSettings, FloorTracker, find_floor
+from topview.room.floor import FloorSettings, FloorTracker, find_floor
 
 
 @settings(max_examples=25)

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
-from topview.people.camera_motion import LOOK_EVERY_S, CameraMotion, Shift
 from topview.records import SENSOR_NOISE, Camera, Frame, InputError, SensorName
+from topview.room.camera_motion import LOOK_EVERY_S, CameraMotion, Shift
 from topview.track import Tracker, TrackerSettings
 from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Box, Scene
