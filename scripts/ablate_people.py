@@ -197,9 +197,7 @@ def _settings(variant: str) -> TrackerSettings:
 
 def told(counts: Mapping[str, PeopleCount]) -> Table:
     """A line for each variant."""
-    table = Table(
-        "without", "found", "false, 1000 frames", "swaps", "fragments", "95 % after, s", box=None
-    )
+    table = Table("without", "found", "false, of 1000", "swaps", "fragments", "95 %, s", box=None)
     for name, count in counts.items():
         table.add_row(
             name,

@@ -124,6 +124,10 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         (range(9501, 9531),), "the report's --seed 35", "Tables 6.1 and 6.2, --method utvr",
         Knowledge.NUMBERS_READ, "Table 6.1 measured once, with the descent",
     ),
+    SeedUse(
+        (range(9600, 9631), 9700, 9701), "the report's --seed 36 and 37",
+        "Tables 6.1, 6.2 and 6.4; of 37 Table 6.4 alone", Knowledge.NUMBERS_READ, "measured once",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (range(101, 112),), "who is hidden (returns); two_users 105",

@@ -19,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtr, fdtri
 
-from topview.body.parts import OUTPUT_JOINT_NAMES, OUTPUT_JOINTS
+from topview.body.parts import (
+    LEFT_FOREARM,
+    LEFT_UPPER_ARM,
+    OUTPUT_JOINT_NAMES,
+    OUTPUT_JOINTS,
+    RIGHT_FOREARM,
+    RIGHT_UPPER_ARM,
+)
 from topview.detect.joints import JointProposals
 from topview.records import JointState
 from topview.track.familiarity import FAMILIAR, Familiarity
@@ -34,8 +41,12 @@ ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which th
 ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
 HIDDEN_MEMORY_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
 
-TERMS: Final = ("proposed", "behind", "apart", "place", "swing", "unconfirmed", "lost")
-STATED: Final = 2  # of these, the first, are what the proposals state
+TERMS: Final = (
+    *("proposed", "behind", "arms_behind", "apart"),
+    *("place", "swing", "unconfirmed", "lost"),
+)
+STATED: Final = 3  # of these, the first, are what the proposals state
+PROPOSED: Final = 4  # of these, the first, are of joints that are proposed
 
 # Lebedev's rule of 26 directions, exact up to degree 7; one of each opposite pair, with twice its
 # weight.
@@ -62,6 +73,8 @@ def _limb_bones(index: int) -> list[int]:
 
 _ALL = range(len(OUTPUT_JOINTS))
 _LIMB_BONES = np.array([[float(j in _limb_bones(index)) for j in _ALL] for index in _ALL])
+_ARMS = (LEFT_UPPER_ARM, LEFT_FOREARM, RIGHT_UPPER_ARM, RIGHT_FOREARM)
+_IS_ON_ARM = _LIMB_BONES.any(1) & np.array([joint.part in _ARMS for joint in OUTPUT_JOINTS])
 
 
 class JointErrors(msgspec.Struct, frozen=True):
@@ -71,6 +84,7 @@ class JointErrors(msgspec.Struct, frozen=True):
         source: what it was fitted on.
         proposed: of the variance that the proposals state, of joints not behind another person.
         behind: the same of joints behind another person.
+        arms_behind: so much more of those on arms, which go where they like.
         apart: of the squared ways from the joint to where the modes have it.
         place_m2: of joints that are not proposed.
         swing_rad2: of these, on limbs: variance of the angle at which the joint is seen from where
@@ -86,6 +100,7 @@ class JointErrors(msgspec.Struct, frozen=True):
     source: str
     proposed: float
     behind: float
+    arms_behind: float
     apart: float
     place_m2: float
     swing_rad2: float
@@ -100,8 +115,8 @@ class JointErrors(msgspec.Struct, frozen=True):
         """[K] of `TERMS`."""
         return np.array(
             [
-                *(self.proposed, self.behind, self.apart, self.place_m2, self.swing_rad2),
-                *(self.unconfirmed_m2, self.lost_m2),
+                *(self.proposed, self.behind, self.arms_behind, self.apart),
+                *(self.place_m2, self.swing_rad2, self.unconfirmed_m2, self.lost_m2),
             ]
         )
 
@@ -150,18 +165,18 @@ class JointSigns:
         levers_m, unconfirmed = _levers(self.joints_camera), 1.0 - self.visibility.confirmed
         factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
         terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
-        terms[3:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
+        terms[PROPOSED:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
         if self.proposals is not None:
             proposals = self.familiarity.trusted(self.proposals)
             places, scales_m = body_joints(proposals, OUTPUT_JOINT_NAMES)
             is_proposed = np.isfinite(scales_m).all((0, -1))
             told = self._of_proposals(places, scales_m, proposals.weights[0])
-            terms[:3, is_proposed] = told[:, is_proposed]
-            terms[3:, is_proposed] = 0.0
+            terms[:PROPOSED, is_proposed] = told[:, is_proposed]
+            terms[PROPOSED:, is_proposed] = 0.0
         return terms
 
     def _of_proposals(self, places: Array, scales_m: Array, weights: Array) -> Array:
-        """[3, J, 3, 3] the first three of `TERMS`, of [M, J, 3] proposed places, their scales, and
+        """[4, J, 3, 3] the first four of `TERMS`, of [M, J, 3] proposed places, their scales, and
         the [M] weights of the modes."""
         ways = places - self.joints_camera
         apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
@@ -172,6 +187,7 @@ class JointSigns:
             [
                 np.where(is_behind, 0.0, stated),
                 np.where(is_behind, stated, 0.0),
+                np.where(is_behind & _IS_ON_ARM[:, None, None], stated, 0.0),
                 np.einsum("m,mja,mjb->jab", weights, ways, ways),
             ]
         )

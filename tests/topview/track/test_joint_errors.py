@@ -95,6 +95,13 @@ def test_every_joint_has_a_covariance_and_a_confidence(proposed, state):
     assert ((confidences > 0.0) & (confidences <= 1.0)).all()
 
 
+def test_of_who_is_behind_another_arms_are_less_sure_than_trunk_and_legs():
+    for state, is_less in ((JointState.OCCLUDED_BY_PERSON, True), (JointState.VISIBLE, False)):
+        variances_m2 = np.trace(told(signs(proposals(), state))[0], axis1=1, axis2=2)
+        less_sure = variances_m2[HAND] > 1.1 * variances_m2[[NECK, KNEE]]
+        assert less_sure.all() if is_less else not less_sure.any()
+
+
 def test_an_absent_joint_is_not_trusted_at_all():
     own = signs(proposals())
     joints, state = JOINTS.copy(), own.visibility.joint_state.copy()

@@ -13,7 +13,7 @@ import pytest
 from skeleton_sequences import write_rendered
 from topview.records import InputError
 from topview.track import TrackerSettings
-from topview.track.joint_errors import TERMS, JointErrors
+from topview.track.joint_errors import PROPOSED, TERMS, JointErrors
 from topview_lab.cli import train_confidence as command
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
@@ -25,7 +25,7 @@ from topview_lab.training.joint_errors import (
     log_likelihoods,
 )
 
-TRUE = JointErrors("made up", 0.4, 1.2, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0)
+TRUE = JointErrors("made up", 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0)
 
 
 def made_up(count: int, seed: int = 0) -> ErrorRows:
@@ -37,11 +37,12 @@ def made_up(count: int, seed: int = 0) -> ErrorRows:
     stated_m2 = rng.uniform(1e-4, 0.01, count) * np.where(rng.random(count) < 0.1, 50.0, 1.0)
     amounts[0] = np.where(is_behind, 0.0, stated_m2)
     amounts[1] = np.where(is_behind, stated_m2, 0.0)
-    amounts[2] = rng.exponential(0.01, count)
-    amounts[3] = 1.0
-    amounts[4:] = rng.uniform(0.0, 1.0, (3, count))
-    amounts[:3] *= is_proposed
-    amounts[3:] *= ~is_proposed
+    amounts[2] = np.where(rng.random(count) < 0.3, amounts[1], 0.0)
+    amounts[3] = rng.exponential(0.01, count)
+    amounts[4] = 1.0
+    amounts[5:] = rng.uniform(0.0, 1.0, (3, count))
+    amounts[:PROPOSED] *= is_proposed
+    amounts[PROPOSED:] *= ~is_proposed
     terms = amounts[..., None, None] * np.eye(3)
     sigma = np.sqrt(TRUE.matrices(terms)[:, 0, 0])
     tails = np.where(is_behind, TRUE.tails_behind, TRUE.tails)
@@ -112,7 +113,7 @@ def test_a_recording_gives_errors_and_what_was_told_of_them() -> None:
     assert rows.terms.shape == (len(TERMS), len(rows.errors_camera), 3, 3)
     assert not rows.is_behind.any()  # one person alone
     assert (np.linalg.eigvalsh(rows.terms[0]) > 0.0).all()  # what the network states
-    assert not rows.terms[3:].any()  # all joints are proposed
+    assert not rows.terms[PROPOSED:].any()  # all joints are proposed
     assert np.median(np.linalg.norm(rows.errors_camera, axis=-1)) < 0.1
 
 
