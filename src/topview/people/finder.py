@@ -191,7 +191,7 @@ class PeopleFinder:
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = step.body_under(head).copy()
                 people = [other for other in after if other.id]
-                is_rest = room_left_of(scene, track, body, people)
+                is_rest = room_left_of(scene, track, body, people, heads)
                 self._background.learn(scene.cloud.depth_m, is_rest)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
