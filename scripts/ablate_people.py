@@ -93,7 +93,7 @@ def always_new(most: int | None, _: object) -> Existence:
 def likelihood(change: Callable[[Likelihood], Likelihood]) -> Patches:
     """Another law of people and furniture."""
     changed = change(shipped_likelihood())
-    return {"existence.shipped_likelihood": lambda: changed}
+    return {"people.existence.shipped_likelihood": lambda: changed}
 
 
 def without_weights(*names: str) -> Patches:
@@ -121,28 +121,33 @@ VARIANTS: Final[Mapping[str, Callable[[], Patches]]] = {
         )
     ),
     "the network": dict,
-    "clusters that the network looks at": lambda: {"clusters.clusters_in": lambda *_: iter(())},
-    "free space that is seen": lambda: {"places.FREE_PER_S": 0.1, "places.SURFACE_PER_S": 0.1},
-    "the place that the hidden body tells": lambda: {"step.over_body": second},
-    "clothes": lambda: {
-        "association.CLOTHES_WEIGHT": 0.0,
-        "returning.CLOTHES_WEIGHT": 0.0,
-        "appearance.CLEARLY": inf,
+    "clusters that the network looks at": lambda: {
+        "people.clusters.clusters_in": lambda *_: iter(())
     },
-    "exchanges that clothes tell": lambda: {"appearance.CLEARLY": inf},
-    "the colours of heads": lambda: {"association.HEAD_COLOR_WEIGHT": 0.0},
-    "statures, in association": lambda: {"association.Seeker._by_stature": zero},
-    "heads followed by their shape": lambda: {"association.Seeker.followed": nothing},
-    "heads that slip": lambda: {"association.SLIPPED": 0.0},
-    "heads on the bodies of others": lambda: {"association.ANOTHERS_HEAD": 0.0},
-    "who comes back": lambda: {"finder.ReturningPeople": always_new},
-    "better heads on a body": lambda: {"finder.rejoined": as_they_are},
-    "heads that the network corrects": lambda: {"track.Track.corrected": first},
-    "what follows another's": lambda: {"existence.SHADOW_S": inf},
-    "what was refused": lambda: {"existence.Existence.remembered_at": nothing},
-    "loose pieces": lambda: {"pieces.Pieces.join_to": nothing},
-    "pieces far from the joints": lambda: {"bodies._leave_out_far": nothing},
-    "the room, learnt": lambda: {"background.Background.is_seen_in": nowhere},
+    "free space that is seen": lambda: {
+        "people.places.FREE_PER_S": 0.1,
+        "people.places.SURFACE_PER_S": 0.1,
+    },
+    "the place that the hidden body tells": lambda: {"people.step.over_body": second},
+    "clothes": lambda: {
+        "people.association.CLOTHES_WEIGHT": 0.0,
+        "people.returning.CLOTHES_WEIGHT": 0.0,
+        "people.appearance.CLEARLY": inf,
+    },
+    "exchanges that clothes tell": lambda: {"people.appearance.CLEARLY": inf},
+    "the colours of heads": lambda: {"people.association.HEAD_COLOR_WEIGHT": 0.0},
+    "statures, in association": lambda: {"people.association.Seeker._by_stature": zero},
+    "heads followed by their shape": lambda: {"people.association.Seeker.followed": nothing},
+    "heads that slip": lambda: {"people.association.SLIPPED": 0.0},
+    "heads on the bodies of others": lambda: {"people.association.ANOTHERS_HEAD": 0.0},
+    "who comes back": lambda: {"people.finder.ReturningPeople": always_new},
+    "better heads on a body": lambda: {"people.finder.rejoined": as_they_are},
+    "heads that the network corrects": lambda: {"people.track.Track.corrected": first},
+    "what follows another's": lambda: {"people.existence.SHADOW_S": inf},
+    "what was refused": lambda: {"people.existence.Existence.remembered_at": nothing},
+    "loose pieces": lambda: {"people.pieces.Pieces.join_to": nothing},
+    "pieces far from the joints": lambda: {"people.bodies._leave_out_far": nothing},
+    "the room, learnt": lambda: {"room.background.Background.is_seen_in": nowhere},
 }
 
 
@@ -156,7 +161,7 @@ class AblatedJob:
     def __call__(self) -> PeopleOutcome:
         with ExitStack() as stack:
             for name, value in VARIANTS[self.variant]().items():
-                stack.enter_context(mock.patch(f"topview.people.{name}", value))
+                stack.enter_context(mock.patch(f"topview.{name}", value))
             return self.job()
 
 
