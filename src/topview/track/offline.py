@@ -57,6 +57,7 @@ PLACE_UNREST_M2_S3: Final = 1.0  # how fast the variance of the neck's velocity 
 TURN_UNREST_RAD2_S3: Final = 13.0  # of the trunk's turning
 LIMB_UNREST_M2_S3: Final = 5.0  # of the far end of a bone against its near end
 UNKNOWN_M2: Final = 1e6  # ours; the variance of what is not known
+LEAST_NOISE_M2: Final = 1e-8  # ours; a variance that is added, so that no noise is flat
 START_M2: Final = 1.0  # ours; variance of a place and of a velocity, in m2/s2, at first
 
 
@@ -257,7 +258,7 @@ def _measured(people: NDArray[np.void], lasting_m: float) -> tuple[Array, Array,
         values.append(np.einsum("tba,tb->ta", R, joints[:, bone.far] - joints[:, bone.near]))
         noise.append(np.einsum("tba,tbc,tcd->tad", R, of_ends, R))
         unrest.append(LIMB_UNREST_M2_S3)
-    measured, of_all = np.stack(values, 1), np.stack(noise, 1)
+    measured, of_all = np.stack(values, 1), np.stack(noise, 1) + LEAST_NOISE_M2 * np.eye(3)
     is_unknown = np.isnan(measured).any(-1) | np.isnan(of_all).any((-2, -1))
     measured[is_unknown] = 0.0
     of_all[is_unknown] = UNKNOWN_M2 * np.eye(3)

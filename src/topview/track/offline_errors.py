@@ -19,13 +19,20 @@ Array = NDArray[np.float64]
 LEFT_BEHIND, LEFT_IN_VIEW = 0.75, 0.9
 
 
+def are_laws(covariances: Array) -> NDArray[np.bool_]:
+    """[...] which of [..., 3, 3] covariances are known, and flat in no direction."""
+    is_law = np.asarray(np.isfinite(covariances).all((-2, -1)))
+    is_law[is_law] = np.linalg.eigvalsh(covariances[is_law])[:, 0] > 0.0
+    return is_law
+
+
 def told_both_ways(
     people: NDArray[np.void], others: NDArray[np.void]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[T, J, 3, 3] covariances in square metres, and [T, J] confidences, of one person in T frames,
-    as tracked forward and backward; NaN and what was told forward where either tells nothing."""
+    as tracked forward and backward; what was told forward where either tells nothing."""
     forward, backward = (own["joint_covariance_m2"].astype(np.float64) for own in (people, others))
-    is_known = np.isfinite(forward).all((-2, -1)) & np.isfinite(backward).all((-2, -1))
+    is_known = are_laws(forward) & are_laws(backward)
     is_behind = people["joint_state"] == JointState.OCCLUDED_BY_PERSON
     apart = people["joints_camera"] - others["joints_camera"]
     mixed = _mixed(forward[is_known], backward[is_known], apart[is_known], is_behind[is_known])

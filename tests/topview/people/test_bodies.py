@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
 from people_scenes import box, head_of, render, standing_person
-
 from topview.body.parts import JOINTS
 from topview.people.bodies import OFF_BODY_M, split
 from topview.people.settings import PeopleSettings

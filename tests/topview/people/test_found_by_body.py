@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of, track_at
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import Ball, box, frame, head_of, limb, render, standing_person, with_noise
 from standing_bodies import Standing
 
+from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of, track_at
+from people_scenes import Ball, box, frame, head_of, limb, render, standing_person, with_noise
 from topview.body.parts import JOINT_NAMES
 from topview.detect.joints import JointProposals, Windows
 from topview.people.clusters import (

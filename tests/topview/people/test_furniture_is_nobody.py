@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 
+from people_scenes import Ball, box, frame, limb, plane, render, standing_person, with_noise
 from topview.camera.pyramid import Pyramid
 from topview.people.existence import ROOM_S
 from topview.people.finder import PeopleFinder

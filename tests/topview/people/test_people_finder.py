@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from people_scenes import (
     box,
     floor_normal,
@@ -13,7 +14,6 @@ from people_scenes import (
     standing_person,
     with_noise,
 )
-
 from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
 from topview.people.users import User

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dressed_scenes import BLUE, GROUND_Y, RED, Rgb, dressed, scene_of, track_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from msgspec.structs import replace
-from people_scenes import CAMERA, head_of, standing_person
 
+from dressed_scenes import BLUE, GROUND_Y, RED, Rgb, dressed, scene_of, track_at
+from people_scenes import CAMERA, head_of, standing_person
 from topview import TrackerSettings
 from topview.camera.pyramid import Pyramid
 from topview.people.appearance import with_appearance

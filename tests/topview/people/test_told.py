@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from people_scenes import head_of, render
 
+from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
+from people_scenes import head_of, render
 from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals

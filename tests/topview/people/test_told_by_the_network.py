@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from dressed_scenes import GROUND_Y, ROOM
 from numpy.typing import NDArray
-from people_scenes import frame, head_of, render, standing_person, with_noise
 from standing_bodies import Standing
 
+from dressed_scenes import GROUND_Y, ROOM
+from people_scenes import frame, head_of, render, standing_person, with_noise
 from topview.body.parts import JOINT_NAMES
 from topview.detect.joints import JointProposals, Windows
 from topview.track import Tracker, TrackerSettings

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from people_scenes import (
     Ball,
     box,
@@ -17,7 +18,6 @@ from people_scenes import (
     standing_person,
     with_noise,
 )
-
 from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
 

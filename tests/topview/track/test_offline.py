@@ -239,6 +239,18 @@ def test_what_both_ways_have_in_two_places_may_be_in_either():
         assert frame.people["joint_confidence"][0, HAND] < 0.9
 
 
+def test_where_either_way_tells_nothing_joints_are_as_sure_as_forward():
+    frames = swinging(10)
+    flat = [
+        changed(frame, joint_covariance_m2=np.zeros((len(JOINT_NAMES), 3, 3))) for frame in frames
+    ]
+    for forward, backward in ((frames, flat), (flat, frames)):
+        both = list(looked_at_both_ways(forward, {}, as_told_backwards(backward)))
+        for before, after in zip(forward, both, strict=True):
+            for name in ("joint_covariance_m2", "joint_confidence"):
+                np.testing.assert_array_equal(after.people[name], before.people[name])
+
+
 def test_of_joints_behind_another_smoothing_leaves_less():
     seen = hidden_from(swinging(20), 0, 20)
     behind = [
