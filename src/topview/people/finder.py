@@ -28,7 +28,7 @@ from topview.people.existence import Refusal
 from topview.people.output import doubtful_of, frontal_of, users_of
 from topview.people.returning import ReturningPeople
 from topview.people.settings import PeopleSettings
-from topview.people.spawning import free_of, is_free, rejoined, room_left_of
+from topview.people.spawning import free_of, is_free, rejoined, room_left_of, under_higher
 from topview.people.step import ShapeOdds, Step
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
@@ -191,8 +191,9 @@ class PeopleFinder:
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = step.body_under(head).copy()
                 people = [other for other in after if other.id]
-                is_rest = room_left_of(scene, track, body, people, heads)
-                self._background.learn(scene.cloud.depth_m, is_rest)
+                is_rest = room_left_of(scene, track, body, people)
+                is_room = is_rest & ~under_higher(scene, head, heads)
+                self._background.learn(scene.cloud.depth_m, is_room)
                 body[is_rest] = np.inf
                 self._background.forget(body < np.inf)
                 np.minimum(nearest, body, out=nearest)

@@ -70,23 +70,25 @@ def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
 
 
 def room_left_of(
-    scene: Scene,
-    track: Track,
-    body: NDArray[np.float32],
-    others: Sequence[Track],
-    heads: Sequence[HeadCandidate],
+    scene: Scene, track: Track, body: NDArray[np.float32], others: Sequence[Track]
 ) -> Mask:
     """[h, w] what of a new track's body, [h, w], is held for the room until it moves: where that is
-    no person's, only what stands right under the head is; and nothing that is another's, or right
-    under one of the heads that is higher, as a shoulder may be what is followed."""
+    no person's, only what stands right under the head is; and nothing that is another's."""
     if not track.evidence.features[list(SPREAD_FEATURES)].any():
         return np.zeros(body.shape, np.bool_)
     is_rest = (body < np.inf) & ~scene.is_under(track.place_camera, UNDER_HEAD_M)
-    height_m = scene.height_of(track.place_camera)
-    for head in heads:
-        if scene.height_of(head.center_camera) > height_m:
-            is_rest &= ~scene.is_under(head.center_camera, UNDER_HEAD_M)
     return is_rest & ~union_of(scene, others)
+
+
+def under_higher(scene: Scene, head: HeadCandidate, heads: Sequence[HeadCandidate]) -> Mask:
+    """[h, w] what stands right under a higher one of the heads: not the room's, though it is not
+    this head's, as that may be a shoulder."""
+    height_m = scene.height_of(head.center_camera)
+    is_under = np.zeros(scene.cloud.depth_m.shape, np.bool_)
+    for other in heads:
+        if scene.height_of(other.center_camera) > height_m:
+            is_under |= scene.is_under(other.center_camera, UNDER_HEAD_M)
+    return is_under
 
 
 def rejoined(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
 from people_scenes import head_of, render, standing_person
 from topview.detect.heads import HeadCandidate
-from topview.people.spawning import SPREAD_FEATURES, room_left_of
+from topview.people.spawning import SPREAD_FEATURES, room_left_of, under_higher
 from topview.people.track import Track
 from topview.room.scene import Scene
 
@@ -28,30 +28,29 @@ def of_shoulder() -> tuple[Scene, Track, NDArray[np.float32]]:
     return scene, replace(track, evidence=replace(track.evidence, features=features)), body
 
 
-def test_what_is_not_under_a_head_is_the_rooms():
+def test_what_is_not_under_the_head_is_the_rooms():
     scene, track, body = of_shoulder()
-    is_left = room_left_of(scene, track, body, [], [HeadCandidate(SHOULDER, 0.9)])
+    is_left = room_left_of(scene, track, body, [])
     assert is_left.any()
     assert not (is_left & scene.is_under(SHOULDER, 0.2)).any()
 
 
 def test_the_trunk_under_a_higher_head_is_not():
     scene, track, body = of_shoulder()
-    heads = [HeadCandidate(SHOULDER, 0.9), HeadCandidate(HEAD, 0.6)]
-    without = room_left_of(scene, track, body, [], heads[:1])
-    with_head = room_left_of(scene, track, body, [], heads)
-    assert not (with_head & scene.is_under(HEAD, 0.2)).any()
-    assert with_head.sum() < 0.5 * without.sum()
+    shoulder, head = HeadCandidate(SHOULDER, 0.9), HeadCandidate(HEAD, 0.6)
+    is_rest = room_left_of(scene, track, body, [])
+    is_room = is_rest & ~under_higher(scene, shoulder, [shoulder, head])
+    assert not (is_room & scene.is_under(HEAD, 0.2)).any()
+    assert is_room.sum() < 0.5 * is_rest.sum()
 
 
-def test_a_lower_head_keeps_nothing():
-    scene, track, body = of_shoulder()
-    lower = HeadCandidate(HEAD + np.array([0.0, 0.6, 0.0]), 0.9)
-    without = room_left_of(scene, track, body, [], [])
-    np.testing.assert_array_equal(room_left_of(scene, track, body, [], [lower]), without)
+def test_under_lower_heads_and_its_own_is_nothing_that_is_kept():
+    scene, _, _ = of_shoulder()
+    head = HeadCandidate(HEAD, 0.6)
+    assert not under_higher(scene, head, [HeadCandidate(SHOULDER, 0.9), head]).any()
 
 
 def test_of_what_looks_like_a_person_nothing_is_left():
     scene, track, body = of_shoulder()
     person = replace(track, evidence=replace(track.evidence, features=np.zeros(18)))
-    assert not room_left_of(scene, person, body, [], []).any()
+    assert not room_left_of(scene, person, body, []).any()
