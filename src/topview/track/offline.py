@@ -38,7 +38,7 @@ from topview.detect.joints.proposers import NOTHING
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.skeletons import TrackedFrame
 from topview.track.backwards import Partners, partners
-from topview.track.offline_errors import told_both_ways
+from topview.track.offline_errors import mean_information, told_both_ways
 from topview.track.smoothing import LEAP_M, Shape, joints_moved_with
 
 Array = NDArray[np.float64]
@@ -225,10 +225,8 @@ def _weighted(
     is_surer = variances.sum(-1) <= others_variances.sum(-1)
     apart = (one[:, _FORWARD] * other[:, _FORWARD]).sum(-1) < 0.0
     share = np.where(apart[:, None], is_surer[:, None], share)
-    information = share[..., None, None] * np.linalg.inv(one_noise)
-    information += (1.0 - share)[..., None, None] * np.linalg.inv(other_noise)
     mean = share[..., None] * one + (1.0 - share)[..., None] * other
-    return mean, np.linalg.inv(information)
+    return mean, mean_information(share, one_noise, other_noise)
 
 
 def _lasting(covariances: Array, lasting_m: float) -> Array:

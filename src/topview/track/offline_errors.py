@@ -26,6 +26,14 @@ def are_laws(covariances: Array) -> NDArray[np.bool_]:
     return is_law
 
 
+def mean_information(share: Array, one: Array, other: Array) -> Array:
+    """[..., 3, 3] between two [..., 3, 3] covariances of much the same error, of which the first
+    counts by a [...] share."""
+    information = share[..., None, None] * np.linalg.inv(one)
+    information += (1.0 - share)[..., None, None] * np.linalg.inv(other)
+    return np.asarray(np.linalg.inv(information), np.float64)
+
+
 def told_both_ways(
     people: NDArray[np.void], others: NDArray[np.void]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -45,8 +53,7 @@ def told_both_ways(
 def _mixed(forward: Array, backward: Array, apart: Array, is_behind: NDArray[np.bool_]) -> Array:
     """[N, 3, 3] of two [N, 3, 3] covariances and the [N, 3] ways from one place to the other."""
     variances, others = (np.trace(own, axis1=-2, axis2=-1) for own in (forward, backward))
-    share = (others / (variances + others))[:, None, None]
-    information = share * np.linalg.inv(forward) + (1.0 - share) * np.linalg.inv(backward)
+    share = others / (variances + others)
     left = np.where(is_behind, LEFT_BEHIND, LEFT_IN_VIEW)[:, None, None]
-    between = share * (1.0 - share) * apart[:, :, None] * apart[:, None, :]
-    return left * np.linalg.inv(information) + between
+    between = apart[:, :, None] * apart[:, None, :] * (share * (1.0 - share))[:, None, None]
+    return left * mean_information(share, forward, backward) + between
