@@ -309,3 +309,65 @@ def shows_background(
             out_is_seen[row, column] = (steady_s[row, column] >= np.float32(known_s)) & (
                 z > mean_m[row, column] - law_at(z, tolerance)
             )
+
+
+@njit(nogil=True, error_model="numpy")
+def _continue_line(
+    depth_m: NDArray[np.float32],
+    mean_m: NDArray[np.float32],
+    is_known: NDArray[np.bool_],
+    tolerance: Law,
+    baseline_px: int,
+    start: int,
+    step: int,
+    count: int,
+    out_is_seen: NDArray[np.bool_],
+) -> None:
+    """`continues_background` along one line of images that are flat: `count` pixels from `start`,
+    `step` apart."""
+    last = -1
+    is_straight = False
+    nearness = slope = 0.0
+    for place in range(count):
+        here = start + place * step
+        if is_known[here]:
+            last = place
+            continue
+        if last == place - 1:  # the first that is not
+            middle, first = here - (1 + baseline_px) * step, here - (1 + 2 * baseline_px) * step
+            is_straight = last >= 2 * baseline_px and is_known[middle] and is_known[first]
+            if is_straight:
+                nearness = 1.0 / mean_m[here - step]
+                slope = (nearness - 1.0 / mean_m[first]) / (2 * baseline_px)
+                z = 1.0 / (nearness - slope * baseline_px)
+                is_straight = abs(mean_m[middle] - z) < 0.5 * law_at(z, tolerance)
+        if is_straight and depth_m[here] > 0.0:
+            z = 1.0 / (nearness + slope * (place - last))
+            out_is_seen[here] |= abs(depth_m[here] - z) < law_at(z, tolerance)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def continues_background(
+    depth_m: NDArray[np.float32],
+    mean_m: NDArray[np.float32],
+    steady_s: NDArray[np.float32],
+    known_s: float,
+    tolerance: Law,
+    baseline_px: int,
+    out_is_seen: NDArray[np.bool_],
+) -> None:
+    """Add to where the background is seen, [h, w], what is not known, but lies on the plane of what
+    is known beside it in its row or column: three places there, `baseline_px` apart, are on one
+    line. Along a line of the image the inverse depth of a plane is linear. The other arguments
+    are those of `shows_background`."""
+    height, width = depth_m.shape
+    z, mean, seen = depth_m.ravel(), mean_m.ravel(), out_is_seen.ravel()
+    known = (steady_s >= np.float32(known_s)).ravel()
+    for row in range(height):
+        first, last = row * width, (row + 1) * width - 1
+        _continue_line(z, mean, known, tolerance, baseline_px, first, 1, width, seen)
+        _continue_line(z, mean, known, tolerance, baseline_px, last, -1, width, seen)
+    for column in range(width):
+        last = (height - 1) * width + column
+        _continue_line(z, mean, known, tolerance, baseline_px, column, width, height, seen)
+        _continue_line(z, mean, known, tolerance, baseline_px, last, -width, height, seen)

@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.kernels.scene import changed_share, learn_background, shows_background
+from topview.kernels.scene import (
+    changed_share,
+    continues_background,
+    learn_background,
+    shows_background,
+)
 from topview.records import KINECT1_NOISE, DepthNoise
 
 # All ours: seconds until a depth is believed, of which what lies between two frames counts for no
@@ -15,6 +20,8 @@ from topview.records import KINECT1_NOISE, DepthNoise
 KNOWN_S, LONGEST_GAP_S = 0.28, 0.15
 MEMORY_S = 0.32
 TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
+# Of a plane that is continued into what somebody hid until now: pixels between three places on it.
+BASELINE_PX = 6
 
 
 class Background:
@@ -61,11 +68,14 @@ class Background:
     def is_seen_in(
         self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
     ) -> NDArray[np.bool_]:
-        """[h, w] where a frame shows the known background."""
+        """[h, w] where a frame shows the known background, or its planes where they go on behind
+        whoever has just left: what comes to light of a wall is nobody's body."""
         self._fit(depth_m)
         is_seen = np.empty(depth_m.shape, np.bool_)
         tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        shows_background(depth_m, self._mean_m, self._steady_s, KNOWN_S, tolerance, is_seen)
+        mean_m, steady_s = self._mean_m, self._steady_s
+        shows_background(depth_m, mean_m, steady_s, KNOWN_S, tolerance, is_seen)
+        continues_background(depth_m, mean_m, steady_s, KNOWN_S, tolerance, BASELINE_PX, is_seen)
         return is_seen
 
     @property
