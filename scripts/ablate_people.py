@@ -1,6 +1,6 @@
 """What does each thing bring by which people are found and told apart?
 
-    python scripts/ablate_people.py [--workers N] [--only WORD...] [--json FILE] PATH...
+    python scripts/ablate_people.py PATH... [--workers N] [--only WORD...] [--json FILE]
 
 Counts who is found in recordings in the folder layout, as `topview evaluate people` does, with all
 that there is and without each thing, false people in 1000 frames; nothing is fitted anew. With
@@ -9,18 +9,26 @@ that there is and without each thing, false people in 1000 frames; nothing is fi
 
 from __future__ import annotations
 
-import argparse
 import json
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import inf
-from pathlib import Path
 from typing import Any, Final
-from unittest import mock
 
 import msgspec
 import numpy as np
+from ablation import (
+    DEFAULT,
+    Patches,
+    Variants,
+    chosen,
+    first,
+    left_out,
+    nothing,
+    parser_of,
+    second,
+    zero,
+)
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -34,7 +42,6 @@ from topview_lab.evaluate.people import PeopleCount, PeopleJob, PeopleOutcome, c
 from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import number, percent
 
-DEFAULT: Final = "all, the default"
 HEAD_SHAPE: Final = ("unlike a head", "not upright")
 CHEST: Final = (
     "head and chest too small",
@@ -53,26 +60,6 @@ BODY_SIZE: Final = (
     "too short",
     "too spread out",
 )
-Patches = Mapping[str, Any]
-
-
-def first(one: object, *_: object, **__: object) -> object:
-    """What there was before."""
-    return one
-
-
-def second(_: object, other: object, *__: object) -> object:
-    """The same, of what comes second."""
-    return other
-
-
-def nothing(*_: object, **__: object) -> None:
-    """Nothing is found, or done."""
-
-
-def zero(*_: object) -> float:
-    """Tells nothing."""
-    return 0.0
 
 
 def as_they_are(tracks: Sequence[object], _: object, heads: Sequence[object], *__: object) -> Any:
@@ -103,7 +90,7 @@ def without(*names: str) -> dict[str, float]:
     return {**shipped_likelihood().weights, **dict.fromkeys(names, 0.0)}
 
 
-VARIANTS: Final[Mapping[str, Callable[[], Patches]]] = {
+VARIANTS: Final[Variants] = {
     DEFAULT: dict,
     "the shape of the head": lambda: likelihood(weights=without(*HEAD_SHAPE)),
     "head and chest": lambda: likelihood(weights=without(*CHEST)),
@@ -150,25 +137,14 @@ class AblatedJob:
     job: PeopleJob
 
     def __call__(self) -> PeopleOutcome:
-        with ExitStack() as stack:
-            for name, value in VARIANTS[self.variant]().items():
-                stack.enter_context(mock.patch(f"topview.{name}", value))
+        with left_out(VARIANTS[self.variant]()):
             return self.job()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("paths", nargs="+", type=Path)
-    parser.add_argument("--workers", type=int, default=0)
-    parser.add_argument("--only", nargs="+", metavar="WORD", default=[""])
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    options = parser_of(__doc__).parse_args()
     recordings = find_folder_recordings(options.paths)
-    names = [
-        name for name in VARIANTS if name == DEFAULT or any(word in name for word in options.only)
-    ]
+    names = chosen(VARIANTS, options.only)
     jobs = [
         AblatedJob(name, PeopleJob(recording, _settings(name)))
         for name in names

@@ -1,0 +1,59 @@
+"""What scripts share that track with single things left out."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, Final
+from unittest import mock
+
+DEFAULT: Final = "all, the default"
+# By their names below `topview`, what takes the place of what.
+Patches = Mapping[str, Any]
+# By name, what is left out of each variant.
+Variants = Mapping[str, Callable[[], Patches]]
+
+
+@contextmanager
+def left_out(patches: Patches) -> Iterator[None]:
+    """While these take the places of what there is."""
+    with ExitStack() as stack:
+        for name, value in patches.items():
+            stack.enter_context(mock.patch(f"topview.{name}", value))
+        yield
+
+
+def parser_of(doc: str | None) -> argparse.ArgumentParser:
+    """Of a script that is told recordings and which variants to take."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("paths", nargs="+", type=Path)
+    parser.add_argument("--workers", type=int, default=0)
+    parser.add_argument("--only", nargs="+", metavar="WORD", default=[""])
+    parser.add_argument("--json", type=Path)
+    return parser
+
+
+def chosen(variants: Variants, words: list[str]) -> list[str]:
+    """The names of those that have one of the words, and the default first."""
+    return [name for name in variants if name == DEFAULT or any(word in name for word in words)]
+
+
+def first(one: object, *_: object, **__: object) -> object:
+    """What there was before."""
+    return one
+
+
+def second(_: object, other: object, *__: object) -> object:
+    """The same, of what comes second."""
+    return other
+
+
+def nothing(*_: object, **__: object) -> None:
+    """Nothing is found, or done."""
+
+
+def zero(*_: object) -> float:
+    """Tells nothing."""
+    return 0.0
