@@ -72,7 +72,7 @@ VARIANTS: Final[Variants] = {
     "the belief of the yaw": lambda: {
         "track.methods.topview.yaw_belief.YawBelief.update": by_weights
     },
-    "all modes but the likeliest": lambda: guide(least_weight=1.0),
+    "all modes but the likeliest": lambda: guide(least_weight=0.999),
     "the modes' weights in the cost": lambda: guide(mode_cost=0.0),
     "the person's own bones": lambda: {"track.bone_lengths.BoneLengths.update": nothing},
     "how familiar the window looks": lambda: {

@@ -26,6 +26,7 @@ from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedB
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
+from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, heading, stand, stand_all
 from topview.track.stature import StatureBelief
@@ -44,6 +45,7 @@ LIFT_M: Final = 0.15
 FREE_SPACE_COST: Final = 1.0  # of the share of the body in free space
 DEPARTURE_COST: Final = 0.3  # of the mean squared turn away from the prior, per square radian
 VELOCITY_S: Final = 0.0295  # after which 63 % of a velocity is gone
+USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
 # A person is searched anew at first, and when the pose is lost: its cost is above `LOST_COST`, to
 # which the second is added in proportion to the occluded share. A recovery must be better by
 # `LOST_MARGIN`.
@@ -438,7 +440,7 @@ class TopviewTracker:
         """The pose with all parts refined, and what it costs; head and torso are held to those of
         `torso` where much is hidden."""
         with look.clock.stage("refinement"):
-            prior = None if torso is None else _with_torso_of(torso, pose)
+            prior = pose if torso is None else _with_torso_of(torso, pose)
             refined = self._refined([pose], prior, look, prior_scale=prior_scale)
         cost = float(self._costs(refined)[0])
         found = _Found(refined.poses[0], kept, look.model, cost, 0.0)
@@ -456,7 +458,12 @@ class TopviewTracker:
         prior_scale: float = 1.0,
         targets: JointTargets | None = None,
     ) -> Refined:
+        """Poses that are held to a prior, or each to where it starts. Where no joints are proposed,
+        a prior is drawn to what bodies usually do."""
         settings = self.settings.guide.refinement if targets else self.settings.refinement
+        if prior is not None and targets is None:
+            share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
+            prior = usual_poses().towards(prior, share)
         return refine(
             poses, prior, look.model, look.evidence, settings, iterations, prior_scale, targets
         )
