@@ -61,6 +61,7 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "with anatomical arms": UtvrSettings(proportions=ANATOMICAL),
     "each part of a limb by itself": UtvrSettings(limbs_as_one=False),
     "without the descent": UtvrSettings(descent=0),
+    "without usual poses": UtvrSettings(usual=0.0),
     "without stances": UtvrSettings(searches_anew=False),
     "with the stature as measured": UtvrSettings(weighs_stature=False),
     "torso_lean_rad 0.35": UtvrSettings(torso_lean_rad=0.35),

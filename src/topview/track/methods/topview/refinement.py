@@ -97,7 +97,7 @@ class Refined:
 
 def refine(
     candidates: Sequence[Pose],
-    prior: Pose | None,
+    prior: Pose | Sequence[Pose] | None,
     model: BodyModel,
     evidence: Evidence,
     settings: RefinementSettings,
@@ -107,12 +107,12 @@ def refine(
 ) -> Refined:
     """Refine candidate poses against the evidence, each on its own.
 
-    All are held softly to `prior`, or each to where it starts if there is none; `hold` is a factor
-    on how firmly.
+    All are held softly to `prior`, or each to one of its own, or to where it starts if there is
+    none; `hold` is a factor on how firmly.
     """
     s = settings
     targets = targets or JointTargets.none()
-    priors = [prior] * len(candidates) if prior else candidates
+    priors = [prior] * len(candidates) if isinstance(prior, Pose) else prior or candidates
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
     costs = np.empty((len(candidates), 5))

@@ -19,6 +19,7 @@ from topview.body.model import BodyModel
 from topview.body.parts import UPPER_TORSO
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr.settings import UtvrSettings
 from topview.track.pose import Pose
 from topview.track.stances import heading, stand_all
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 # the stature across and 8 to 11 % from back to front, about a point 1 to 2 % before the spine
 # (seeds 100 to 103 of `turn`); these semi-axes are at its lower end.
 TORSO_SURFACE: Final = (0.098, 0.09)
-HOLD: Final = 0.1  # against `RefinementSettings`' priors, which hold to the pose found
+HOLD: Final = 0.5  # against `RefinementSettings`' priors
 LEAST_DESCENT_POINTS: Final = 30  # of fewer, parts stay where the filters have them
 # A cost is the share of points that a pose leaves unexplained, and of its axes in free space.
 NEWS_COST: Final = 0.02  # by which another pose than the last must cost less
@@ -92,7 +93,8 @@ class Descent:
             lower_torso_radii=TORSO_SURFACE,
         )
         model, steps = BodyModel.of(stature_m, surface), self.settings.descent
-        moved = refine(poses, None, model, evidence, RefinementSettings(), steps, HOLD)
+        priors = [usual_poses().towards(pose, self.settings.usual) for pose in poses]
+        moved = refine(poses, priors, model, evidence, RefinementSettings(), steps, HOLD)
         return moved.poses, moved.unexplained + moved.in_free_space
 
     def _stances(

@@ -55,6 +55,8 @@ class UtvrSettings:
             points and out of free space, 0 to 100; of the pose that was found and of the last
             frame's, and the better one is kept. 0 leaves both out, as printed: a part stays where
             it was placed before those below it were looked at.
+        usual: in the descent each pose is held to one whose limbs are turned by this share of the
+            way to what captured people do; 0 to 1. With 0 it is held to itself.
         searches_anew: whether the descent starts from stances as well, standing, bending and
             sitting ones that face where the torso does, where it leaves much unexplained.
         weighs_stature: whether other statures are tried, too, where it does, and while none is
@@ -81,6 +83,7 @@ class UtvrSettings:
     n_best: int | None = None
     coarse_first: bool = True
     descent: int = 8
+    usual: float = 0.4
     searches_anew: bool = True
     weighs_stature: bool = True
     proportions: Proportions = THESIS_ABOVE_HIPS
@@ -91,7 +94,7 @@ class UtvrSettings:
         check_range(self, 1, 100_000, "hypotheses")
         check_range(self, 1, 10, "rounds")
         check_range(self, 0, 100, "descent")
-        check_range(self, 0.0, 1.0, "tolerance_m")
+        check_range(self, 0.0, 1.0, "tolerance_m", "usual")
         check_range(
             self, 0.0, 0.2, "clothing_m", "torso_reach_m", "torso_below_hips", "torso_ahead"
         )
@@ -138,6 +141,7 @@ AS_PRINTED: Final = UtvrSettings(
     limbs_as_one=False,
     coarse_first=False,
     descent=0,
+    usual=0.0,
     searches_anew=False,
     weighs_stature=False,
     proportions=THESIS,
