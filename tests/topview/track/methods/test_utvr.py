@@ -28,7 +28,9 @@ from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording
 from topview.track.evidence import columns
+from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
+from topview.track.methods.utvr.descent import Descent
 from topview.track.methods.utvr.part_filters import PartFilters
 from topview.track.methods.utvr.particles import Particles
 from topview.track.methods.utvr.placed_body import Cloud, PlacedBody
@@ -236,7 +238,7 @@ def test_what_is_added_to_the_recipe_earns_its_place():
 def test_the_descent_brings_a_body_nearer():
     """A cylinder contains the most points where it stands before the surface that they are on."""
     truth = stand(MODEL, HEAD_CAMERA, STANDING, 0.0, CAMERA_UP)
-    settings = UtvrSettings(proportions=THESIS, torso_below_hips=0.0)
+    settings = UtvrSettings(proportions=THESIS, torso_below_hips=0.0, usual=0.0)
     found_m, moved_m = (
         np.linalg.norm(joints_of(pose, MODEL) - joints_of(truth, MODEL), axis=1).mean()
         for pose in (
@@ -245,6 +247,22 @@ def test_the_descent_brings_a_body_nearer():
         )
     )
     assert moved_m < found_m
+
+
+def test_the_descent_draws_limbs_to_where_people_usually_have_them():
+    evidence = evidence_of(posed(), MODEL, CAMERA)
+    odd = posed(left_upper_arm=(60, 0, -50))  # through the back
+    usual = usual_poses().towards(odd, 1.0)
+    off_rad = [
+        np.arccos(
+            Descent(UtvrSettings(usual=share))
+            .end_frame(odd, None, evidence)
+            .Rs[LEFT_UPPER_ARM, :, 1]
+            @ usual.Rs[LEFT_UPPER_ARM, :, 1]
+        )
+        for share in (0.0, 0.4)
+    ]
+    assert off_rad[1] < off_rad[0]
 
 
 def test_who_sits_from_the_first_frame_on_is_found_sitting():
