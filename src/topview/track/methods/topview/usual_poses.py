@@ -18,16 +18,18 @@ from topview.body.kinematics import rotations_in_parent
 from topview.body.parts import UPPER_TORSO
 from topview.geometry.rotations import nearest_rotations
 from topview.track.methods.topview.lookup import shipped_poses
-from topview.track.pose import FROM_UPPER_TORSO, Pose
+from topview.track.pose import FROM_UPPER_TORSO, OTHER_SIDE, Pose
 
 Array = NDArray[np.float64]
 
-LIKE: Final = 30  # poses whose mean is taken; ours
+AKIN: Final = 30  # poses whose mean is taken; ours
+# Left and right change places.
+_MIRROR: Final = np.diag([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UsualPoses:
-    """Poses of captured motion.
+    """Poses of captured motion, and their mirror images.
 
     Attributes:
         axes: [P, 33] of their parts' own axes, in the frame of the upper torso.
@@ -39,7 +41,8 @@ class UsualPoses:
 
     @classmethod
     def of(cls, Rs: Array) -> UsualPoses:
-        """Of [P, 11, 3, 3] rotations of parts in any upright frame."""
+        """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame."""
+        Rs = np.concatenate([Rs, _MIRROR @ Rs[:, list(OTHER_SIDE)] @ _MIRROR])
         relative = [rotations_in_parent(own, FROM_UPPER_TORSO) for own in Rs]
         return cls(_axes_in_torso(Rs).astype(np.float32), np.stack(relative))
 
@@ -48,7 +51,7 @@ class UsualPoses:
         are like it; the neck and the upper torso stay."""
         offsets = self.axes - _axes_in_torso(pose.Rs[None]).astype(np.float32)
         squares = np.einsum("ij,ij->i", offsets, offsets)
-        like = np.argpartition(squares, LIKE)[:LIKE]
+        like = np.argpartition(squares, AKIN)[:AKIN]
         weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
         weights = weights.astype(np.float64) / weights.sum()
         own = pose.relative()
