@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from ablation import DEFAULT, Patches, Variants, chosen, left_out, nothing, parser_of
+from ablation import DEFAULT, Patches, Variants, chosen, left_out, nothing, parser_of, run_without
 from rich.console import Console
 from rich.table import Table
 
@@ -22,8 +22,8 @@ from topview.detect.joints import JointProposals
 from topview.track.methods.topview.guided import GUIDED_REFINEMENT, GuideSettings
 from topview.track.methods.topview.tracker import TopviewSettings
 from topview.track.settings import TrackerSettings
-from topview_lab.datasets import find_folder_recordings
-from topview_lab.evaluate.run import Job, Outcome, run_all
+from topview_lab.datasets import EvaluatedRecording, find_folder_recordings
+from topview_lab.evaluate.run import Job, Outcome
 from topview_lab.evaluate.tables import number, percent
 from topview_lab.metrics import ALL, Evaluation, Summary, hidden_split, summarise
 
@@ -101,24 +101,19 @@ def main() -> None:
     options = parser_of(__doc__).parse_args()
     recordings = find_folder_recordings(options.paths)
     names = chosen(VARIANTS, options.only)
-    jobs = [
-        AblatedBody(name, Job(own, SETTINGS.get(name, TrackerSettings(threads=1))))
-        for name in names
-        for own in recordings
-    ]
-    outcomes = run_all(jobs, options.workers)
-    for problem in outcomes.problems:
-        print(problem)
-    summaries = {}
-    for index, name in enumerate(names):
-        own = outcomes.results[index * len(recordings) : (index + 1) * len(recordings)]
-        for problem in dict.fromkeys(p for one in own if one for p in one.problems):
-            print(f"{name}: {problem}")
-        summaries[name] = summarise(Evaluation(tuple(o.errors for o in own if o and o.errors)))
+    outcomes = run_without(names, recordings, _job, options.workers)
+    summaries = {
+        name: summarise(Evaluation(tuple(o.errors for o in own if o.errors)))
+        for name, own in outcomes.items()
+    }
     Console().print(told(summaries))
     if options.json:
         rows = {name: figures(summary) for name, summary in summaries.items()}
         options.json.write_text(json.dumps(rows))
+
+
+def _job(name: str, recording: EvaluatedRecording) -> AblatedBody:
+    return AblatedBody(name, Job(recording, SETTINGS.get(name, TrackerSettings(threads=1))))
 
 
 def figures(summary: Summary) -> dict[str, float]:

@@ -26,6 +26,7 @@ from ablation import (
     left_out,
     nothing,
     parser_of,
+    run_without,
     second,
     zero,
 )
@@ -38,8 +39,13 @@ from topview.people.features import FEATURE_NAMES
 from topview.people.likelihood import shipped_likelihood
 from topview.track.settings import TrackerSettings
 from topview_lab.datasets import find_folder_recordings
-from topview_lab.evaluate.people import PeopleCount, PeopleJob, PeopleOutcome, count_found
-from topview_lab.evaluate.run import run_all
+from topview_lab.evaluate.people import (
+    CountedRecording,
+    PeopleCount,
+    PeopleJob,
+    PeopleOutcome,
+    count_found,
+)
 from topview_lab.evaluate.tables import number, percent
 
 HEAD_SHAPE: Final = ("unlike a head", "not upright")
@@ -145,27 +151,18 @@ def main() -> None:
     options = parser_of(__doc__).parse_args()
     recordings = find_folder_recordings(options.paths)
     names = chosen(VARIANTS, options.only)
-    jobs = [
-        AblatedJob(name, PeopleJob(recording, _settings(name)))
-        for name in names
-        for recording in recordings
-    ]
-    outcomes = run_all(jobs, options.workers)
-    done = [outcome for outcome in outcomes.results if outcome is not None]
-    for problem in dict.fromkeys([*(p for own in done for p in own.problems), *outcomes.problems]):
-        print(problem)
-    counts = {}
-    for index, name in enumerate(names):
-        own = outcomes.results[index * len(recordings) : (index + 1) * len(recordings)]
-        counts[name] = count_found([each.found for each in own if each and each.found])
+    outcomes = run_without(names, recordings, _job, options.workers)
+    counts = {
+        name: count_found([o.found for o in own if o.found]) for name, own in outcomes.items()
+    }
     Console().print(told(counts))
     if options.json:
         options.json.write_text(json.dumps({name: asdict(c) for name, c in counts.items()}))
 
 
-def _settings(variant: str) -> TrackerSettings:
-    asks_nobody = variant == "the network"
-    return TrackerSettings(threads=1, proposals="none" if asks_nobody else "network")
+def _job(name: str, recording: CountedRecording) -> AblatedJob:
+    proposals = "none" if name == "the network" else "network"
+    return AblatedJob(name, PeopleJob(recording, TrackerSettings(threads=1, proposals=proposals)))
 
 
 def told(counts: Mapping[str, PeopleCount]) -> Table:

@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol, TypeVar
 from unittest import mock
+
+from topview_lab.evaluate.run import run_all
 
 DEFAULT: Final = "all, the default"
 # By their names below `topview`, what takes the place of what.
 Patches = Mapping[str, Any]
 # By name, what is left out of each variant.
 Variants = Mapping[str, Callable[[], Patches]]
+
+
+class HasProblems(Protocol):
+    """What a job of one recording gives."""
+
+    @property
+    def problems(self) -> tuple[str, ...]: ...
+
+
+Result = TypeVar("Result", bound=HasProblems)
+Recording = TypeVar("Recording")
 
 
 @contextmanager
@@ -38,6 +51,26 @@ def parser_of(doc: str | None) -> argparse.ArgumentParser:
 def chosen(variants: Variants, words: list[str]) -> list[str]:
     """The names of those that have one of the words, and the default first."""
     return [name for name in variants if name == DEFAULT or any(word in name for word in words)]
+
+
+def run_without(
+    names: Sequence[str],
+    recordings: Sequence[Recording],
+    job_of: Callable[[str, Recording], Callable[[], Result]],
+    workers: int,
+) -> dict[str, list[Result]]:
+    """Each recording without each thing, by the variants' names; says what could not be read."""
+    jobs = [job_of(name, recording) for name in names for recording in recordings]
+    done = run_all(jobs, workers)
+    results = [result for result in done.results if result is not None]
+    problems = [problem for result in results for problem in result.problems]
+    for problem in dict.fromkeys([*problems, *done.problems]):
+        print(problem)
+    count = len(recordings)
+    return {
+        name: [r for r in done.results[index * count : (index + 1) * count] if r is not None]
+        for index, name in enumerate(names)
+    }
 
 
 def first(one: object, *_: object, **__: object) -> object:
