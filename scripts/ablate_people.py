@@ -22,13 +22,10 @@ from ablation import (
     Patches,
     Variants,
     chosen,
-    first,
     left_out,
     nothing,
     parser_of,
     run_without,
-    second,
-    zero,
 )
 from numpy.typing import NDArray
 from rich.console import Console
@@ -66,6 +63,21 @@ BODY_SIZE: Final = (
     "too short",
     "too spread out",
 )
+
+
+def first(one: object, *_: object, **__: object) -> object:
+    """What there was before."""
+    return one
+
+
+def second(_: object, other: object, *__: object) -> object:
+    """The same, of what comes second."""
+    return other
+
+
+def zero(*_: object) -> float:
+    """Tells nothing."""
+    return 0.0
 
 
 def as_they_are(tracks: Sequence[object], _: object, heads: Sequence[object], *__: object) -> Any:

@@ -73,20 +73,5 @@ def run_without(
     }
 
 
-def first(one: object, *_: object, **__: object) -> object:
-    """What there was before."""
-    return one
-
-
-def second(_: object, other: object, *__: object) -> object:
-    """The same, of what comes second."""
-    return other
-
-
 def nothing(*_: object, **__: object) -> None:
     """Nothing is found, or done."""
-
-
-def zero(*_: object) -> float:
-    """Tells nothing."""
-    return 0.0

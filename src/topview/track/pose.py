@@ -34,6 +34,7 @@ HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 # Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
+_MIRRORED = np.diag([-1.0, 1.0, 1.0])
 _HEAD_CENTRE = JOINT_NAMES.index("head")
 
 
@@ -96,3 +97,8 @@ class FittedBody:
     person: int
     model: BodyModel
     Ts_camera_part: NDArray[np.float64]
+
+
+def mirrored(Rs: Array) -> Array:
+    """[N, 11, 3, 3] rotations of who does the same with the other side."""
+    return (_MIRRORED @ Rs @ _MIRRORED)[:, list(OTHER_SIDE)]

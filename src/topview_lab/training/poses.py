@@ -34,7 +34,7 @@ from topview.geometry.rotations import nearest_rotations, unit
 from topview.records import InputError
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview import lookup
-from topview.track.pose import HINGE_BENDS, OTHER_SIDE, Pose
+from topview.track.pose import HINGE_BENDS, OTHER_SIDE, Pose, mirrored
 from topview_lab.kernels.upright import draw_upright
 
 Array = NDArray[np.float64]
@@ -47,7 +47,6 @@ BODY: Final = BoneLengths().model(1.0)
 # The captures' reference pose has the left at +x, up at +y, the front at +z.
 _REFERENCE: Final = np.diag([-1.0, -1.0, 1.0])  # of a part, in that frame
 _FACING_CAMERA: Final = np.diag([1.0, -1.0, -1.0])  # from that frame to the grid's axes
-_MIRRORED: Final = np.diag([-1.0, 1.0, 1.0])
 _TRUNK: Final = {
     HEAD: ("head", "head"),
     UPPER_TORSO: ("chest", "spine"),
@@ -138,11 +137,6 @@ def facing_camera(Rs: Array) -> Array:
     """[N, 11, 3, 3] poses, turned until the shoulders lie across the line of sight."""
     right = Rs[:, UPPER_TORSO, :, 0]
     return lookup.turned(-np.arctan2(right[:, 2], -right[:, 0]))[:, None] @ Rs
-
-
-def mirrored(Rs: Array) -> Array:
-    """[N, 11, 3, 3] poses of who does the same with the other side."""
-    return (_MIRRORED @ Rs @ _MIRRORED)[:, list(OTHER_SIDE)]
 
 
 def joints_below_head(Rs: Array) -> Array:

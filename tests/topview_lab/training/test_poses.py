@@ -11,12 +11,12 @@ from topview.body.parts import LEFT_LOWER_LEG, LEFT_UPPER_LEG, PARTS, UPPER_TORS
 from topview.records import InputError
 from topview.track.methods.topview import lookup
 from topview.track.methods.topview.lookup import LEFT, TOP
+from topview.track.pose import mirrored
 from topview_lab.kernels.upright import draw_upright
 from topview_lab.training.poses import (
     PosesRecipe,
     facing_camera,
     make_table,
-    mirrored,
     read_captures,
     seated,
     spread_poses,

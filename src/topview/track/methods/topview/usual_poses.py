@@ -18,13 +18,11 @@ from topview.body.kinematics import rotations_in_parent
 from topview.body.parts import UPPER_TORSO
 from topview.geometry.rotations import nearest_rotations
 from topview.track.methods.topview.lookup import shipped_poses
-from topview.track.pose import FROM_UPPER_TORSO, OTHER_SIDE, Pose
+from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 
 Array = NDArray[np.float64]
 
 AKIN: Final = 30  # poses whose mean is taken; ours
-# Left and right change places.
-_MIRROR: Final = np.diag([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +40,7 @@ class UsualPoses:
     @classmethod
     def of(cls, Rs: Array) -> UsualPoses:
         """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame."""
-        Rs = np.concatenate([Rs, _MIRROR @ Rs[:, list(OTHER_SIDE)] @ _MIRROR])
+        Rs = np.concatenate([Rs, mirrored(Rs)])
         relative = [rotations_in_parent(own, FROM_UPPER_TORSO) for own in Rs]
         return cls(_axes_in_torso(Rs).astype(np.float32), np.stack(relative))
 
