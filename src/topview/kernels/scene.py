@@ -317,6 +317,7 @@ def _continue_line(
     mean_m: NDArray[np.float32],
     is_known: NDArray[np.bool_],
     tolerance: Law,
+    taken_m: NDArray[np.float32],
     baseline_px: int,
     start: int,
     step: int,
@@ -343,7 +344,9 @@ def _continue_line(
                 is_straight = abs(mean_m[middle] - z) < 0.5 * law_at(z, tolerance)
         if is_straight and depth_m[here] > 0.0:
             z = 1.0 / (nearness + slope * (place - last))
-            out_is_seen[here] |= abs(depth_m[here] - z) < law_at(z, tolerance)
+            off = law_at(z, tolerance)
+            came_to_light = depth_m[here] > taken_m[here] + off
+            out_is_seen[here] |= came_to_light & (abs(depth_m[here] - z) < off)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -353,21 +356,24 @@ def continues_background(
     steady_s: NDArray[np.float32],
     known_s: float,
     tolerance: Law,
+    taken_m: NDArray[np.float32],
     baseline_px: int,
     out_is_seen: NDArray[np.bool_],
 ) -> None:
     """Add to where the background is seen, [h, w], what is not known, but lies on the plane of what
     is known beside it in its row or column: three places there, `baseline_px` apart, are on one
-    line. Along a line of the image the inverse depth of a plane is linear. The other arguments
-    are those of `shows_background`."""
+    line. Along a line of the image the inverse depth of a plane is linear. `taken_m` [h, w] are
+    depths of who stood there in the last frame, 0 for nobody: what is no farther now is still
+    theirs. The other arguments are those of `shows_background`."""
     height, width = depth_m.shape
     z, mean, seen = depth_m.ravel(), mean_m.ravel(), out_is_seen.ravel()
+    taken = taken_m.ravel()
     known = (steady_s >= np.float32(known_s)).ravel()
     for row in range(height):
         first, last = row * width, (row + 1) * width - 1
-        _continue_line(z, mean, known, tolerance, baseline_px, first, 1, width, seen)
-        _continue_line(z, mean, known, tolerance, baseline_px, last, -1, width, seen)
+        _continue_line(z, mean, known, tolerance, taken, baseline_px, first, 1, width, seen)
+        _continue_line(z, mean, known, tolerance, taken, baseline_px, last, -1, width, seen)
     for column in range(width):
         last = (height - 1) * width + column
-        _continue_line(z, mean, known, tolerance, baseline_px, column, width, height, seen)
-        _continue_line(z, mean, known, tolerance, baseline_px, last, -width, height, seen)
+        _continue_line(z, mean, known, tolerance, taken, baseline_px, column, width, height, seen)
+        _continue_line(z, mean, known, tolerance, taken, baseline_px, last, -width, height, seen)

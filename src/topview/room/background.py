@@ -31,6 +31,7 @@ class Background:
         self._longest_gap_s = longest_gap_s
         self._mean_m = np.zeros((0, 0), np.float32)
         self._steady_s = np.zeros((0, 0), np.float32)
+        self._taken_m = np.zeros((0, 0), np.float32)  # of who was before it in the last frame
         self._last_s: float | None = None
 
     def update(
@@ -53,6 +54,7 @@ class Background:
             self._mean_m,
             self._steady_s,
         )
+        self._taken_m = np.where(is_somebodys, depth_m, np.float32(0.0))
 
     def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
         """Somebody turned out to have been standing there."""
@@ -69,13 +71,13 @@ class Background:
         self, depth_m: NDArray[np.float32], noise: DepthNoise = KINECT1_NOISE
     ) -> NDArray[np.bool_]:
         """[h, w] where a frame shows the known background, or its planes where they go on behind
-        whoever has just left: what comes to light of a wall is nobody's body."""
+        whoever has just left: what comes to light of a wall is nobody's body. Who still stands
+        there keeps the feet that stand on such a plane."""
         self._fit(depth_m)
         is_seen = np.empty(depth_m.shape, np.bool_)
-        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        mean_m, steady_s = self._mean_m, self._steady_s
-        shows_background(depth_m, mean_m, steady_s, KNOWN_S, tolerance, is_seen)
-        continues_background(depth_m, mean_m, steady_s, KNOWN_S, tolerance, BASELINE_PX, is_seen)
+        learnt = self._mean_m, self._steady_s, KNOWN_S, noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        shows_background(depth_m, *learnt, is_seen)
+        continues_background(depth_m, *learnt, self._taken_m, BASELINE_PX, is_seen)
         return is_seen
 
     @property
@@ -98,4 +100,4 @@ class Background:
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""
         if self._mean_m.shape != depth_m.shape:
-            self._mean_m, self._steady_s = np.zeros_like(depth_m), np.zeros_like(depth_m)
+            self._mean_m, self._steady_s, self._taken_m = np.zeros((3, *depth_m.shape), np.float32)

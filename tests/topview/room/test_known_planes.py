@@ -48,6 +48,16 @@ def test_what_stands_before_the_wall_is_not_the_wall() -> None:
     np.testing.assert_array_equal(nothing_read, ~stood)
 
 
+def test_who_stands_on_a_plane_keeps_their_feet() -> None:
+    floor_m = wall()
+    background, stood = learnt(floor_m), where_somebody_stood()
+    on_floor_m = np.where(stood, floor_m - 0.02, floor_m).astype(np.float32)
+    background.update(on_floor_m, stood, 2.0 * KNOWN_S + 0.1)
+    np.testing.assert_array_equal(background.is_seen_in(on_floor_m), ~stood)
+    background.update(on_floor_m, np.zeros_like(stood), 2.0 * KNOWN_S + 0.2)
+    assert background.is_seen_in(on_floor_m).all()
+
+
 def test_what_is_not_flat_does_not_go_on() -> None:
     rows, columns = np.indices(SHAPE)
     heap_m = (4.0 - 0.3 * np.cos(columns / 4.0) - 0.3 * np.cos(rows / 4.0)).astype(np.float32)
