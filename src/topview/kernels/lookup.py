@@ -51,17 +51,19 @@ def squared_distances(entries, gram, place, squares):
     two = np.float32(2.0)
     sums = np.empty(BLOCK, np.float32)
     for start in range(0, N, BLOCK):
-        n = min(BLOCK, N - start)
-        for i in range(n):
-            squares[start + i] = np.float32(0.0)
+        stop = min(start + BLOCK, N)
+        total, added = squares[start:stop], sums[: stop - start]
+        total[:] = np.float32(0.0)
         for c in range(C):
-            for i in range(n):
-                sums[i] = gram[c, c] * entries[c, start + i] - two * place[c]
+            own = entries[c, start:stop]  # slices, so that the loops over them are vectorised
+            for i in range(len(own)):
+                added[i] = gram[c, c] * own[i] - two * place[c]
             for e in range(c):
                 weight = two * gram[c, e]
                 if weight == 0.0:
                     continue
-                for i in range(n):
-                    sums[i] += weight * entries[e, start + i]
-            for i in range(n):
-                squares[start + i] += entries[c, start + i] * sums[i]
+                other = entries[e, start:stop]
+                for i in range(len(own)):
+                    added[i] += weight * other[i]
+            for i in range(len(own)):
+                total[i] += own[i] * added[i]

@@ -100,4 +100,5 @@ class Background:
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""
         if self._mean_m.shape != depth_m.shape:
-            self._mean_m, self._steady_s, self._taken_m = np.zeros((3, *depth_m.shape), np.float32)
+            self._mean_m, self._steady_s = np.zeros_like(depth_m), np.zeros_like(depth_m)
+            self._taken_m = np.zeros_like(depth_m)

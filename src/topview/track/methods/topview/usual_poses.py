@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from topview.body.kinematics import rotations_in_parent
 from topview.body.parts import UPPER_TORSO
 from topview.geometry.rotations import nearest_rotations
+from topview.kernels.lookup import squared_distances
 from topview.track.methods.topview.lookup import shipped_poses
 from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 
@@ -24,13 +25,15 @@ Array = NDArray[np.float64]
 
 AKIN: Final = 30  # poses whose mean is taken; ours
 
+_NOTHING_HIDDEN: Final = np.eye(33, dtype=np.float32)  # of a pose's axes, for `squared_distances`
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UsualPoses:
     """Poses of captured motion, and their mirror images.
 
     Attributes:
-        axes: [P, 33] of their parts' own axes, in the frame of the upper torso.
+        axes: [33, P] of their parts' own axes, in the frame of the upper torso.
         Rs_relative: [P, 11, 3, 3] their rotations, as `Pose.relative`.
     """
 
@@ -42,13 +45,16 @@ class UsualPoses:
         """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame."""
         Rs = np.concatenate([Rs, mirrored(Rs)])
         relative = [rotations_in_parent(own, FROM_UPPER_TORSO) for own in Rs]
-        return cls(_axes_in_torso(Rs).astype(np.float32), np.stack(relative))
+        axes = np.ascontiguousarray(_axes_in_torso(Rs).T, np.float32)
+        return cls(axes, np.stack(relative))
 
     def towards(self, pose: Pose, share: float) -> Pose:
         """A pose whose limbs and head are turned by this share of the way to the mean of those that
         are like it; the neck and the upper torso stay."""
-        offsets = self.axes - _axes_in_torso(pose.Rs[None]).astype(np.float32)
-        squares = np.einsum("ij,ij->i", offsets, offsets)
+        axes = _axes_in_torso(pose.Rs[None])[0].astype(np.float32)
+        squares = np.empty(len(self.Rs_relative), np.float32)
+        squared_distances(self.axes, _NOTHING_HIDDEN, axes, squares)
+        squares = np.maximum(squares + (axes * axes).sum(), 0.0)
         like = np.argpartition(squares, AKIN)[:AKIN]
         weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
         weights = weights.astype(np.float64) / weights.sum()
