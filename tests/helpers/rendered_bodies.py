@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -81,8 +80,3 @@ def at_frame(evidence: Evidence, index: int) -> Evidence:
 def subject(seed: int = 0, threads: int = 1) -> Subject:
     """Person 1."""
     return Subject(1, seed, threads, StageClock())
-
-
-def best_scored(poses: Sequence[Pose]) -> int:
-    """Which of poses that differ in one limb has its best score, the present one apart."""
-    return min(1, len(poses) - 1)

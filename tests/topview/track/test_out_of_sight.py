@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,8 +23,6 @@ from topview.filter.particles import generator
 from topview.geometry.rotations import rotations_from_angles
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.limbs import LIMBS, LimbSearch, LimbSettings
-from topview.track.methods.topview.refinement import RefinementSettings, refine
-from topview.track.methods.topview.tracker import LIMB_ITERATIONS, LIMB_MARGIN
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 
@@ -62,16 +59,10 @@ def with_left_arm_stretched(pose: Pose) -> Pose:
 
 
 def searched(pose: Pose, evidence: Evidence, frames: int) -> Pose:
-    def cheapest(poses: Sequence[Pose]) -> int:
-        refined = refine(poses, None, MODEL, evidence, RefinementSettings(), LIMB_ITERATIONS)
-        costs = refined.unexplained + refined.in_free_space
-        costs[0] -= LIMB_MARGIN
-        return int(costs.argmin())
-
     search, kept = LimbSearch(LimbSettings(), 1), {}
     for frame in range(frames):
         rngs = {upper: generator(0, 1, upper, frame) for upper in LIMBS}
-        pose, kept = search.search(pose, pose, MODEL, evidence, rngs, kept, cheapest)
+        pose, kept = search.search(pose, pose, MODEL, evidence, rngs, kept)
     return pose
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rendered_bodies import MODEL, best_scored, evidence_of, joints_of, standing_pose
+from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
 from topview.body import JOINT_NAMES
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, RIGHT_UPPER_ARM
 from topview.filter.particles import generator
@@ -65,7 +65,7 @@ def test_a_hand_that_is_seen_draws_its_arm():
     def left_hand(evidence: Evidence) -> np.ndarray:
         rngs = {upper: generator(0, 1, upper, 0) for upper in LIMBS}
         search = LimbSearch(settings, threads=1)
-        found, _ = search.search(wrong, wrong, MODEL, evidence, rngs, {}, best_scored)
+        found, _ = search.search(wrong, wrong, MODEL, evidence, rngs, {})
         return joints_of(found)[JOINT_NAMES.index("left_hand")]
 
     drawn = np.linalg.norm(left_hand(seen(hand)) - ENDS[LEFT_UPPER_ARM])

@@ -10,7 +10,7 @@ knee on a circle (Eq. 5.4 - 5.6).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,7 +96,7 @@ class LimbSettings:
             the weight of its logarithm.
         limit_weight, limit_cap_rad: per radian beyond the limits, and where it stops to grow.
         floor_weight_per_m: of the limb's end below the floor.
-        judged: best distinct hypotheses among which the whole body decides.
+        margin: by which another hypothesis must beat the present pose.
         hand_turns: elbows on the circle of a hand that the colour of skin shows.
         hand_weight, hand_m: of a limb that ends off such a hand, and from where on it is all off.
     """
@@ -138,7 +138,7 @@ class LimbSettings:
     limit_weight: float = 3.0
     limit_cap_rad: float = 0.5
     floor_weight_per_m: float = 30.0
-    judged: int = 8
+    margin: float = 0.15
     hand_turns: int = 12
     hand_weight: float = 4.0
     hand_m: float = 0.2
@@ -214,10 +214,6 @@ class _Limb:
 # The N best of each limb, [n, 2, 3] directions in the parent's frame, by upper part.
 Kept = Mapping[int, Array]
 
-# Tells which of whole poses that differ in one limb is best; the first is the present one, and the
-# others follow by the limb's score, best first.
-Choose = Callable[[Sequence[Pose]], int]
-
 
 class LimbSearch:
     """Searches one user's limbs."""
@@ -234,18 +230,16 @@ class LimbSearch:
         evidence: Evidence,
         generators: Mapping[int, np.random.Generator],
         kept: Kept,
-        choose: Choose,
         *,
         holds_hidden: bool = True,
     ) -> tuple[Pose, Kept]:
-        """The pose with every limb replaced for which something better was found, and the
-        hypotheses that go on to the next frame.
+        """The pose with every limb replaced for which something clearly better was found, and
+        the hypotheses that go on to the next frame.
 
         Args:
             pose, predicted: what is searched around.
             model, evidence, generators: of the frame, and by upper part.
             kept: hypotheses of the frame before.
-            choose: among whole poses.
             holds_hidden: whether a limb that is hidden is where it was.
         """
         s = self.settings
@@ -271,33 +265,13 @@ class LimbSearch:
                 best_of[upper] = memory @ limb.R_camera_parent
                 continue
             axes, scores = self._hypotheses(limb, current, memory, evidence, generators[upper])
-            best_of[upper] = axes[n_best(scores, s.kept)] @ limb.R_camera_parent
-            present = Pose(pose.neck_camera, Rs)
-            poses = self._whole_poses(present, limb, axes, scores, needed, evidence)
-            Rs = poses[choose(poses)].Rs.copy()
+            best = n_best(scores, s.kept)
+            best_of[upper] = axes[best] @ limb.R_camera_parent
+            if scores[best[0]] < scores[0] - s.margin:
+                (R,), (verdict,) = self._judged(limb, axes[best[:1]], evidence)
+                if verdict[EXPLAINED_COLUMN] >= needed:
+                    Rs[[upper, upper + 1]] = R
         return Pose(pose.neck_camera, Rs), best_of
-
-    def _whole_poses(
-        self,
-        present: Pose,
-        limb: _Limb,
-        axes: Array,
-        scores: Array,
-        needed: float,
-        evidence: Evidence,
-    ) -> list[Pose]:
-        """The present pose, and those with one of the limb's best distinct hypotheses that explain
-        enough."""
-        parts = [limb.upper, limb.upper + 1]
-        s = self.settings
-        others = _distinct(axes, scores, s.judged + 1, s.distinct_rad)[1:]
-        Rs_limb, verdicts = self._judged(limb, axes[others], evidence)
-        poses = [present]
-        for R in Rs_limb[verdicts[:, EXPLAINED_COLUMN] >= needed]:
-            Rs = present.Rs.copy()
-            Rs[parts] = R
-            poses.append(Pose(present.neck_camera, Rs))
-        return poses
 
     def _surroundings(
         self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import ClassVar, Final
 
 import numpy as np
@@ -40,10 +39,6 @@ HEIGHT_STEP_M: Final = 0.01  # a body is rebuilt when its height estimate moves 
 LEAST_BODY_POINTS: Final = 30  # with fewer the person counts as not seen, and keeps the pose
 STATURE_S: Final = 0.5  # with the person in sight, in which statures are tried
 LIMB_SEARCH_S: Final = 1 / 15  # from one search of the limbs to the next
-# With another hypothesis of a limb the whole body must cost less by `LIMB_MARGIN`, after these
-# steps of refinement.
-LIMB_ITERATIONS: Final = 2
-LIMB_MARGIN: Final = 0.002
 STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
@@ -429,21 +424,10 @@ class TopviewTracker:
         """The pose with its limbs searched and all of it refined."""
         with look.clock.stage("limbs"):
             rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
-            choose = partial(self._best_limb, look, prior_scale)
             pose, kept = self._limbs.search(
-                pose, predicted, look.model, look.evidence, rngs, kept, choose,
-                holds_hidden=holds_hidden,
-            )  # fmt: skip
+                pose, predicted, look.model, look.evidence, rngs, kept, holds_hidden=holds_hidden
+            )
         return self._refined_whole(pose, kept, look, torso, prior_scale)
-
-    def _best_limb(self, look: FrameContext, prior_scale: float, poses: Sequence[Pose]) -> int:
-        """Which of poses that differ in one limb costs least, once the whole body has moved; each
-        is held to itself, drawn to what bodies usually do."""
-        thinned = replace(look, evidence=_thinned(look.evidence))
-        refined = self._refined(poses, poses, thinned, LIMB_ITERATIONS, prior_scale)
-        costs = self._costs(refined)
-        costs[0] -= LIMB_MARGIN
-        return int(costs.argmin())
 
     def _refined_whole(
         self,
@@ -467,21 +451,19 @@ class TopviewTracker:
 
     def _refined(
         self,
-        poses: Sequence[Pose],
-        prior: Pose | Sequence[Pose] | None,
+        poses: list[Pose],
+        prior: Pose | None,
         look: FrameContext,
         iterations: int | None = None,
         prior_scale: float = 1.0,
         targets: JointTargets | None = None,
     ) -> Refined:
-        """Poses that are held to a prior, each to one of its own, or each to where it starts. Where
-        no joints are proposed, a prior is drawn to what bodies usually do."""
+        """Poses that are held to a prior, or each to where it starts. Where no joints are proposed,
+        a prior is drawn to what bodies usually do."""
         settings = self.settings.guide.refinement if targets else self.settings.refinement
         if prior is not None and targets is None:
             share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
-            priors = [prior] if isinstance(prior, Pose) else prior
-            drawn = [usual_poses().towards(own, share) for own in priors]
-            prior = drawn[0] if isinstance(prior, Pose) else drawn
+            prior = usual_poses().towards(prior, share)
         return refine(
             poses, prior, look.model, look.evidence, settings, iterations, prior_scale, targets
         )
