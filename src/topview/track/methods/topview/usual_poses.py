@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import rotations_in_parent
-from topview.body.parts import UPPER_TORSO
+from topview.body.parts import PARTS, UPPER_TORSO
 from topview.geometry.rotations import nearest_rotations
 from topview.kernels.lookup import squared_distances
 from topview.track.methods.topview.lookup import shipped_poses
@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 
 AKIN: Final = 30  # poses whose mean is taken; ours
 
-_NOTHING_HIDDEN: Final = np.eye(33, dtype=np.float32)  # of a pose's axes, for `squared_distances`
+# Of the axes of a pose, for `squared_distances`.
+_NOTHING_HIDDEN: Final = np.eye(3 * len(PARTS), dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
