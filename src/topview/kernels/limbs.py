@@ -306,21 +306,18 @@ def share_out_points(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def pick_scored(
-    points, is_coarse, labels, distances, joint, reach, upper, taken, out_fine, out_coarse
+    points, pixels, labels, distances, joint, reach, upper, taken, out_fine, out_coarse
 ):
-    """The points that a limb's hypotheses are scored on: those within reach that no other part has
-    taken.
+    """The pixels that a limb's hypotheses are scored on: of those points within reach that no other
+    part has taken.
 
     Args:
         points, labels, distances, joint, reach, upper, taken: as in `share_out_points`.
-        is_coarse: [N] which of the points are in the coarse image.
-        out_fine, out_coarse: [3, N] float32, filled from the start: x, y and z of these points, and
-            of those in the coarse image.
-
-    Returns:
-        How many there are, and how many in the coarse image.
+        pixels: [N] the points' flat indices into `out_fine`.
+        out_fine: [H, W] zeros, set to 1 at these pixels.
+        out_coarse: the same for every second pixel of every second row.
     """
-    n_fine, n_coarse = 0, 0
+    width = out_fine.shape[1]
     for i in range(points.shape[0]):
         x, y, z = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
         if not x * x + y * y + z * z < reach * reach:
@@ -328,11 +325,7 @@ def pick_scored(
         is_others = labels[i] >= 0 and labels[i] != upper and labels[i] != upper + 1
         if is_others and abs(distances[i]) < taken:
             continue
-        for k in range(3):
-            out_fine[k, n_fine] = points[i, k]
-        n_fine += 1
-        if is_coarse[i]:
-            for k in range(3):
-                out_coarse[k, n_coarse] = points[i, k]
-            n_coarse += 1
-    return n_fine, n_coarse
+        row, column = pixels[i] // width, pixels[i] % width
+        out_fine[row, column] = 1
+        if row % 2 == 0 and column % 2 == 0:
+            out_coarse[row // 2, column // 2] = 1

@@ -19,7 +19,7 @@ def own_points(
     intrinsics: tuple[float, float, float, float],
     out_is_own: NDArray[np.bool_],
     out_points_camera: NDArray[np.float64],
-    out_is_coarse: NDArray[np.bool_],
+    out_pixels: NDArray[np.int32],
 ) -> tuple[int, float, int, int, int, int]:
     """The points of those of somebody's pixels that are in the thinned image.
 
@@ -33,7 +33,7 @@ def own_points(
         intrinsics: fx, fy, cx and cy of the thinned image.
         out_is_own: [h, w] all False, set at the pixels that count.
         out_points_camera: [N, 3] metres, in the order of the pixels; the first A are filled.
-        out_is_coarse: [N] whether row and column are even.
+        out_pixels: [N] flat indices into the thinned image, in the same way.
 
     Returns:
         A; the median of their depths, 1 of none; the first of their rows, the one after the last,
@@ -57,7 +57,7 @@ def own_points(
         out_points_camera[count, 0] = (column - cx) * z / fx
         out_points_camera[count, 1] = (row - cy) * z / fy
         out_points_camera[count, 2] = depths_m[count] = z
-        out_is_coarse[count] = row % 2 == 0 and column % 2 == 0
+        out_pixels[count] = row * width + column
         top, bottom = min(top, row), max(bottom, row + 1)
         left, right = min(left, column), max(right, column + 1)
         count += 1

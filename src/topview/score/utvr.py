@@ -65,7 +65,10 @@ class UtvrTerms:
     def product(self, factors: Collection[Factor]) -> NDArray[np.float64]:
         """[M] the score of some of the factors of Eq. 5.7 alone, as Table 6.3 compares them."""
         chosen = [getattr(self, factor) for factor in FACTORS if factor in factors]
-        return np.multiply.reduce(chosen) if chosen else np.ones_like(self.score)
+        product = chosen.pop() if chosen else np.ones_like(self.score)
+        for factor in chosen:
+            product = product * factor
+        return product
 
     def btvr(self, hidden_share: float) -> NDArray[np.float64]:
         """[M] f_bTVR (Eq. 5.1): `hidden_share` is P_occl, how much of the user's image area is
@@ -75,18 +78,36 @@ class UtvrTerms:
     @classmethod
     def from_counts(cls, counts: NDArray[np.int32]) -> UtvrTerms:
         """[M, 7] counts of the kernel, or of the definition, to factors."""
-        n_points, n_cells, n_pixels, n_in, n_occl, n_out, n_coll = counts.T
-        pixels = np.maximum(n_pixels, 1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reproj = np.where(n_points > 0, n_cells / n_points, np.inf)  # Eq. 3.1
-            align = np.where(n_points > 0, n_pixels / n_points, np.inf)  # Eq. 5.2
-            ovl = np.where(n_in > 0, 1.0 + n_out / n_in, np.inf)  # Eq. 5.9
-        occl = 2.0 - n_occl / pixels  # Eq. 5.9
-        coll = 1.0 + n_coll / pixels  # Eq. 5.9
+        n_points, _, n_pixels, n_in, n_occl, n_out, _ = counts.T
+        factors = np.empty((kernel.N_FACTORS, len(counts)))
+        kernel.fill_factors(counts, factors)
+        reproj, align, occl, ovl, coll = factors
         score = reproj * align * occl * ovl * coll  # Eq. 5.7, 5.8
         return cls(
             counts, n_points, n_pixels, n_in, n_occl, n_out, reproj, align, occl, ovl, coll, score
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observed:
+    """What hypotheses are scored on.
+
+    Attributes:
+        view: the whole scene's depth.
+        own: [H, W] uint8, whose pixels are the user's remaining points where they have a reading.
+            Each of its bits is a layer: hypotheses that have other points are scored at once.
+    """
+
+    view: DepthView
+    own: NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, view: DepthView, is_own: NDArray[np.bool_]) -> Observed:
+        """With one layer of [H, W] pixels that are the user's."""
+        return cls(view, np.ascontiguousarray(is_own).view(np.uint8))
+
+
+FIRST_LAYER: Final = 1
 
 
 def score_hypotheses(
@@ -94,38 +115,40 @@ def score_hypotheses(
     origins_camera: NDArray[np.float64],
     length_m: float,
     radii_m: NDArray[np.float64],
-    points: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
-    view: DepthView,
+    observed: Observed,
     placed: NDArray[np.float32],
     tolerance_m: float,
     threads: int,
+    layers: NDArray[np.uint8] | None = None,
 ) -> UtvrTerms:
     """Score M hypotheses of one part.
 
     Args:
         Rs_camera_part, origins_camera: [M, 3, 3] and [M, 3] (or [3] for all), metres.
         length_m, radii_m: size of the part.
-        points: x, y and z [N] of the user's remaining points, camera frame.
-        view: the whole scene's depth.
+        observed: the scene, and what is left of the user's points.
         placed: [K, 15] parts already placed, from `placed_parts`.
         tolerance_m: the T of Sec. 5.2.1.
         threads: how many share the work; it does not change the result.
+        layers: [M] bit of the layer in which each has its points; None for the first.
     """
-    M = len(Rs_camera_part)
-    origins = np.ascontiguousarray(np.broadcast_to(origins_camera, (M, 3)), np.float32)
+    M, view = len(Rs_camera_part), observed.view
+    origins = np.empty((M, 3), np.float32)
+    origins[:] = origins_camera
     distance_m = float(origins[:, 2].mean()) if M else 1.0
     cell_m = max(view.cell_m(distance_m), 2 * max(radii_m) / CELLS_ACROSS)
     counts = np.empty((M, kernel.N_COUNTS), np.int32)
     f4 = np.float32
     kernel.count_hypotheses(
-        *points,
         view.depth_m,
+        observed.own,
         f4(view.fx),
         f4(view.fy),
         f4(view.cx),
         f4(view.cy),
         np.ascontiguousarray(Rs_camera_part, np.float32),
         origins,
+        np.full(M, FIRST_LAYER, np.uint8) if layers is None else layers,
         f4(length_m),
         f4(radii_m[0]),
         f4(radii_m[1]),

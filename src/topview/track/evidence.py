@@ -14,6 +14,7 @@ from topview.kernels.windows import nearest_in_rows, own_points
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
 from topview.room.floor import CAMERA_UP, FloorPlane
+from topview.score.utvr import Observed
 from topview.track.pose import FittedBody
 
 # All ours.
@@ -22,8 +23,6 @@ NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
 MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
-
-Columns = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +64,7 @@ class Evidence:
         nearest: which of the user's pixels are nearest to where.
         coarse_view: the scene's depth at half the resolution.
         all_points_camera: [A, 3] the user's points, metres.
-        is_coarse: [A] which of them are in `coarse_view`.
+        pixels: [A] int32, flat indices of them into these images.
         points_camera: [N, 3] every n-th of them, for refinement.
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
@@ -90,7 +89,7 @@ class Evidence:
     nearest: NearestPixels
     coarse_view: DepthView
     all_points_camera: NDArray[np.float64]
-    is_coarse: NDArray[np.bool_]
+    pixels: NDArray[np.int32]
     points_camera: NDArray[np.float64]
     point_area_m2: float
     head_camera: NDArray[np.float64]
@@ -103,6 +102,12 @@ class Evidence:
     nearer_bodies: tuple[FittedBody, ...] = ()
     face_share: float | None = None
     proposals: JointProposals | None = None
+
+    def observed(self, is_coarse: bool) -> Observed:
+        """The scene and the user's points, at half the resolution if `is_coarse`."""
+        if is_coarse:
+            return Observed.of(self.coarse_view, self.user_mask[::2, ::2])
+        return Observed.of(self.view, self.user_mask)
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -181,12 +186,12 @@ def gather(
     view = image.view(stride)
     user_mask = np.zeros(view.depth_m.shape, np.bool_)
     points = np.empty((len(user.pixels), 3))
-    is_coarse = np.empty(len(user.pixels), np.bool_)
+    pixels = np.empty(len(user.pixels), np.int32)
     count, distance_m, top, bottom, left, right = own_points(
         user.pixels, labels, user.id, view.depth_m, stride, (view.fx, view.fy, view.cx, view.cy),
-        user_mask, points, is_coarse,
+        user_mask, points, pixels,
     )  # fmt: skip
-    points, is_coarse = points[:count], is_coarse[:count]
+    points, pixels = points[:count], pixels[:count]
     step = max(1, -(-count // MAX_REFINEMENT_POINTS))
     return Evidence(
         timestamp_s=frame.timestamp_s,
@@ -196,7 +201,7 @@ def gather(
         nearest=NearestPixels.of(user_mask, top, bottom, left, right),
         coarse_view=image.view(2 * stride),
         all_points_camera=points,
-        is_coarse=is_coarse,
+        pixels=pixels,
         points_camera=np.ascontiguousarray(points[::step]),
         point_area_m2=step * distance_m**2 / (view.fx * view.fy),
         head_camera=user.head_camera,
@@ -210,9 +215,3 @@ def gather(
         face_share=user.face_share,
         proposals=proposals,
     )
-
-
-def columns(points_camera: NDArray[np.float64]) -> Columns:
-    """[N, 3] to x, y and z, as the kernels want them."""
-    x, y, z = np.ascontiguousarray(points_camera.T, np.float32)
-    return x, y, z

@@ -18,7 +18,7 @@ from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
 from topview.people.users import by_depth, label_image
 from topview.records import Camera, Frame
-from topview.score.utvr import placed_parts, score_hypotheses
+from topview.score.utvr import Observed, placed_parts, score_hypotheses
 from topview.track.evidence import Evidence, gather
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.stances import STANDING, stand
@@ -72,22 +72,16 @@ def _utvr_call(camera: Camera, threads: int) -> Callable[[], object]:
     """A call that scores 256 upright cylinders 2 m away, of 76 x 157 pixels each at 640 x 480."""
     length_m, radii_m, distance_m = 0.6, np.array([0.145, 0.145]), 2.0
     rng = np.random.default_rng(0)
-    angle, y = rng.uniform(-np.pi, 0.0, 6000), rng.uniform(0.0, length_m, 6000)
-    x, z = radii_m[0] * np.cos(angle), radii_m[1] * np.sin(angle)
-    points = (
-        x.astype(np.float32),
-        (y - length_m / 2).astype(np.float32),
-        (distance_m + z).astype(np.float32),
-    )
-    wall = np.full((camera.height, camera.width), distance_m - radii_m[1], np.float32)
+    wall = np.full((camera.height, camera.width), distance_m - 0.5 * radii_m[1], np.float32)
     view = DepthView(wall, camera.fx, camera.fy, camera.cx, camera.cy)
+    observed = Observed.of(view, wall > 0.0)
     Rs = rotations_from_angles(rng.normal(0.0, 0.02, (256, 3)))
     origin = np.array([0.0, -length_m / 2, distance_m])
     no_parts = placed_parts(
         np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, 2))
     )  # fmt: skip
     return lambda: score_hypotheses(
-        Rs, origin, length_m, radii_m, points, view, no_parts, 0.05, threads
+        Rs, origin, length_m, radii_m, observed, no_parts, 0.05, threads
     )
 
 

@@ -15,6 +15,7 @@ from topview.body.proportions import THESIS
 from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import transform
 from topview.score.definition import Cylinder
+from topview.score.utvr import Observed
 from topview.track.methods.utvr import UtvrSettings
 from topview_lab.reproduce.plots import OUTLINE_COLOR
 from topview_lab.sim import GroundTruth, SimulatedRecording
@@ -39,14 +40,14 @@ class Observation:
     """A simulated frame around its first person.
 
     Attributes:
-        view: of the whole scene.
+        observed: the whole scene, and the first person in it.
         color: [H, W, 3].
         own_camera, other_camera: [N, 3] and [M, 3] points of the first person and of all others.
         T_camera_torso: [4, 4] the true upper torso, from the neck.
         stature_m: true.
     """
 
-    view: DepthView
+    observed: Observed
     color: NDArray[np.uint8]
     own_camera: Array
     other_camera: Array
@@ -60,13 +61,18 @@ class Observation:
         depth_m = simulated.depth_mm.astype(np.float32) / np.float32(1000.0)
         view = DepthView(depth_m, camera.fx, camera.fy, camera.cx, camera.cy)
         is_person = (simulated.mask > 0) & (depth_m > 0)
-        own, other = (
-            view.points(*np.nonzero(is_person & where))
-            for where in (simulated.mask == 1, simulated.mask > 1)
-        )
+        is_own, is_other = is_person & (simulated.mask == 1), is_person & (simulated.mask > 1)
+        own, other = (view.points(*np.nonzero(where)) for where in (is_own, is_other))
         torso = list(truth.part_names).index(PART_NAMES[UPPER_TORSO])
         T_camera_torso = truth.Ts_camera_part[frame, 0, torso].astype(np.float64)
-        return cls(view, simulated.color, own, other, T_camera_torso, float(truth.stature[0]))
+        return cls(
+            Observed.of(view, is_own),
+            simulated.color,
+            own,
+            other,
+            T_camera_torso,
+            float(truth.stature[0]),
+        )
 
     def torso(self, R_torso_turned: Array, length_share: float) -> Cylinder:
         """A torso that is turned from the true one about the neck.

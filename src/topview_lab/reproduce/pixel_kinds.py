@@ -42,7 +42,7 @@ def figure_5_7(context: Context) -> Section:
     hypothesis = observation.torso(
         rotations_from_angles(np.radians(TURN_DEG)), length_share=THESIS.torso
     )
-    pixels = characterise(hypothesis, observation.view, UtvrSettings().tolerance_m)
+    pixels = characterise(hypothesis, observation.observed.view, UtvrSettings().tolerance_m)
     path = context.picture("figure-5.7.png")
     _draw(path, observation, hypothesis, pixels)
     kinds = {"inliers": pixels.is_in, "outliers": pixels.is_out, "occluded": pixels.is_occluded}

@@ -190,7 +190,7 @@ def _score(torso: TrueTorso, Rs: Array, settings: TorsoSettings) -> Array:
     """[M] what `--method btvr` minimises."""
     necks = necks_below(torso.head_camera, Rs, torso.stature_m, settings.shape)
     scores = view_scores(
-        Rs, necks, torso.stature_m, torso.columns, torso.view, torso.hidden_share, settings,
+        Rs, necks, torso.stature_m, torso.observed, torso.hidden_share, settings,
         threads=1,
     )  # fmt: skip
     if settings.best_view:

@@ -15,7 +15,6 @@ from topview.geometry.rotations import rotations_from_angles
 from topview.kernels.threads import use_threads
 from topview.score.definition import Cylinder, top_view_cells
 from topview.score.utvr import UtvrTerms, score_hypotheses
-from topview.track.evidence import columns
 from topview_lab.reproduce.context import Context
 from topview_lab.reproduce.cylinders import AROUND, Observation
 from topview_lab.reproduce.plots import IN_COLOR, POINTS_COLOR, drawn
@@ -130,8 +129,7 @@ def _scored(observation: Observation, cylinders: list[Cylinder]) -> UtvrTerms:
         Ts[:, :3, 3],
         cylinders[0].length_m,
         np.array(cylinders[0].radii_m),
-        columns(observation.own_camera),
-        observation.view,
+        observation.observed,
         np.empty((0, 15), np.float32),
         tolerance_m=0.05,
         threads=1,
@@ -175,7 +173,7 @@ def _draw_top_view(ax: Any, observation: Observation, shown: Shown) -> None:
 
     cylinder = shown.cylinder
     inside = observation.own_camera[cylinder.contains(observation.own_camera)]
-    cell_m = observation.view.cell_m(float(cylinder.T_camera_part[2, 3]))
+    cell_m = observation.observed.view.cell_m(float(cylinder.T_camera_part[2, 3]))
     cells_cm = CM * cell_m * top_view_cells(cylinder, inside, cell_m)
     squares = [Rectangle((x, z), CM * cell_m, CM * cell_m) for x, z in cells_cm]
     ax.add_collection(PatchCollection(squares, color=IN_COLOR, alpha=0.35, linewidth=0))

@@ -8,10 +8,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.camera.projection import pixel_rays
 from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import unit
-from topview.track.evidence import Columns, columns
+from topview.score.utvr import Observed
 from topview_lab.sim import GroundTruth, SimulatedRecording
 
 Array = NDArray[np.float64]
@@ -25,8 +24,7 @@ class TrueTorso:
         R_camera_torso: [3, 3].
         head_camera: [3] the head's centre, metres.
         stature_m: of the person.
-        points_camera: [N, 3] what is seen of the person, metres.
-        view: the scene's depth.
+        observed: the scene, and what is seen of the person.
         up_camera: [3].
         hidden_share: of the person's area, by others.
     """
@@ -34,15 +32,9 @@ class TrueTorso:
     R_camera_torso: Array
     head_camera: Array
     stature_m: float
-    points_camera: Array
-    view: DepthView
+    observed: Observed
     up_camera: Array
     hidden_share: float
-
-    @property
-    def columns(self) -> Columns:
-        """x, y and z of the points, as the kernels want them."""
-        return columns(self.points_camera)
 
     @classmethod
     def of(cls, recording: SimulatedRecording, truth: GroundTruth, frame: int) -> Self:
@@ -50,14 +42,13 @@ class TrueTorso:
         simulated = recording.simulate(frame)
         camera = recording.camera
         depth_m = simulated.depth_mm.astype(np.float32) / np.float32(1000.0)
-        points = (pixel_rays(camera) * depth_m[..., None])[(simulated.mask == 1) & (depth_m > 0)]
+        view = DepthView(depth_m, camera.fx, camera.fy, camera.cx, camera.cy)
         joints = dict(zip(truth.names, truth.joints[frame, 0].astype(np.float64), strict=True))
         return cls(
             _rotation(joints),
             joints["head"],
             float(truth.stature[0]),
-            points,
-            DepthView(depth_m, camera.fx, camera.fy, camera.cx, camera.cy),
+            Observed.of(view, (simulated.mask == 1) & (depth_m > 0)),
             recording.scene.mount.T_camera_room()[:3, 2],
             float(truth.person_occ_person[frame, 0]),
         )

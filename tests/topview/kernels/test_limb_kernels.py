@@ -139,14 +139,14 @@ def test_a_limb_may_explain_what_others_do_not(upper):
 @limbs
 def test_a_limb_is_scored_on_what_others_have_not_taken(upper):
     labels, distances = assigned()
-    is_coarse = np.arange(len(POINTS)) % 3 == 0
     reach, taken = 0.6, 0.04
-    fine, coarse = np.empty((2, 3, len(POINTS)), np.float32)
-    n_fine, n_coarse = pick_scored(
-        POINTS, is_coarse, labels, distances, JOINT, reach, upper, taken, fine, coarse
-    )
+    shape = 31, 47
+    rng = np.random.default_rng(0)
+    pixels = rng.permutation(shape[0] * shape[1])[: len(POINTS)].astype(np.int32)
+    fine, coarse = np.zeros(shape, np.uint8), np.zeros((16, 24), np.uint8)
+    pick_scored(POINTS, pixels, labels, distances, JOINT, reach, upper, taken, fine, coarse)
     is_near = ((POINTS - JOINT) ** 2).sum(1) < reach**2
     is_others = ~np.isin(labels, (upper, upper + 1, -1))
     is_scored = is_near & ~(is_others & (np.abs(distances) < taken))
-    assert_array_equal(fine[:, :n_fine].T, POINTS[is_scored].astype(np.float32))
-    assert_array_equal(coarse[:, :n_coarse].T, POINTS[is_scored & is_coarse].astype(np.float32))
+    assert_array_equal(np.flatnonzero(fine), np.sort(pixels[is_scored]))
+    assert_array_equal(coarse, fine[::2, ::2])

@@ -29,16 +29,16 @@ def test_own_points_are_those_of_the_thinned_image(seed: int, stride: int) -> No
     pixels = np.flatnonzero(labels > 0).astype(np.int32)  # some may be somebody else's, too
     view = DepthView(thinned(depth_m, stride), 50.0, 51.0, 20.3, 14.8)
     mask = np.zeros(view.depth_m.shape, np.bool_)
-    points, is_coarse = np.empty((len(pixels), 3)), np.empty(len(pixels), np.bool_)
+    points, thin_pixels = np.empty((len(pixels), 3)), np.empty(len(pixels), np.int32)
     count, median_m, *box = own_points(
         pixels, labels, 1, view.depth_m, stride, (view.fx, view.fy, view.cx, view.cy), mask, points,
-        is_coarse,
+        thin_pixels,
     )  # fmt: skip
     expected = (labels[::stride, ::stride] == 1) & (view.depth_m > 0.0)
     rows, columns = np.nonzero(expected)
     assert_array_equal(mask, expected)
     assert_array_equal(points[:count], view.points(rows, columns))
-    assert_array_equal(is_coarse[:count], (rows % 2 == 0) & (columns % 2 == 0))
+    assert_array_equal(thin_pixels[:count], np.flatnonzero(expected))
     assert median_m == np.median(points[:count, 2])
     assert box == [rows.min(), rows.max() + 1, columns.min(), columns.max() + 1]
 
@@ -49,7 +49,7 @@ def test_nobody_has_no_points() -> None:
     nothing = np.empty(0, np.int32)
     count, median_m, top, bottom, _, _ = own_points(
         nothing, labels, 3, thinned(depth_m, 1), 1, (50.0, 50.0, 20.0, 15.0), mask,
-        np.empty((0, 3)), np.empty(0, np.bool_),
+        np.empty((0, 3)), np.empty(0, np.int32),
     )  # fmt: skip
     assert (count, median_m) == (0, 1.0)
     assert bottom <= top

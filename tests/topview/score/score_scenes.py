@@ -11,7 +11,7 @@ from topview.camera.pyramid import DepthView
 from topview.geometry.quadrics import closed_cylinder_depths
 from topview.geometry.rotations import transform
 from topview.score.definition import Counts, Cylinder, count
-from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
+from topview.score.utvr import Observed, UtvrTerms, placed_parts, score_hypotheses
 
 FOCAL = 142.5
 SHAPE = (120, 160)
@@ -41,18 +41,12 @@ def rendered(*cylinders: Cylinder) -> np.ndarray:
     return np.where(np.isfinite(depth), depth, 0.0).astype(np.float32)
 
 
-def cloud(depth_m: np.ndarray) -> np.ndarray:
-    """[N, 3] points of the pixels that have a reading."""
-    has = depth_m > 0
-    return rays()[has] * depth_m[has, None]
-
-
 @dataclass(frozen=True)
 class Scene:
     """M hypotheses of one size among points, a depth image and placed parts."""
 
     hypotheses: list[Cylinder]
-    points: np.ndarray
+    is_own: np.ndarray  # [H, W] whose pixels with a reading are the user's points
     view: DepthView
     placed: list[Cylinder]
 
@@ -65,17 +59,24 @@ class Scene:
         cell_m = self.view.cell_m(float(origins[:, 2].mean()))
         return count(hypothesis, self.points, self.view, self.placed, cell_m, TOLERANCE_M)
 
+    @property
+    def points(self) -> np.ndarray:
+        """[N, 3] the user's."""
+        return self.view.points(*np.nonzero(self.is_own & (self.view.depth_m > 0)))
+
+    @property
+    def observed(self) -> Observed:
+        return Observed.of(self.view, self.is_own)
+
     def scored(self, threads: int = 1) -> UtvrTerms:
         """The same by the kernel."""
         Ts = np.array([h.T_camera_part for h in self.hypotheses])
-        x, y, z = np.ascontiguousarray(self.points.T, np.float32)
         return score_hypotheses(
             Ts[:, :3, :3],
             Ts[:, :3, 3],
             self.hypotheses[0].length_m,
             np.array(self.hypotheses[0].radii_m),
-            (x, y, z),
-            self.view,
+            self.observed,
             placed_rows(self.placed),
             TOLERANCE_M,
             threads,
@@ -106,14 +107,11 @@ def random_scene(seed: int, hypotheses: int = 12) -> Scene:
     radii = (float(np.float32(rng.uniform(0.04, 0.18))), float(np.float32(rng.uniform(0.04, 0.18))))
     truth = Cylinder(random_pose(rng, 0.1), length, radii)
     depth = rendered(truth)
-    points = cloud(depth)
-    # noise, for on the surface itself rounding would decide what is inside
-    points += rng.normal(0.0, 0.005, points.shape)
-    points = points.astype(np.float32).astype(np.float64)
+    is_own = depth > 0
     depth[depth == 0] = np.float32(2.6)
     depth[:, rng.integers(60, 100) :][:, :8] = np.float32(1.4)
     depth += rng.normal(0.0, 0.02, SHAPE).astype(np.float32)
     depth[rng.random(SHAPE) < 0.1] = 0.0
     tried = [Cylinder(random_pose(rng, 0.15), length, radii) for _ in range(hypotheses - 1)]
     placed = [Cylinder(random_pose(rng, 0.1), 0.25, (0.1, 0.08)) for _ in range(3)]
-    return Scene([truth, *tried], points, view_of(depth), placed)
+    return Scene([truth, *tried], is_own, view_of(depth), placed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from score_scenes import DISTANCE_M, SHAPE, TOLERANCE_M, cloud, rays, rendered, view_of
+from score_scenes import DISTANCE_M, SHAPE, TOLERANCE_M, rays, rendered, view_of
 
 from topview.geometry.rotations import transform
 from topview.score.definition import Cylinder, count, top_view_cells
@@ -74,7 +74,7 @@ def test_collisions_are_pixels_inside_placed_parts_each_counted_once():
 def shell(kind: str) -> np.ndarray:
     """[N, 3] points on the side of `UPRIGHT`, as the camera spaces them."""
     if kind == "seen":
-        return cloud(SURFACE_M)
+        return view_of(SURFACE_M).points(*np.nonzero(IS_COVERED))
     turns, along = np.meshgrid(np.linspace(0, 2 * np.pi, 90, False), np.linspace(0.0, 0.5, 36))
     points = np.stack([0.15 * np.cos(turns), along, 0.1 * np.sin(turns)], axis=-1)
     if kind == "half":

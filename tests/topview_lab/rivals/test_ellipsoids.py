@@ -102,7 +102,7 @@ def test_nothing_seen_leaves_everything_as_it_was(frames_before):
         user_mask=np.zeros_like(seen.user_mask),
         all_points_camera=np.empty((0, 3)),
         points_camera=np.empty((0, 3)),
-        is_coarse=np.empty(0, bool),
+        pixels=np.empty(0, np.int32),
         head_is_seen=frames_before == 0,
     )
     shown = [seen] * frames_before + [nothing] * 2

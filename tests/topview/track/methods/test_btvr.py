@@ -379,7 +379,7 @@ def test_nothing_seen_keeps_the_torso():
         user_mask=np.zeros_like(seen.user_mask),
         all_points_camera=np.empty((0, 3)),
         points_camera=np.empty((0, 3)),
-        is_coarse=np.empty(0, bool),
+        pixels=np.empty(0, np.int32),
         head_is_seen=False,
     )
     after = tracker.update(at_frame(nothing, 1)).Ts_camera_part

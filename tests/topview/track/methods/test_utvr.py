@@ -27,13 +27,12 @@ from topview.room.floor import CAMERA_UP
 from topview.score.definition import Cylinder
 from topview.score.utvr import score_hypotheses
 from topview.track import Tracker, TrackerSettings, track_recording
-from topview.track.evidence import columns
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings, UtvrTracker
 from topview.track.methods.utvr.descent import Descent
 from topview.track.methods.utvr.part_filters import PartFilters
 from topview.track.methods.utvr.particles import Particles
-from topview.track.methods.utvr.placed_body import Cloud, PlacedBody
+from topview.track.methods.utvr.placed_body import PlacedBody, Remaining
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, Stance, stand
 from topview_lab.datasets.simulated import SimulatedScene
@@ -136,8 +135,7 @@ def test_the_score_does_not_tell_how_a_torso_is_turned():
         truth.neck_camera,
         MODEL.lengths_m[UPPER_TORSO],
         MODEL.radii_m[UPPER_TORSO] + UtvrSettings().clothing_m,
-        columns(evidence.all_points_camera),
-        evidence.view,
+        evidence.observed(is_coarse=False),
         np.empty((0, 15), np.float32),
         UtvrSettings().tolerance_m,
         1,
@@ -212,7 +210,7 @@ def test_an_upper_arm_is_judged_together_with_its_forearm():
     arm = truth.Rs[LEFT_UPPER_ARM]
     wrong = arm @ rotations_from_angles(np.radians([0.0, 0.0, -40.0]))
     rivals = np.stack([wrong, arm])
-    best, _ = filters.best_with_next(LEFT_UPPER_ARM, rivals, Cloud.of(evidence))
+    best, _ = filters.best_with_next(LEFT_UPPER_ARM, rivals, Remaining.of(evidence))
     assert best == 1
 
 
@@ -285,8 +283,11 @@ def test_a_part_without_evidence_keeps_its_prediction():
     before = tracker.update(seen)
     step = np.array([0.1, 0.0, 0.0])
     hidden = replace(
-        seen, all_points_camera=np.empty((0, 3)), head_camera=seen.head_camera + step
-    )  # fmt: skip
+        seen,
+        user_mask=np.zeros_like(seen.user_mask),
+        all_points_camera=np.empty((0, 3)),
+        head_camera=seen.head_camera + step,
+    )
     after = tracker.update(at_frame(hidden, 1))
     below = slice(HEAD + 1, None)
     np.testing.assert_array_equal(after.Rs[below], before.Rs[below])

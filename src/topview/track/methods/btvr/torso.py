@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors, unit
 from topview.records import check_range
-from topview.score.utvr import UtvrTerms, score_hypotheses
-from topview.track.evidence import Columns, Evidence, columns
+from topview.score.utvr import Observed, UtvrTerms, score_hypotheses
+from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso_shape import NARROW, TorsoShape
 from topview.track.methods.btvr.yaw import EllipseYaw, YawFilter
 from topview.track.stances import facing
@@ -155,15 +154,11 @@ class TorsoFilter:
     def _scores(self, axes: Array, R_yaw: Array, stature_m: float, evidence: Evidence) -> Array:
         """[M] as `view_scores`, of cylinders along the axes."""
         Rs = turned_to(axes, facing(0.0, evidence.up_camera)) @ R_yaw
-        points, view = evidence.all_points_camera, evidence.view
-        if self.settings.is_coarse:
-            points, view = points[evidence.is_coarse], evidence.coarse_view
         return view_scores(
             Rs,
             self._necks(Rs, stature_m, evidence),
             stature_m,
-            columns(points),
-            view,
+            evidence.observed(self.settings.is_coarse),
             evidence.hidden_share,
             self.settings,
             self.threads,
@@ -186,8 +181,7 @@ def view_scores(
     Rs: Array,
     necks_camera: Array,
     stature_m: float,
-    points: Columns,
-    view: DepthView,
+    observed: Observed,
     hidden_share: float,
     settings: TorsoSettings,
     threads: int,
@@ -200,8 +194,7 @@ def view_scores(
     Args:
         Rs, necks_camera: [M, 3, 3] `Rs_camera_torso` and [M, 3] metres.
         stature_m: of the person.
-        points: x, y and z [N] of the person, metres.
-        view: the scene's depth.
+        observed: the scene, and the person's points.
         hidden_share: P_occl of Eq. 5.3.
         settings: of the search.
         threads: of the kernel.
@@ -212,8 +205,7 @@ def view_scores(
         necks_camera + shape.ahead * stature_m * Rs[:, :, 2],
         shape.length * stature_m,
         stature_m * np.array(shape.semi_axes) + settings.clothing_m,
-        points,
-        view,
+        observed,
         NO_PARTS,
         settings.tolerance_m,
         threads,

@@ -25,12 +25,11 @@ from topview.body.parts import (
     PARTS,
     UPPER_TORSO,
 )
-from topview.camera.pyramid import DepthView
 from topview.filter.particles import n_best
 from topview.geometry.rotations import unit
 from topview.kernels import limbs as limb_kernel
-from topview.score.utvr import UtvrTerms, placed_parts, score_hypotheses
-from topview.track.evidence import Columns, Evidence
+from topview.score.utvr import Observed, UtvrTerms, placed_parts, score_hypotheses
+from topview.track.evidence import Evidence
 from topview.track.methods.topview.hands import Hand, hands_of_arms
 from topview.track.methods.topview.refinement import label_points
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
@@ -184,14 +183,6 @@ def spread_points(points: Array, start: Array, count: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Scored:
-    """Points (x, y, z of each) and image that a score is taken from."""
-
-    points: Columns
-    view: DepthView
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Limb:
     """One limb's surroundings in one frame."""
 
@@ -203,8 +194,8 @@ class _Limb:
     predicted: Array  # [2, 3] directions
     open_points: Array  # [N, 3] that no other part explains well, thinned
     exclusive_points: Array  # [N, 3] that no other part explains at all, thinned
-    fine: _Scored
-    coarse: _Scored
+    fine: Observed  # what its hypotheses are scored on
+    coarse: Observed  # the same at half the resolution
     placed: NDArray[np.float32]  # [3, 15] head and torso, from `placed_parts`
     hand: Hand | None  # where the colour of skin shows this arm's
     own_count: int  # thinned points on the limb's surface
@@ -290,10 +281,11 @@ class LimbSearch:
             thinned, labels, distances, joint, reach, upper, s.taken_m, s.exclusive_m,
             open_points, exclusive_points,
         )  # fmt: skip
-        fine, coarse = np.empty((2, 3, len(points)), np.float32)
-        n_fine, n_coarse = limb_kernel.pick_scored(
-            points, evidence.is_coarse, all_labels, all_distances, joint, reach, upper, s.taken_m,
-            fine, coarse,
+        fine = Observed.of(evidence.view, np.zeros_like(evidence.user_mask))
+        coarse = Observed.of(evidence.coarse_view, np.zeros_like(evidence.user_mask[::2, ::2]))
+        limb_kernel.pick_scored(
+            points, evidence.pixels, all_labels, all_distances, joint, reach, upper, s.taken_m,
+            fine.own, coarse.own,
         )  # fmt: skip
         placed = [HEAD, UPPER_TORSO, LOWER_TORSO]
         return _Limb(
@@ -305,11 +297,8 @@ class LimbSearch:
             predicted.Rs[parts, :, 1],
             open_points[:n_open],
             exclusive_points[:n_exclusive],
-            _Scored((fine[0, :n_fine], fine[1, :n_fine], fine[2, :n_fine]), evidence.view),
-            _Scored(
-                (coarse[0, :n_coarse], coarse[1, :n_coarse], coarse[2, :n_coarse]),
-                evidence.coarse_view,
-            ),
+            fine,
+            coarse,
             placed_parts(
                 pose.Rs[placed],
                 origins[placed],
@@ -395,7 +384,7 @@ class LimbSearch:
             groups.append(elbows_on_circle(limb.joint_camera, palm, upper_m, lower_m, s.hand_turns))
         return np.concatenate(groups)
 
-    def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, scored: _Scored) -> Array:
+    def _scores(self, limb: _Limb, axes: Array, evidence: Evidence, observed: Observed) -> Array:
         """[M] log f_uTVR of both parts, with what speaks against a hypothesis besides (ours)."""
         s = self.settings
         Rs, verdicts = self._judged(limb, axes, evidence)
@@ -409,8 +398,7 @@ class LimbSearch:
                     origins,
                     limb.lengths_m[part],
                     np.array([radius, radius]),
-                    scored.points,
-                    scored.view,
+                    observed,
                     limb.placed,
                     s.tolerance_m,
                     self.threads,

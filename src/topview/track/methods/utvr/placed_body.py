@@ -14,8 +14,9 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
 from topview.camera.pyramid import DepthView
 from topview.geometry.rotations import rotations_from_angles, unit
-from topview.kernels.limits import hinge_excess, part_excess
-from topview.score.utvr import placed_parts
+from topview.kernels.limits import bend_about_hinge, hinge_excess, part_excess
+from topview.kernels.utvr import take_inside
+from topview.score.utvr import FIRST_LAYER, Observed, placed_parts
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import NO_PARTS
 from topview.track.methods.utvr.particles import across, frames_of
@@ -35,31 +36,31 @@ UPPER_LIMBS: Final = frozenset(part.parent for part in PARTS if part.is_hinge)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cloud:
-    """The points that no part has taken yet, and the scene at their resolution.
+class Remaining:
+    """What no part has taken yet of the user's points; of several ways to place the last part, a
+    layer each.
 
     Attributes:
-        points_camera: [N, 3] metres.
-        is_coarse: [N] which of them half the resolution shows, too.
-        view: the scene's depth.
+        fine: all of them.
+        coarse_view: the scene's depth at half the resolution.
     """
 
-    points_camera: Array
-    is_coarse: NDArray[np.bool_]
-    view: DepthView
+    fine: Observed
+    coarse_view: DepthView
 
     @classmethod
-    def of(cls, evidence: Evidence) -> Cloud:
-        return cls(evidence.all_points_camera, evidence.is_coarse, evidence.view)
+    def of(cls, evidence: Evidence) -> Remaining:
+        return cls(evidence.observed(is_coarse=False), evidence.coarse_view)
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Cloud:
-        return replace(
-            self, points_camera=self.points_camera[chosen], is_coarse=self.is_coarse[chosen]
-        )
+    @property
+    def coarse(self) -> Observed:
+        """Those that half the resolution shows, too."""
+        return Observed(self.coarse_view, np.ascontiguousarray(self.fine.own[::2, ::2]))
 
-    def coarse(self, evidence: Evidence) -> Cloud:
-        """At half the resolution."""
-        return replace(self[self.is_coarse], view=evidence.coarse_view)
+    def layer(self, index: int) -> Remaining:
+        """One of the layers, as the first."""
+        own = (self.fine.own >> np.uint8(index)) & np.uint8(FIRST_LAYER)
+        return replace(self, fine=replace(self.fine, own=own))
 
 
 class PlacedBody:
@@ -93,8 +94,9 @@ class PlacedBody:
             downwards = unit(Rs[:, :, 1] - self.up_camera)
             away = below * downwards - behind * Rs[:, :, 2]
             return self.head_camera + self.model.stature_m * away
-        joint = place_part(self.model, part, self.Rs[parent], self.origins[parent])
-        return np.broadcast_to(joint, (len(Rs), 3))
+        joints = np.empty((len(Rs), 3))
+        joints[:] = place_part(self.model, part, self.Rs[parent], self.origins[parent])
+        return joints
 
     def cylinders_of(self, part: int, Rs: Array, joints: Array) -> Array:
         """[M, 3] origins of the cylinders of a part with these proximal joints."""
@@ -109,7 +111,7 @@ class PlacedBody:
         self.Rs[part] = R
         if PARTS[part].is_hinge:
             upper = PARTS[part].parent
-            self.Rs[[upper, part]] = self._bent(part, R[None])[0]
+            bend_about_hinge(self.Rs[upper], self.Rs[part], HINGE_BENDS[upper], KNOWN_BEND)
 
     def turn_head(self) -> None:
         """Let the head face where the torso does, on an axis from its measured centre to the
@@ -146,19 +148,6 @@ class PlacedBody:
             part_excess(Rs, self.Rs[parent], LIMITS_RAD[part], part not in UPPER_LIMBS, beyond_rad)
         return beyond_rad
 
-    def _bent(self, lower: int, Rs: Array) -> Array:
-        """[M, 2, 3, 3] rotations of an upper limb and the part below it, for each hypothesis of
-        where the latter points: the hinge is perpendicular to both; a straight limb keeps it."""
-        R_upper = self.Rs[PARTS[lower].parent]
-        ys_lower = Rs[:, :, 1]
-        ys_upper = np.broadcast_to(R_upper[:, 1], ys_lower.shape)
-        hinges = HINGE_BENDS[PARTS[lower].parent] * np.cross(ys_upper, ys_lower)
-        hinges += KNOWN_BEND * R_upper[:, 0]
-        xs_upper = across(hinges, ys_upper)
-        return np.stack(
-            [frames_of(xs_upper, ys_upper), frames_of(across(xs_upper, ys_lower), ys_lower)], axis=1
-        )
-
     def obstacles(self, part: int) -> NDArray[np.float32]:
         """[K, 15] placed parts that do not adjoin this one, shrunk, and those of nearer users, for
         f_coll (Eq. 5.9)."""
@@ -174,18 +163,24 @@ class PlacedBody:
         )
         return np.concatenate([own, self._nearer_parts])
 
-    def has_inside(self, part: int, points: Array) -> NDArray[np.bool_]:
-        """[N] True for the [N, 3] points that are a placed part's: those inside, and of the torso
-        those near it."""
-        R = self.Rs[part]
-        origin = self.cylinders_of(part, R[None], self.origins[part][None])[0]
-        x, y, z = ((points - origin) @ R).T
-        s = self._settings
-        rx, rz = self.model.radii_m[part] + (
-            s.torso_reach_m if part in TORSO_PARTS else s.clothing_m
-        )
-        is_between = (y >= 0.0) & (y <= self.lengths_m[part])
-        return is_between & ((x / rx) ** 2 + (z / rz) ** 2 <= 1.0)
+    def left_by(self, part: int, Rs: Array, remaining: Remaining) -> Remaining:
+        """What a part leaves over that is turned like each of [K, 3, 3], at most 8, in a layer for
+        each: without the points inside, and of the torso without those near it.
+
+        Args:
+            remaining: in the first layer.
+        """
+        view = remaining.fine.view
+        own = remaining.fine.own * np.uint8(2 ** len(Rs) - 1)
+        reach_m = self._settings.torso_reach_m if part in TORSO_PARTS else self._settings.clothing_m
+        f4 = np.float32
+        rx_m, rz_m = (self.model.radii_m[part] + reach_m).astype(f4)
+        take_inside(
+            view.depth_m, f4(view.fx), f4(view.fy), f4(view.cx), f4(view.cy), Rs.astype(f4),
+            self.cylinders_of(part, Rs, self.joints_of(part, Rs)).astype(f4),
+            f4(self.lengths_m[part]), rx_m, rz_m, own,
+        )  # fmt: skip
+        return replace(remaining, fine=replace(remaining.fine, own=own))
 
 
 def parts_of(body: FittedBody) -> NDArray[np.float32]:

@@ -20,7 +20,7 @@ from topview.track.methods.btvr.yaw_cues import YawCues
 from topview.track.methods.utvr.descent import LEAST_DESCENT_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
 from topview.track.methods.utvr.particles import Particles, elsewhere, turns_rad
-from topview.track.methods.utvr.placed_body import TORSO_PARTS, UPPER_LIMBS, Cloud, PlacedBody
+from topview.track.methods.utvr.placed_body import TORSO_PARTS, UPPER_LIMBS, PlacedBody, Remaining
 from topview.track.methods.utvr.settings import UtvrSettings
 from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
 from topview.track.stances import STANDING, stand
@@ -80,7 +80,7 @@ class UtvrTracker:
 
     def _placed_parts(self, evidence: Evidence, frames: float) -> PlacedBody:
         """Every part where its filter has it, from the head down."""
-        body, cloud = PlacedBody(self.model, evidence, self.settings), Cloud.of(evidence)
+        body, left = PlacedBody(self.model, evidence, self.settings), Remaining.of(evidence)
         starts = evidence.timestamp_s - self._first_s < START_S
         filters = PartFilters(
             self.subject, self.settings, evidence, body, tuple(self._particles), frames, starts
@@ -90,15 +90,15 @@ class UtvrTracker:
             if part in followed:
                 particles = followed[part]
             else:
-                particles, tried = filters.filtered(part, cloud)
+                particles, tried = filters.filtered(part, left)
                 if self.settings.limbs_as_one and part in UPPER_LIMBS:
                     rivals = elsewhere(particles.Rs[0], tried)
-                    best, below = filters.best_with_next(part, rivals, cloud)
+                    best, below = filters.best_with_next(part, rivals, left)
                     particles = particles.headed_by(rivals[best], len(particles.Rs) + 1)
                     followed[part + 1] = below
             self._particles[part] = particles
             body.place(part, particles.Rs[0])
-            cloud = cloud[~body.has_inside(part, cloud.points_camera)]
+            left = body.left_by(part, body.Rs[part, None], left)
         return body
 
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
