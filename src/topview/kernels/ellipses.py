@@ -39,24 +39,25 @@ def move_ellipses(
                 centres[k, 1] -= (a_xx * b_z - a_xz * b_x) / determinant
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit(error_model="numpy", fastmath={"reassoc"})  # sums of several points at once
 def _normal_equations(points, semi_axes, c, s, centre, weight, scale):
     """The weighted squares of all points' distances from one ellipse, and its gradient and
     approximate Hessian, halved, by the ellipse's centre."""
     cost = b_x = b_z = a_xx = a_xz = a_zz = 0.0
+    inv_x, inv_z, inv_scale = 1.0 / semi_axes[0], 1.0 / semi_axes[1], 1.0 / scale
     for i in range(len(points)):
         x, z = points[i, 0] - centre[0], points[i, 1] - centre[1]
         own_x, own_z = c * x - s * z, s * x + c * z
-        size = max(sqrt((own_x / semi_axes[0]) ** 2 + (own_z / semi_axes[1]) ** 2), 1e-6)
-        slope_x = own_x / (semi_axes[0] ** 2 * size)
-        slope_z = own_z / (semi_axes[1] ** 2 * size)
-        steepness = max(sqrt(slope_x**2 + slope_z**2), 1e-6)
-        gap = (size - 1.0) / steepness
-        n_x, n_z = slope_x / steepness, slope_z / steepness
+        unit_x, unit_z = own_x * inv_x, own_z * inv_z
+        size = max(sqrt(unit_x * unit_x + unit_z * unit_z), 1e-6)
+        slope_x, slope_z = unit_x * inv_x, unit_z * inv_z
+        inv_slope = 1.0 / max(sqrt(slope_x * slope_x + slope_z * slope_z), 1e-6)
+        gap = (size - 1.0) * size * inv_slope
+        n_x, n_z = slope_x * inv_slope, slope_z * inv_slope
         d_x, d_z = -(c * n_x + s * n_z), s * n_x - c * n_z
-        robust = 1.0 / (1.0 + (gap / scale) ** 2)
-        cost += weight * robust * gap**2
-        pull = weight * robust**2
+        robust = 1.0 / (1.0 + gap * inv_scale * (gap * inv_scale))
+        cost += weight * robust * gap * gap
+        pull = weight * robust * robust
         b_x += pull * d_x * gap
         b_z += pull * d_z * gap
         a_xx += pull * d_x * d_x
