@@ -137,8 +137,7 @@ class PartFilters:
     ) -> tuple[Particles, Array]:
         """One part's filter: sample, evaluate, keep the N best; and the hypotheses of the first
         round, [M, 3, 3], best first. Without evidence, keep those of the last frame that the part
-        above allows, and search wider in the next frame. All rounds but the last look at half the
-        resolution, unless that shows too little of the part. `first`: that round, if it is done."""
+        above allows, and search wider in the next frame. `first`: that round, if it is done."""
         s = self.settings
         before = particles = self._before[part]
         if part == HEAD and s.neck is not None:
@@ -207,8 +206,8 @@ class PartFilters:
     def _rounds(
         self, part: int, branches: Sequence[Branch], left: Remaining, halvings: int
     ) -> list[Round]:
-        """One round of each branch; all but the last round at half the resolution, but where that
-        shows nothing."""
+        """One round of each branch. The torso is large enough for half the resolution; other parts
+        are looked at so in all rounds but the last, unless that shows too little."""
         s = self.settings
         is_coarse = part in TORSO_PARTS or halvings < s.rounds - 1
         if not (s.coarse_first and is_coarse):

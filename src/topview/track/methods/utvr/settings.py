@@ -49,8 +49,8 @@ class UtvrSettings:
         n_best: hypotheses of every part that go on to the next frame, 1 to `hypotheses`; None for
             those of Sec. 6.1.3, which `topview.body.parts` holds. What `limbs_as_one` chooses
             goes on besides.
-        coarse_first: whether all rounds but the last, and the torso of Sec. 5.1, look at half the
-            resolution, which is faster.
+        coarse_first: whether all rounds of the torso, that of Sec. 5.1 too, and all but the last of
+            other parts look at half the resolution, which is faster.
         descent: Gauss-Newton steps, at the end of each frame, of all parts together onto the
             points and out of free space, 0 to 100; of the pose that was found and of the last
             frame's, and the better one is kept. 0 leaves both out, as printed: a part stays where
