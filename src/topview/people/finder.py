@@ -24,7 +24,7 @@ from topview.people.association import associate
 from topview.people.bodies import nearest_body, own_mask, split, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
-from topview.people.existence import Refusal
+from topview.people.existence import CONFIRMED, Refusal
 from topview.people.output import doubtful_of, frontal_of, users_of
 from topview.people.returning import ReturningPeople
 from topview.people.settings import PeopleSettings
@@ -114,7 +114,7 @@ class PeopleFinder:
         with self.clock.stage("heads"):
             heads = self._detect(scene, before)
         with self.clock.stage("users"):
-            step = Step(scene, last, told, self.settings)
+            step = Step(scene, last, told, self.settings, self._existence.likelihood)
             is_time = self._looks.due(scene.time_s) > 0
             by_shape = ShapeOdds(step, before, self._existence)
             told_heads = [head for head, _ in step.heads_of_doubtful.values()]
@@ -190,8 +190,9 @@ class PeopleFinder:
             if features is not None and self._existence.may_be(features):
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = step.body_under(head).copy()
-                people = [other for other in after if other.id]
-                is_rest = room_left_of(scene, track, body, people)
+                is_rest = room_left_of(scene, track, body, after)
+                if self._existence.existence_of(track) > CONFIRMED:
+                    is_rest[:] = False
                 is_room = is_rest & ~under_higher(scene, head, heads)
                 self._background.learn(scene.cloud.depth_m, is_room)
                 body[is_rest] = np.inf

@@ -90,6 +90,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         features: [F] mean of `FEATURE_NAMES`.
         still: 1 while what is seen of the body has not changed, 0 once it has.
         seen_s: how long it has been looked at; what is cut counts less.
+        shape_s: of which time its shape is that of what is followed now.
         looked_s: when it was last looked at.
         clear: how much that look counts, 0..1.
         network: mean log-odds of `p_person`.
@@ -102,6 +103,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
     features: Features
     still: float = 1.0
     seen_s: float = 0.0
+    shape_s: float = 0.0
     looked_s: float = 0.0
     clear: float = 1.0
     network: float = 0.0
@@ -121,13 +123,23 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         clear = _clear(shape)
         elapsed_s = clear * min(max(time_s - self.looked_s, 0.0), PAUSE_S)
         before = self.features[:-1]
-        mean = before + share_of_new(self.seen_s, elapsed_s) * (shape - before)
+        mean = before + share_of_new(self.shape_s, elapsed_s) * (shape - before)
         still = min(self.still, max(1.0 - (changed - FLICKER) / MOVED, 0.0))
         seen_s = self.seen_s + elapsed_s
         features = np.append(mean, still * log1p(min(seen_s, LONG_S) / RESTLESS_S))
         return replace(
-            self, features=features, still=still, seen_s=seen_s, looked_s=time_s, clear=clear
+            self,
+            features=features,
+            still=still,
+            seen_s=seen_s,
+            shape_s=self.shape_s + elapsed_s,
+            looked_s=time_s,
+            clear=clear,
         )
+
+    def of_another_head(self) -> Evidence:
+        """The shape until now was of something else than what is followed from now on."""
+        return replace(self, shape_s=0.0)
 
     def with_network(self, log_odds: float, elapsed_s: float, time_s: float) -> Evidence:
         """With what the network said of another frame, at a time, and of those since it was last

@@ -14,6 +14,7 @@ from topview.detect.heads import HeadCandidate
 from topview.people.association import SAME_HEAD_M
 from topview.people.bodies import SHOWN_M2, area_m2, nearest_body, union_of
 from topview.people.existence import (
+    DOUBTED,
     NEW_TRACK_S,
     OWN_HEAD,
     TOO_NEAR,
@@ -52,7 +53,7 @@ def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: To
 
 def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
     """Keys of those that are not confirmed, and that have a body and a head which may be no part of
-    somebody who is."""
+    somebody who is; where no network is asked, what such a person's body reaches is a part."""
     confirmed = [track for track in tracks if track.id]
     return {
         track.key
@@ -60,6 +61,7 @@ def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
         if not track.id
         and area_m2(scene, track) > SHOWN_M2
         and is_free(scene, track.head, confirmed, told) is None
+        and (told.has_network or not any(reaches(scene, t, track.head) for t in confirmed))
     }
 
 
@@ -99,20 +101,28 @@ def rejoined(
     existence: Existence,
 ) -> tuple[list[Track], list[HeadCandidate]]:
     """The tracks, and the heads that are left; at another head are those tracks whose body has one
-    that looks much more like it, and has had it for long enough if they are people."""
+    that looks much more like it, and has had it for long enough if they are people; or, if they
+    are not confirmed, one that is likelier a person's. Of a person that may be the head of a track
+    that is not confirmed, but rather a person's than not; that track ends.
+    """
     after, left = [], list(heads)
+    doubtful = {
+        track.key: track.head
+        for track in tracks
+        if not track.id and track.is_seen and existence.existence_of(track) > DOUBTED
+    }
+    ended: set[int] = set()
     for track in tracks:
         others = [other for other in tracks if other.key != track.key and other.id]
+        theirs = {key: head for key, head in doubtful.items() if track.id and key not in ended}
         rival = next(
             (
                 head
-                for head in left
-                if _is_better(scene, track, head)
-                and reaches(scene, track, head)
-                and all(
-                    dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others
+                for head in [*left, *theirs.values()]
+                if _may_be_its(scene, track, head, others)
+                and _is_better(
+                    track, head, features_of(head, nearest_body(scene, others)), existence
                 )
-                and existence.may_be(features_of(head, nearest_body(scene, others)))
             ),
             None,
         )
@@ -123,13 +133,32 @@ def rejoined(
             after.append(replace(track, rival_since_s=since_s))
         else:
             after.append(track.restarted(scene, rival))
-            left.remove(rival)
-    return after, left
+            left = [head for head in left if head is not rival]
+            ended |= {key for key, head in theirs.items() if head is rival}
+    return [track for track in after if track.key not in ended], left
 
 
-def _is_better(scene: Scene, track: Track, head: HeadCandidate) -> bool:
-    """Whether a head looks much more like the track's than what is followed, and is no lower, but
-    for what that is unlike a head."""
+def _may_be_its(scene: Scene, track: Track, head: HeadCandidate, others: Sequence[Track]) -> bool:
+    """Whether a head on a track's body, none of other people's, is no lower than what is followed,
+    but for what that is unlike a head; one of a person must look much more like one."""
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
-    least_m = -LOWER_M * (1.0 - track.confidence)
-    return up_m > least_m and head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
+    return (
+        up_m > -LOWER_M * (1.0 - track.confidence)
+        and (not track.id or _is_surer(track, head))
+        and reaches(scene, track, head)
+        and all(dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others)
+    )
+
+
+def _is_surer(track: Track, head: HeadCandidate) -> bool:
+    """Whether a head looks much more like one than what is followed."""
+    return head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
+
+
+def _is_better(track: Track, head: HeadCandidate, features: Features, existence: Existence) -> bool:
+    """Whether a head, with [S] features, may be a person's, and looks much more like one than what
+    is followed or is likelier a person's."""
+    if not existence.may_be(features):
+        return False
+    by_shape = existence.likelihood.log_odds_of_shape
+    return _is_surer(track, head) or by_shape(features) > by_shape(track.evidence.features[:-1])

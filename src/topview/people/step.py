@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
 from topview.people.bodies import body_of, nearest_body, over_body
 from topview.people.existence import Existence, is_too_near
-from topview.people.features import Features, features_of
+from topview.people.features import FEATURE_NAMES, Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.people.likelihood import Evidence
+from topview.people.likelihood import Evidence, Likelihood, shipped_likelihood
 from topview.people.motion import PAUSE_S
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
@@ -26,6 +26,8 @@ from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 
+# Above 0 where something of a body is nearer to another head.
+ANOTHERS: Final = FEATURE_NAMES.index("somebody else's")
 # Ours: a head is in view of which no more than this is hidden.
 IN_VIEW: Final = 0.15
 
@@ -39,6 +41,7 @@ class Step:
         last: of the last one; None in the first.
         told: what is known of the last frame's bodies.
         settings: how people are found.
+        likelihood: of a person.
         bodies: [h, w] those under heads (`body_under`), by the heads' identities.
     """
 
@@ -46,6 +49,7 @@ class Step:
     last: Scene | None
     told: Told
     settings: PeopleSettings
+    likelihood: Likelihood = field(default_factory=shipped_likelihood)
     bodies: dict[int, tuple[HeadCandidate, NDArray[np.float32]]] = field(default_factory=dict)
 
     @property
@@ -96,7 +100,7 @@ class Step:
         for track in tracks:
             evidence = track.evidence
             if track.key in looked_at:
-                evidence = self._with_shape(track, nearest)
+                evidence = self._with_shape(track, tracks, nearest)
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
                 evidence = evidence.with_network(log_odds, self.elapsed_s, self.told_s)
@@ -122,13 +126,29 @@ class Step:
         """[S] of a head and what of the body below it is nobody else's (`nearest_body`)."""
         return features_of(self.scene, head, self.body_under(head), nearest)
 
-    def _with_shape(self, track: Track, nearest: NDArray[np.float32]) -> Evidence:
+    def _with_shape(
+        self, track: Track, tracks: Sequence[Track], nearest: NDArray[np.float32]
+    ) -> Evidence:
+        """With the shape of a track's head and body: of what is not nearer to another head, or,
+        where that is likelier a person's, of all but what those have who are likelier people."""
         head = self._head_in_view(track)
         if head is None or track.body_m is None:
             return track.evidence
         shape = features_of(self.scene, head, track.body_m, nearest)
+        if shape[ANOTHERS] > 0.0:
+            others = [other for other in tracks if self._is_likelier(other, track)]
+            wider = nearest_body(self.scene, others)
+            whole = features_of(self.scene, head, track.body_m, wider)
+            shape = max(shape, whole, key=self.likelihood.log_odds_of_shape)
         changed = self.scene.changed_share(track.body_m < np.inf, track.born_s)
         return track.evidence.with_shape(shape, changed, self.scene.time_s)
+
+    def _is_likelier(self, other: Track, track: Track) -> bool:
+        """Whether another track is a person rather than this one is: a confirmed one, or of two
+        that are not confirmed the likelier."""
+        if other.id or track.id:
+            return other.id > 0 and other.key != track.key
+        return other.existence(self.likelihood) > track.existence(self.likelihood)
 
     def _by_body(
         self,

@@ -196,12 +196,14 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         return replace(self, evidence=replace(self.evidence, network=0.0, asked_s=0.0))
 
     def restarted(self, scene: Scene, head: HeadCandidate) -> Track:
-        """What was followed was not the head; this is. A stature below it was not its own."""
+        """What was followed was not the head; this is. A stature below it was not its own, nor,
+        of who is not known as a person, was the shape."""
         motion = self.motion.restarted(head.center_camera)
         is_above = (sunk_m(scene, head.center_camera, self.height) or 0.0) < -TALLER_M
         height = HeightEstimate() if is_above else self.height
+        evidence = self.evidence if self.id else self.evidence.of_another_head()
         there = replace(self, motion=motion, motion_s=scene.time_s, rival_since_s=None)
-        return replace(there, height=height).updated(scene.cloud, head)
+        return replace(there, height=height, evidence=evidence).updated(scene.cloud, head)
 
     def as_person(self, other: Track) -> Track:
         """The same head and body, with the identity of another and what is known of that person."""

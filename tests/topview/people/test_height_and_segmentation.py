@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from people_scenes import frame, plane, render, standing_person
+from people_scenes import box, frame, plane, render, standing_person
 from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
 from topview.body.proportions import THESIS
@@ -53,6 +53,20 @@ def test_stature_is_measured_on_the_upright_alone() -> None:
     # The same head, but most of the body far aside of it: bent, or lying.
     assert measured_height(upright, at + np.array([0.6, 0.0, 0.0]), body) is None
     assert measured_height(upright, at, np.zeros_like(body)) is None
+
+
+def test_whoever_is_off_the_floor_is_not_measured() -> None:
+    """A jump is no stature; feet that are hidden tell nothing."""
+    ground_y, floor = 1.1, plane(UP, 1.1)
+    lifted = standing_person(0.0, 3.0, ground_y - 0.25, 1.8)
+    in_air = scene_with(render(lifted, [floor]), ground_y)
+    at = np.array([0.0, ground_y - 0.25 - 0.93 * 1.8, 3.0])
+    body = np.isfinite(body_distance(in_air, at, 1.8, SegmentationSettings()))
+    assert measured_height(in_air, at, body) is None
+    stool = box((-0.6, 0.5, 2.3), (0.6, ground_y, 2.4))
+    hidden = scene_with(render(lifted, [floor, stool]), ground_y)
+    body &= np.abs(hidden.cloud.depth_m - in_air.cloud.depth_m) < 0.01
+    assert measured_height(hidden, at, body) == pytest.approx(2.04, abs=0.03)
 
 
 def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measurement() -> None:

@@ -136,3 +136,13 @@ def test_the_worst_feature_is_the_one_that_weighs_most() -> None:
     for index, name in enumerate(SHAPE):
         if LIKELIHOOD.weights[name] > 0.0:
             assert LIKELIHOOD.worst_of(np.eye(len(FEATURE_NAMES))[index]) == name
+
+
+def test_at_another_head_the_shape_is_looked_at_anew_and_the_time_without_moving_goes_on() -> None:
+    bad, good = np.full(len(SHAPE), 1.0), np.zeros(len(SHAPE))
+    before = watched(bad, 0.0, 2.0)
+    after = before.of_another_head().with_shape(good, 0.0, 2.1)
+    assert np.abs(after.features[:-1]).max() < 1e-9
+    assert after.features[-1] >= before.features[-1]
+    kept = before.with_shape(good, 0.0, 2.1)
+    assert kept.features[:-1].min() > 0.6

@@ -1,0 +1,93 @@
+"""Of two tracks on one body, which keeps it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from dressed_scenes import GROUND_Y, ROOM, scene_of, track_at
+from people_scenes import head_of, render, standing_person
+from topview.detect.heads import HeadCandidate
+from topview.people.existence import NEW_TRACK_S, Existence
+from topview.people.features import FEATURE_NAMES, SHAPE
+from topview.people.likelihood import Evidence
+from topview.people.settings import PeopleSettings
+from topview.people.spawning import rejoined
+from topview.people.step import Step
+from topview.people.told import NOTHING_TOLD
+from topview.people.track import Track
+from topview.room.scene import Scene
+
+HEAD = head_of(0.0, 2.2, GROUND_Y)
+SHOULDER = HEAD + np.array([0.2, 0.25, 0.0])
+ANOTHERS = FEATURE_NAMES.index("somebody else's")
+GOOD, BAD = np.zeros(len(SHAPE)), np.full(len(SHAPE), 1.0)
+
+
+def scene_at(time_s: float = 0.0) -> Scene:
+    return scene_of(render(standing_person(0.0, 2.2, GROUND_Y), ROOM), None, round(30 * time_s))
+
+
+def track_of(
+    scene: Scene, place: NDArray[np.float64], key: int, shape: NDArray[np.float64], id: int
+) -> Track:
+    """With features [S] of a person or of none."""
+    evidence = Evidence.starting_with(shape, scene.time_s)
+    return replace(track_at(scene, place, key), id=id, evidence=evidence)
+
+
+def rejoin(tracks: list[Track], scene: Scene) -> list[Track]:
+    after, left = rejoined(tracks, scene, [], lambda head, nearest: GOOD, Existence())
+    assert not left
+    return after
+
+
+def test_a_person_goes_back_to_the_head_which_a_track_that_is_no_person_yet_has():
+    scene = scene_at()
+    person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
+    doubtful = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=0.9)
+    waits = rejoin([person, doubtful], scene)
+    assert [track.id for track in waits] == [7, 0]
+    (moved,) = rejoin(waits, scene_at(2 * NEW_TRACK_S))
+    assert moved.id == 7
+    np.testing.assert_allclose(moved.place_camera, HEAD, atol=0.02)
+
+
+def test_a_thing_that_is_probably_no_person_keeps_its_head_from_nobody():
+    scene = scene_at()
+    person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
+    thing = replace(track_of(scene, HEAD, 2, BAD, id=0), confidence=0.9)
+    after = rejoin(rejoin([person, thing], scene), scene_at(2 * NEW_TRACK_S))
+    assert [track.id for track in after] == [7, 0]
+    np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
+
+
+def test_of_who_is_no_person_yet_a_likelier_head_is_taken_at_once():
+    scene = scene_at()
+    track = replace(track_of(scene, SHOULDER, 1, BAD, id=0), confidence=0.75)
+    head = HeadCandidate(HEAD, 0.7)
+    (moved,), left = rejoined([track], scene, [head], lambda head, nearest: GOOD, Existence())
+    np.testing.assert_allclose(moved.place_camera, HEAD, atol=0.02)
+    assert not left
+    assert moved.evidence.shape_s == 0.0  # the shape until now was the shoulder's
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_likelier_of_two_that_are_not_confirmed_keeps_its_body(order):
+    scene = scene_at()
+    head, shoulder = (
+        track_of(scene, place, key, shape, id=0)
+        for key, (place, shape) in enumerate([(HEAD, GOOD), (SHOULDER, 0.1 * BAD)], start=1)
+    )
+    step = Step(scene, None, NOTHING_TOLD, PeopleSettings())
+    tracks = [(head, shoulder)[index] for index in order]
+    after = {track.key: track for track in step.with_evidence(tracks, is_time=True)}
+    alone = step.with_evidence([head], is_time=True)[0]
+    odds = {
+        key: step.likelihood.log_odds_of_shape(track.evidence.features[:-1])
+        for key, track in {**after, 0: alone}.items()
+    }
+    assert odds[1] >= odds[0] - 1e-9
+    assert after[2].evidence.features[ANOTHERS] > after[1].evidence.features[ANOTHERS]
