@@ -157,8 +157,10 @@ def _is_surer(track: Track, head: HeadCandidate) -> bool:
 
 def _is_better(track: Track, head: HeadCandidate, features: Features, existence: Existence) -> bool:
     """Whether a head, with [S] features, may be a person's, and looks much more like one than what
-    is followed or is likelier a person's."""
+    is followed; or, of whom no network has been asked, is likelier a person's."""
     if not existence.may_be(features):
         return False
     by_shape = existence.likelihood.log_odds_of_shape
-    return _is_surer(track, head) or by_shape(features) > by_shape(track.evidence.features[:-1])
+    is_asked = track.evidence.asked_s > 0.0
+    is_likelier = by_shape(features) > by_shape(track.evidence.features[:-1])
+    return _is_surer(track, head) or (is_likelier and not is_asked)
