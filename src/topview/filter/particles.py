@@ -9,8 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.kernels.resampling import resample
-
 Array = NDArray[np.float64]
 
 
@@ -34,9 +32,8 @@ def importance_weights(scores: Array) -> Array:
 
 def systematic_resample(weights: Array, count: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """[count] indices of parents, drawn in proportion to their weights with one random number."""
-    parents = np.empty(count, np.intp)
-    resample(weights, rng.random(), parents)
-    return parents
+    positions = (rng.random() + np.arange(count)) / count
+    return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
 
 
 def n_best(scores: Array, count: int) -> NDArray[np.intp]:

@@ -140,11 +140,12 @@ def rejoined(
 
 def _may_be_its(scene: Scene, track: Track, head: HeadCandidate, others: Sequence[Track]) -> bool:
     """Whether a head on a track's body, none of other people's, is no lower than what is followed,
-    but for what that is unlike a head; one of a person must look much more like one."""
+    but for what that is unlike a head, and looks much more like one; of a track that is neither
+    confirmed nor asked about, shape decides (`_is_better`)."""
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
     return (
         up_m > -LOWER_M * (1.0 - track.confidence)
-        and (not track.id or _is_surer(track, head))
+        and (_is_surer(track, head) or not (track.id or track.evidence.asked_s))
         and reaches(scene, track, head)
         and all(dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others)
     )
@@ -157,10 +158,8 @@ def _is_surer(track: Track, head: HeadCandidate) -> bool:
 
 def _is_better(track: Track, head: HeadCandidate, features: Features, existence: Existence) -> bool:
     """Whether a head, with [S] features, may be a person's, and looks much more like one than what
-    is followed; or, of whom no network has been asked, is likelier a person's."""
+    is followed or is likelier a person's."""
     if not existence.may_be(features):
         return False
     by_shape = existence.likelihood.log_odds_of_shape
-    is_asked = track.evidence.asked_s > 0.0
-    is_likelier = by_shape(features) > by_shape(track.evidence.features[:-1])
-    return _is_surer(track, head) or (is_likelier and not is_asked)
+    return _is_surer(track, head) or by_shape(features) > by_shape(track.evidence.features[:-1])
