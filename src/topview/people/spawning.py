@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
-from topview.people.association import SAME_HEAD_M
 from topview.people.bodies import SHOWN_M2, area_m2, nearest_body, union_of
 from topview.people.existence import (
     DOUBTED,
@@ -53,7 +52,7 @@ def is_free(scene: Scene, head: HeadCandidate, tracks: Sequence[Track], told: To
 
 def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
     """Keys of those that are not confirmed, and that have a body and a head which may be no part of
-    somebody who is; where no network is asked, what such a person's body reaches is a part."""
+    somebody who is."""
     confirmed = [track for track in tracks if track.id]
     return {
         track.key
@@ -61,7 +60,6 @@ def free_of(tracks: Sequence[Track], scene: Scene, told: Told) -> set[int]:
         if not track.id
         and area_m2(scene, track) > SHOWN_M2
         and is_free(scene, track.head, confirmed, told) is None
-        and (told.has_network or not any(reaches(scene, t, track.head) for t in confirmed))
     }
 
 
@@ -102,8 +100,9 @@ def rejoined(
 ) -> tuple[list[Track], list[HeadCandidate]]:
     """The tracks, and the heads that are left; at another head are those tracks whose body has one
     that looks much more like it, and has had it for long enough if they are people; or, if they
-    are not confirmed, one that is likelier a person's. Of a person that may be the head of a track
-    that is not confirmed, but rather a person's than not; that track ends.
+    are not confirmed, one that is likelier a person's. Of a person who follows what is no sure head
+    that may be the head of a track that is not confirmed, but rather a person's than not; that
+    track ends.
     """
     after, left = [], list(heads)
     doubtful = {
@@ -114,15 +113,19 @@ def rejoined(
     ended: set[int] = set()
     for track in tracks:
         others = [other for other in tracks if other.key != track.key and other.id]
-        theirs = {key: head for key, head in doubtful.items() if track.id and key not in ended}
+        is_lost = track.id and track.confidence < SURE_HEAD
+        theirs = {key: head for key, head in doubtful.items() if is_lost and key not in ended}
+
+        def shape_of(head: HeadCandidate, others: Sequence[Track] = others) -> Features:
+            """[S] of a head and what of the body below it is nobody else's."""
+            return features_of(head, nearest_body(scene, others))
+
         rival = next(
             (
                 head
                 for head in [*left, *theirs.values()]
                 if _may_be_its(scene, track, head, others)
-                and _is_better(
-                    track, head, features_of(head, nearest_body(scene, others)), existence
-                )
+                and _is_better(track, head, shape_of, existence)
             ),
             None,
         )
@@ -139,15 +142,16 @@ def rejoined(
 
 
 def _may_be_its(scene: Scene, track: Track, head: HeadCandidate, others: Sequence[Track]) -> bool:
-    """Whether a head on a track's body, none of other people's, is no lower than what is followed,
-    but for what that is unlike a head, and looks much more like one; of a track that is neither
-    confirmed nor asked about, shape decides (`_is_better`)."""
+    """Whether a head on a track's body, nearer to none of other people's, is no lower than what is
+    followed, but for what that is unlike a head, and looks much more like one; of a track that is
+    neither confirmed nor asked about, shape decides (`_is_better`)."""
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
+    own_m = dist(track.place_camera.tolist(), head.place)
     return (
         up_m > -LOWER_M * (1.0 - track.confidence)
         and (_is_surer(track, head) or not (track.id or track.evidence.asked_s))
         and reaches(scene, track, head)
-        and all(dist(other.place_camera.tolist(), head.place) > SAME_HEAD_M for other in others)
+        and all(dist(other.place_camera.tolist(), head.place) > own_m for other in others)
     )
 
 
@@ -156,10 +160,19 @@ def _is_surer(track: Track, head: HeadCandidate) -> bool:
     return head.confidence > max(track.confidence + MUCH_MORE, SURE_HEAD)
 
 
-def _is_better(track: Track, head: HeadCandidate, features: Features, existence: Existence) -> bool:
-    """Whether a head, with [S] features, may be a person's, and looks much more like one than what
-    is followed or is likelier a person's."""
-    if not existence.may_be(features):
+def _is_better(
+    track: Track,
+    head: HeadCandidate,
+    shape_of: Callable[[HeadCandidate], Features],
+    existence: Existence,
+) -> bool:
+    """Whether a head may be a person's by its shape, and looks much more like one than what is
+    followed or is likelier a person's, now and by all until now."""
+    shape = shape_of(head)
+    if not existence.may_be(shape):
         return False
+    if _is_surer(track, head):
+        return True
     by_shape = existence.likelihood.log_odds_of_shape
-    return _is_surer(track, head) or by_shape(features) > by_shape(track.evidence.features[:-1])
+    until_now = by_shape(track.evidence.features[:-1])
+    return by_shape(shape) > max(until_now, by_shape(shape_of(track.head)))

@@ -38,8 +38,13 @@ def track_of(
     return replace(track_at(scene, place, key), id=id, evidence=evidence)
 
 
+def shape_at(head: HeadCandidate, nearest: NDArray[np.float32]) -> NDArray[np.float64]:
+    """[S] of a head, good at the head alone."""
+    return GOOD if np.linalg.norm(head.center_camera - HEAD) < 0.1 else BAD
+
+
 def rejoin(tracks: list[Track], scene: Scene) -> list[Track]:
-    after, left = rejoined(tracks, scene, [], lambda head, nearest: GOOD, Existence())
+    after, left = rejoined(tracks, scene, [], shape_at, Existence())
     assert not left
     return after
 
@@ -64,11 +69,37 @@ def test_a_thing_that_is_probably_no_person_keeps_its_head_from_nobody():
     np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
 
 
+def test_a_person_with_a_sure_head_leaves_somebody_elses_to_that_one():
+    scene = scene_at()
+    person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.8)
+    newcomer = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=1.0)
+    after = rejoin(rejoin([person, newcomer], scene), scene_at(2 * NEW_TRACK_S))
+    assert [track.id for track in after] == [7, 0]
+
+
+def test_a_head_that_is_nearer_to_somebody_else_is_not_taken():
+    scene = scene_at()
+    person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
+    other = replace(track_of(scene, HEAD + [0.0, -0.22, 0.0], 3, GOOD, id=8), confidence=0.2)
+    doubtful = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=0.9)
+    after = rejoin(rejoin([person, other, doubtful], scene), scene_at(2 * NEW_TRACK_S))
+    np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
+
+
+def test_a_head_whose_shape_is_good_now_is_kept_whatever_it_was():
+    scene = scene_at()
+    track = replace(track_of(scene, HEAD, 1, BAD, id=0), confidence=0.75)
+    raised = HeadCandidate(HEAD + [0.2, -0.1, 0.0], 0.7)
+    (kept,), left = rejoined([track], scene, [raised], shape_at, Existence())
+    np.testing.assert_allclose(kept.place_camera, HEAD, atol=0.02)
+    assert left == [raised]
+
+
 def test_of_who_is_no_person_yet_a_likelier_head_is_taken_at_once():
     scene = scene_at()
     track = replace(track_of(scene, SHOULDER, 1, BAD, id=0), confidence=0.75)
     head = HeadCandidate(HEAD, 0.7)
-    (moved,), left = rejoined([track], scene, [head], lambda head, nearest: GOOD, Existence())
+    (moved,), left = rejoined([track], scene, [head], shape_at, Existence())
     np.testing.assert_allclose(moved.place_camera, HEAD, atol=0.02)
     assert not left
     assert moved.evidence.shape_s == 0.0  # the shape until now was the shoulder's
