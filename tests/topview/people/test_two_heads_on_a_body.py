@@ -80,7 +80,9 @@ def test_a_person_with_a_sure_head_leaves_somebody_elses_to_that_one():
 def test_a_head_that_is_nearer_to_somebody_else_is_not_taken():
     scene = scene_at()
     person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
-    other = replace(track_of(scene, HEAD + [0.0, -0.22, 0.0], 3, GOOD, id=8), confidence=0.2)
+    other = replace(
+        track_of(scene, HEAD + np.array([0.0, -0.22, 0.0]), 3, GOOD, id=8), confidence=0.2
+    )
     doubtful = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=0.9)
     after = rejoin(rejoin([person, other, doubtful], scene), scene_at(2 * NEW_TRACK_S))
     np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
@@ -89,7 +91,7 @@ def test_a_head_that_is_nearer_to_somebody_else_is_not_taken():
 def test_a_head_whose_shape_is_good_now_is_kept_whatever_it_was():
     scene = scene_at()
     track = replace(track_of(scene, HEAD, 1, BAD, id=0), confidence=0.75)
-    raised = HeadCandidate(HEAD + [0.2, -0.1, 0.0], 0.7)
+    raised = HeadCandidate(HEAD + np.array([0.2, -0.1, 0.0]), 0.7)
     (kept,), left = rejoined([track], scene, [raised], shape_at, Existence())
     np.testing.assert_allclose(kept.place_camera, HEAD, atol=0.02)
     assert left == [raised]
