@@ -74,6 +74,7 @@ class Existence:
         self._is_first = True
         self._unasked: set[int] = set()  # who was confirmed in the first frame
         self._remembered: list[Track] = []  # that ended though the network was asked about them
+        self._was: dict[int, int] = {}  # by keys, whose track it was before it ended
 
     def confirmed(
         self, tracks: Sequence[Track], scene: Scene, free: Set[int], has_network: bool
@@ -101,10 +102,13 @@ class Existence:
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
-        """By key, of those who come to be people: new ones."""
+        """By key, of those who come to be people: the one of before of whoever was put out for a
+        while, new ones of all others."""
+        again = {track.key: self._was.pop(track.key) for track in ready if track.key in self._was}
+        others = [track.key for track in ready if track.key not in again]
         first = self._next_id
-        self._next_id += len(ready)
-        return {track.key: first + number for number, track in enumerate(ready)}
+        self._next_id += len(others)
+        return again | {key: first + number for number, key in enumerate(others)}
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
@@ -168,6 +172,8 @@ class Existence:
         track = self.remembered_at(born.place_camera, scene)
         if track is None:
             return born
+        if track.id:
+            self._was[track.key] = track.id
         own = replace(track, id=0, height=born.height, face=born.face)
         return replace(own.restarted(scene, born.head), body_m=born.body_m)
 

@@ -229,6 +229,25 @@ def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_cha
     assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
 
 
+def test_who_was_put_out_for_a_while_has_the_same_identity() -> None:
+    """At the same place; somebody new besides has the next one."""
+    existence = Existence(None, LIKE_A_PERSON)
+    (person,) = existence.confirmed([track_with(4.0, key=7)], FIRST, {7}, True)
+    is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
+    body_m = np.where(is_own, np.float32(0.0), np.float32(np.inf))
+    evidence = replace(person.evidence, network=-4.0, still=0.5)
+    since_s = FIRST.time_s + 10 * FRAME_S
+    doubted = replace(person, seen_s=since_s, time_s=since_s, body_m=body_m, evidence=evidence)
+    assert existence.going_on([doubted], LATER) == []
+    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=body_m)
+    again = existence.taken_up(born, replace(LATER, steady=steady_for(2.0)))
+    assert (again.key, again.id) == (7, 0)
+    again = replace(again, evidence=replace(again.evidence, network=4.0))
+    new = replace(again, key=11)
+    after = existence.confirmed([new, again], LATER, {7, 11}, True)
+    assert {track.key: track.id for track in after} == {7: person.id, 11: person.id + 1}
+
+
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
     worst = "too low"
     likelihood = Likelihood(
