@@ -94,12 +94,17 @@ class Existence:
             if not track.id and track.key in free and self._is_ready(track, scene, has_network)
         ]
         ready.sort(key=lambda track: (-self.existence_of(track), track.key))
+        self._are_there({track.id for track in tracks})
         there = sum(self.is_put_out(track, scene) for track in tracks)
         most = len(ready) if self._most is None else max(self._most - there, 0)
         ids = self._identities(ready[:most])
         if self._is_first:
             self._unasked, self._is_first = set(ids.values()), False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]
+
+    def _are_there(self, ids: Set[int]) -> None:
+        """These people are known to be somewhere: nobody else is to be one of them."""
+        self._was = {key: id for key, id in self._was.items() if id not in ids}
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
         """By key, of those who come to be people: the one of before of whoever was put out for a
@@ -173,6 +178,7 @@ class Existence:
         if track is None:
             return born
         if track.id:
+            self._are_there({track.id})
             self._was[track.key] = track.id
         own = replace(track, id=0, height=born.height, face=born.face)
         return replace(own.restarted(scene, born.head), body_m=born.body_m)

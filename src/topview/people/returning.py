@@ -165,7 +165,7 @@ class ReturningPeople(Existence):
             ratios = [[self._portraits[t.key].log_ratio(other) for other in gone] for t in ready]
             chosen = assign(clear_ones(np.reshape(ratios, (len(ready), len(ids)))))
             back = {ready[row].key: ids[column] for row, column in chosen.items()}
-            self._was = {key: id for key, id in self._was.items() if id not in back.values()}
+            self._are_there(set(back.values()))
         return back | super()._identities([track for track in ready if track.key not in back])
 
 

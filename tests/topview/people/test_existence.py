@@ -229,8 +229,10 @@ def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_cha
     assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
 
 
-def test_who_was_put_out_for_a_while_has_the_same_identity() -> None:
-    """At the same place; somebody new besides has the next one."""
+@pytest.mark.parametrize("is_elsewhere", [False, True])
+def test_who_was_put_out_for_a_while_has_the_same_identity(is_elsewhere: bool) -> None:
+    """At the same place, unless that person is seen elsewhere by now; somebody new besides has the
+    next one."""
     existence = Existence(None, LIKE_A_PERSON)
     (person,) = existence.confirmed([track_with(4.0, key=7)], FIRST, {7}, True)
     is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
@@ -244,8 +246,13 @@ def test_who_was_put_out_for_a_while_has_the_same_identity() -> None:
     assert (again.key, again.id) == (7, 0)
     again = replace(again, evidence=replace(again.evidence, network=4.0))
     new = replace(again, key=11)
-    after = existence.confirmed([new, again], LATER, {7, 11}, True)
-    assert {track.key: track.id for track in after} == {7: person.id, 11: person.id + 1}
+    elsewhere = replace(person, key=12) if is_elsewhere else new
+    after = existence.confirmed([elsewhere, again], LATER, {7, 11}, True)
+    ids = {track.key: track.id for track in after}
+    if is_elsewhere:
+        assert ids == {12: person.id, 7: person.id + 1}
+    else:
+        assert ids == {7: person.id, 11: person.id + 1}
 
 
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
