@@ -115,17 +115,12 @@ def rejoined(
         others = [other for other in tracks if other.key != track.key and other.id]
         is_lost = track.id and track.confidence < SURE_HEAD
         theirs = {key: head for key, head in doubtful.items() if is_lost and key not in ended}
-
-        def shape_of(head: HeadCandidate, others: Sequence[Track] = others) -> Features:
-            """[S] of a head and what of the body below it is nobody else's."""
-            return features_of(head, nearest_body(scene, others))
-
         rival = next(
             (
                 head
                 for head in [*left, *theirs.values()]
                 if _may_be_its(scene, track, head, others)
-                and _is_better(track, head, shape_of, existence)
+                and _is_better(scene, track, head, others, features_of, existence)
             ),
             None,
         )
@@ -161,18 +156,21 @@ def _is_surer(track: Track, head: HeadCandidate) -> bool:
 
 
 def _is_better(
+    scene: Scene,
     track: Track,
     head: HeadCandidate,
-    shape_of: Callable[[HeadCandidate], Features],
+    others: Sequence[Track],
+    features_of: FeaturesOf,
     existence: Existence,
 ) -> bool:
-    """Whether a head may be a person's by its shape, and looks much more like one than what is
-    followed or is likelier a person's, now and by all until now."""
-    shape = shape_of(head)
+    """Whether a head may be a person's by the shape of what no other person has, and looks much
+    more like one than what is followed or is likelier a person's, now and by all until now."""
+    nearest = nearest_body(scene, others)
+    shape = features_of(head, nearest)
     if not existence.may_be(shape):
         return False
     if _is_surer(track, head):
         return True
     by_shape = existence.likelihood.log_odds_of_shape
     until_now = by_shape(track.evidence.features[:-1])
-    return by_shape(shape) > max(until_now, by_shape(shape_of(track.head)))
+    return by_shape(shape) > max(until_now, by_shape(features_of(track.head, nearest)))

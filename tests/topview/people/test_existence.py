@@ -41,6 +41,8 @@ SCENES = [
     scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1, 30)
 ]
 FIRST, SOON, LATER = SCENES
+IS_UNDER_HEAD = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
+BODY_M = np.where(IS_UNDER_HEAD, np.float32(0.0), np.float32(np.inf))
 LIKE_A_PERSON = Likelihood("made up", 0.0, dict.fromkeys(FEATURE_NAMES, 0.0), 0.0, 0.0, 1.0, 0.0)
 """Whose log-odds are those of the network."""
 log_odds = st.floats(-4.9, 4.9)
@@ -211,12 +213,10 @@ def test_who_has_not_moved_is_believed_no_longer_than_likely(still: float, ends:
 
 
 def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_changed() -> None:
-    is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
-    body_m = np.where(is_own, np.float32(0.0), np.float32(np.inf))
     since_s = FIRST.time_s + 10 * FRAME_S
-    refused = track_with(-4.0, key=7, seen_s=since_s, time_s=since_s, body_m=body_m)
+    refused = track_with(-4.0, key=7, seen_s=since_s, time_s=since_s, body_m=BODY_M)
     refused = replace(refused, evidence=replace(refused.evidence, still=0.5))
-    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=body_m)
+    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=BODY_M)
     for steady_s, key in ((2.0, 7), (0.1, 9)):
         existence = Existence(None, LIKE_A_PERSON)
         assert existence.going_on([refused], LATER) == []
@@ -235,24 +235,19 @@ def test_who_was_put_out_for_a_while_has_the_same_identity(is_elsewhere: bool) -
     next one."""
     existence = Existence(None, LIKE_A_PERSON)
     (person,) = existence.confirmed([track_with(4.0, key=7)], FIRST, {7}, True)
-    is_own = np.hypot(*(LATER.overview_m - LATER.overview_of(HEAD)).transpose(2, 0, 1)) < 0.3
-    body_m = np.where(is_own, np.float32(0.0), np.float32(np.inf))
     evidence = replace(person.evidence, network=-4.0, still=0.5)
     since_s = FIRST.time_s + 10 * FRAME_S
-    doubted = replace(person, seen_s=since_s, time_s=since_s, body_m=body_m, evidence=evidence)
+    doubted = replace(person, seen_s=since_s, time_s=since_s, body_m=BODY_M, evidence=evidence)
     assert existence.going_on([doubted], LATER) == []
-    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=body_m)
+    born = replace(track_at(LATER, HEAD), key=9, id=0, body_m=BODY_M)
     again = existence.taken_up(born, replace(LATER, steady=steady_for(2.0)))
     assert (again.key, again.id) == (7, 0)
     again = replace(again, evidence=replace(again.evidence, network=4.0))
-    new = replace(again, key=11)
-    elsewhere = replace(person, key=12) if is_elsewhere else new
-    after = existence.confirmed([elsewhere, again], LATER, {7, 11}, True)
+    other = replace(person if is_elsewhere else again, key=11)
+    after = existence.confirmed([other, again], LATER, {7, 11}, True)
     ids = {track.key: track.id for track in after}
-    if is_elsewhere:
-        assert ids == {12: person.id, 7: person.id + 1}
-    else:
-        assert ids == {7: person.id, 11: person.id + 1}
+    first, second = (11, 7) if is_elsewhere else (7, 11)
+    assert ids == {first: person.id, second: person.id + 1}
 
 
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:

@@ -49,6 +49,10 @@ def rejoin(tracks: list[Track], scene: Scene) -> list[Track]:
     return after
 
 
+def rejoin_for_long(*tracks: Track) -> list[Track]:
+    return rejoin(rejoin(list(tracks), scene_at()), scene_at(2 * NEW_TRACK_S))
+
+
 def test_a_person_goes_back_to_the_head_which_a_track_that_is_no_person_yet_has():
     scene = scene_at()
     person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
@@ -64,7 +68,7 @@ def test_a_thing_that_is_probably_no_person_keeps_its_head_from_nobody():
     scene = scene_at()
     person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.2)
     thing = replace(track_of(scene, HEAD, 2, BAD, id=0), confidence=0.9)
-    after = rejoin(rejoin([person, thing], scene), scene_at(2 * NEW_TRACK_S))
+    after = rejoin_for_long(person, thing)
     assert [track.id for track in after] == [7, 0]
     np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
 
@@ -73,7 +77,7 @@ def test_a_person_with_a_sure_head_leaves_somebody_elses_to_that_one():
     scene = scene_at()
     person = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.8)
     newcomer = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=1.0)
-    after = rejoin(rejoin([person, newcomer], scene), scene_at(2 * NEW_TRACK_S))
+    after = rejoin_for_long(person, newcomer)
     assert [track.id for track in after] == [7, 0]
 
 
@@ -84,7 +88,7 @@ def test_a_head_that_is_nearer_to_somebody_else_is_not_taken():
         track_of(scene, HEAD + np.array([0.0, -0.22, 0.0]), 3, GOOD, id=8), confidence=0.2
     )
     doubtful = replace(track_of(scene, HEAD, 2, GOOD, id=0), confidence=0.9)
-    after = rejoin(rejoin([person, other, doubtful], scene), scene_at(2 * NEW_TRACK_S))
+    after = rejoin_for_long(person, other, doubtful)
     np.testing.assert_allclose(after[0].place_camera, SHOULDER, atol=0.02)
 
 
