@@ -18,10 +18,9 @@ from topview.records import InputError
 from topview.track.settings import TrackerSettings
 from topview.track.tracker import Tracker
 from topview_lab.datasets.simulated import MadeScene
-from topview_lab.sim.scenes import KINECT_V1_HALF
 from topview_lab.sim.scenes.postures import held_postures
 from topview_lab.training.joints.recordings import LabelledRecording, gathered, read_labelled
-from topview_lab.training.joints.simulated import posture_recording
+from topview_lab.training.joints.simulated import posture_recording, posture_scenes
 from topview_lab.training.joints.windows import Variation, labelled_window, put_into_room
 from topview_lab.training.people import KnownPeople, TrueExistence, TruePeople
 from topview_lab.training.person_head import seen_under
@@ -119,10 +118,10 @@ class PosturesJob:
 
     def __call__(self) -> CollectedWindows:
         recording = posture_recording(self.number)
-        held = held_postures(self.number, KINECT_V1_HALF, HELD_EVERY, HELD_FRAMES)
         asked = [
             window
-            for own in held
+            for scene in posture_scenes(self.number)
+            for own in held_postures(scene, HELD_EVERY, HELD_FRAMES)
             for window in _asked_windows(MadeScene(own), self.weights, LEGS_REACH_M)
         ]
         varied = _varied_windows(recording)

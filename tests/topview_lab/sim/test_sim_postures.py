@@ -7,8 +7,18 @@ import pytest
 from numpy.typing import NDArray
 
 from topview_lab.sim.actions.act import SIDES
+from topview_lab.sim.scene import Box
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import LYING, POSTURES, drawn_posture, posture_scene
+from topview_lab.sim.scenes.postures import (
+    KEPT_ON_SEATS,
+    LEAST_SEAT_M,
+    LYING,
+    POSTURES,
+    drawn_posture,
+    held_postures,
+    posture_scene,
+    seated_scene,
+)
 from topview_lab.sim.skeleton import (
     SEGMENT_INDEX,
     SEGMENT_LIMITS_RAD,
@@ -69,3 +79,40 @@ def test_the_seed_tells_all() -> None:
     same = again.actors[0].performance.pose(again.actors[0].body, 0.5)
     np.testing.assert_array_equal(same.angles_rad, PERFORMANCE.pose(BODY, 0.5).angles_rad)
     assert other.mount != SCENE.mount
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_who_sits_keeps_to_the_seat_and_moves_trunk_and_arms(seed: int) -> None:
+    scene = seated_scene(seed, KINECT_V1_HALF)
+    (actor,) = scene.actors
+    poses = [
+        actor.performance.pose(actor.body, scene.time_s(frame)) for frame in range(scene.frames)
+    ]
+    hips = np.array([pose.root_room for pose in poses])
+    assert np.ptp(hips[:, :2], axis=0).max() == 0.0
+    assert np.ptp(hips[:, 2]) < 0.05
+    angles = np.array([pose.angles_rad for pose in poses])
+    is_kept = [name.startswith(KEPT_ON_SEATS) for name in SEGMENT_INDEX]
+    assert np.ptp(angles[:, is_kept], axis=0).max() < np.radians(4.0)
+    arms = [SEGMENT_INDEX[f"upper_arm_{side}"] for side in SIDES]
+    assert np.ptp(angles[:, arms], axis=0).min() > np.radians(10.0)
+    tops_m = [
+        part.center_room[2] + part.size_m[2] / 2
+        for part in scene.furniture
+        if isinstance(part, Box) and np.allclose(part.center_room[:2], hips[0, :2])
+    ]
+    assert len(tops_m) == 1
+    assert LEAST_SEAT_M < tops_m[0] < hips[0, 2]
+
+
+def test_a_posture_is_held_with_all_that_stands_round() -> None:
+    scene = seated_scene(1, KINECT_V1_HALF)
+    held = held_postures(scene, 5, 3)
+    assert [own.frames for own in held] == [3, 3]
+    assert all(own.furniture == scene.furniture for own in held)
+    (actor,) = scene.actors
+    (own,) = held[1].actors
+    np.testing.assert_array_equal(
+        own.performance.pose(own.body, 0.0).root_room[:2],
+        actor.performance.pose(actor.body, scene.time_s(5)).root_room[:2],
+    )

@@ -5,17 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from topview.detect.joints import PROPOSED_JOINTS
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import posture_scene
+from topview_lab.sim.scenes.postures import POSTURES_A_BODY, SEATED_A_BODY, posture_scene
 from topview_lab.sim.truth import simulate_truth
 from topview_lab.training.joints.recordings import gathered
 from topview_lab.training.joints.simulated import (
     CENTRE_PARTS,
     JOINT_CENTRES,
     joints_of_rig,
+    posture_recording,
     simulated_recording,
 )
 
@@ -53,3 +55,11 @@ def test_a_scene_becomes_a_recording_to_learn_from() -> None:
     np.testing.assert_array_equal(
         hidden, TRUTH.joint_occ_inter[:, 0, SIM_JOINT_NAMES.index("knee_l")]
     )
+
+
+@pytest.mark.slow
+def test_postures_are_learnt_in_the_room_and_on_a_seat() -> None:
+    recording = posture_recording(3)
+    frames = POSTURES_A_BODY + SEATED_A_BODY
+    assert len(recording.depth_mm) == len(recording.masks) == len(recording.hidden) == frames
+    assert len(gathered([recording])) > 0.9 * frames

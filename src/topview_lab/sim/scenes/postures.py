@@ -1,7 +1,7 @@
 """Scenes to learn from: somebody who is in another posture in every frame, as no capture shows.
 
 Who lies, sits on the floor, kneels, squats, bends or goes on all fours; arms and legs anywhere that
-the posture leaves free.
+the posture leaves free. And somebody on a seat, seen from anywhere.
 """
 
 from __future__ import annotations
@@ -15,22 +15,30 @@ import numpy as np
 
 from topview.records import Camera
 from topview_lab.sim.actions import Angles, Style
+from topview_lab.sim.actions.sitting_kneeling import SEAT_FLESH
 from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import Body, build_body
-from topview_lab.sim.furniture import furnished
+from topview_lab.sim.furniture import WOODS, Furniture, chair, furnished
 from topview_lab.sim.held import HeldPose, Holding
 from topview_lab.sim.light import STEADY
 from topview_lab.sim.motions import Performance
-from topview_lab.sim.scene import Actor, Mount, Scene
+from topview_lab.sim.scene import Actor, Mount, Room, Scene
 from topview_lab.sim.scenes.stage import varied_room
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, Pose
 
 POSTURES_A_BODY: Final = 40
 """Frames of one body in one room (ours)."""
+SEATED_A_BODY: Final = 10
+"""Frames of one body on one seat (ours)."""
+STOOL_SHARE: Final = 0.3
+"""Of seats, that have no back (ours)."""
+LEAST_SEAT_M: Final = 0.25
+"""Height of the lowest seat (ours)."""
 PLACES_AWAY_M: Final = (1.8, 4.2)
 """How far away the hips are (ours)."""
 ASIDE: Final = 0.35
 """How far aside the hips are at most, as a share of how far away (ours)."""
+FPS: Final = 30.0
 MOUNT_HEIGHTS_M: Final = (0.6, 2.6)
 MOUNT_AIMS_M: Final = (0.4, 1.0)
 """Of the camera, and of what it looks at in the middle of the places (ours)."""
@@ -124,6 +132,9 @@ POSTURES: Final[Mapping[str, Ranges]] = {
 """By name. The pelvis's angles are its turn in the room, as in `topview_lab.sim.held.HeldPose`."""
 
 
+SEATED: Final = ("sitting", "sitting bent")
+KEPT_ON_SEATS: Final = ("pelvis", "thigh", "calf", "foot")
+"""Segments, of one side too, that whoever sits on one seat keeps as they are."""
 LYING: Final = (
     "on back", "flat on back", "on left side", "on right side", "on front", "flat on front",
 )  # fmt: skip
@@ -180,10 +191,9 @@ class Posing(Performance):
         return self._now(time_s).pose(body, time_s)
 
 
-def held_postures(seed: int, camera: Camera, every: int, frames: int) -> list[Scene]:
-    """Every so-manieth posture of `posture_scene`, each held for so many frames in a scene of its
-    own."""
-    scene = posture_scene(seed, camera)
+def held_postures(scene: Scene, every: int, frames: int) -> list[Scene]:
+    """Every so-manieth posture of a scene of this module, each held for so many frames in a scene
+    of its own."""
     (actor,) = scene.actors
     posing = actor.performance
     assert isinstance(posing, Posing)
@@ -207,25 +217,81 @@ def posture_scene(seed: int, camera: Camera) -> Scene:
     """
     rng = np.random.default_rng((seed, *b"postures"))
     body, style = build_body(random_appearance(rng)), Style.sample(rng)
-    room, _ = varied_room(rng)
-    height_m = rng.uniform(*MOUNT_HEIGHTS_M)
-    mount = Mount(height_m, atan2(height_m - rng.uniform(*MOUNT_AIMS_M), sum(PLACES_AWAY_M) / 2))
-    fps = 30.0
+    stage = _stage(rng)
     holdings = []
     for _ in range(POSTURES_A_BODY):
-        away_m = float(rng.uniform(*PLACES_AWAY_M))
-        place = (float(rng.uniform(-ASIDE, ASIDE)) * away_m, away_m)
+        place = _place(rng)
         name = str(rng.choice(list(POSTURES)))
         holdings.append(_resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng))
+    return _scene("postures", seed, camera, stage, Actor(body, _posing(holdings)), rng)
+
+
+def seated_scene(seed: int, camera: Camera) -> Scene:
+    """One body on one seat, turned anywhere, in `SEATED_A_BODY` postures of trunk and arms.
+
+    Args:
+        seed: of the body, the postures, the seat, the room and the noise.
+        camera: intrinsics.
+    """
+    rng = np.random.default_rng((seed, *b"seated"))
+    body, style = build_body(random_appearance(rng)), Style.sample(rng)
+    stage = _stage(rng)
+    place, heading_rad = _place(rng), float(rng.uniform(-pi, pi))
+    seat_m = 0.0
+    while seat_m < LEAST_SEAT_M:
+        seated = drawn_posture(str(rng.choice(SEATED)), rng)
+        hips = Holding.at(seated, place, heading_rad, style).pose(body, 0.0).root_room
+        seat_m = float(hips[2]) - SEAT_FLESH * body.appearance.stature_m
+    legs = {name: own for name, own in seated.angles.items() if name.startswith(KEPT_ON_SEATS)}
+    holdings = []
+    for _ in range(SEATED_A_BODY):
+        drawn = drawn_posture(seated.name, rng)
+        held = HeldPose(seated.name, {**drawn.angles, **legs})
+        holdings.append(Holding.at(held, place, heading_rad, style))
+    seat, back, *rest = chair(place, heading_rad, seat_m, WOODS[0])
+    parts = (seat, *rest) if rng.random() < STOOL_SHARE else (seat, back, *rest)
+    return _scene("seated", seed, camera, stage, Actor(body, _posing(holdings)), rng, parts)
+
+
+def _stage(rng: np.random.Generator) -> tuple[Room, Mount]:
+    room, _ = varied_room(rng)
+    height_m = rng.uniform(*MOUNT_HEIGHTS_M)
+    aim_rad = atan2(height_m - rng.uniform(*MOUNT_AIMS_M), sum(PLACES_AWAY_M) / 2)
+    return room, Mount(height_m, aim_rad)
+
+
+def _place(rng: np.random.Generator) -> tuple[float, float]:
+    """Of somebody's hips."""
+    away_m = float(rng.uniform(*PLACES_AWAY_M))
+    return float(rng.uniform(-ASIDE, ASIDE)) * away_m, away_m
+
+
+def _posing(holdings: list[Holding]) -> Posing:
+    return Posing(holdings[0].path, (), holdings[0].style, tuple(holdings), FPS)
+
+
+def _scene(
+    kind: str,
+    seed: int,
+    camera: Camera,
+    stage: tuple[Room, Mount],
+    actor: Actor,
+    rng: np.random.Generator,
+    seat: tuple[Furniture, ...] = (),
+) -> Scene:
+    """A frame for each posture, in a room with furniture."""
+    room, mount = stage
+    posing = actor.performance
+    assert isinstance(posing, Posing)
     return Scene(
-        name=f"postures_{seed}",
+        name=f"{kind}_{seed}",
         seed=seed,
-        frames=POSTURES_A_BODY,
+        frames=len(posing.holdings),
         camera=camera,
         mount=mount,
         room=room,
-        furniture=furnished(rng, room),
-        actors=(Actor(body, Posing(holdings[0].path, (), style, tuple(holdings), fps)),),
-        fps=fps,
+        furniture=(*furnished(rng, room), *seat),
+        actors=(actor,),
+        fps=posing.fps,
         light=STEADY,
     )

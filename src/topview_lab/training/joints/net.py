@@ -128,7 +128,10 @@ class JointNet(nn.Module):
     def forward(self, windows: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
         """Places and log scales [B, M, 21, 3] in the box, logits of modes [B, M] and of a person
         [B], logits [B, 32, 32] of the person's visible pixels."""
-        at_32 = self.down_32(self.stem(_with_coarse_owners(windows)))
+        # Depth comes in steps of millimetres, which half precision would not tell apart.
+        with torch.autocast(windows.device.type, enabled=False):
+            at_64 = self.stem(_with_coarse_owners(windows))
+        at_32 = self.down_32(at_64)
         at_16 = self.down_16(at_32)
         at_8 = self.down_8(at_16)
         means = at_8.mean(dim=(2, 3))

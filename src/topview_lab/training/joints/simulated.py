@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Scene
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import posture_scene
+from topview_lab.sim.scenes.postures import posture_scene, seated_scene
 from topview_lab.sim.truth import GroundTruth, stack_truth
 from topview_lab.training.joints.recordings import LabelledRecording, our_joint_name
 
@@ -48,8 +49,18 @@ def check_postures(count: int) -> None:
 
 
 def posture_recording(number: int) -> LabelledRecording:
-    """One simulated person in all postures of a scene; the number is its seed."""
-    return simulated_recording(posture_scene(number, KINECT_V1_HALF))
+    """Simulated people in all postures of the scenes of a seed: in the room, and on a seat."""
+    first, *others = (simulated_recording(scene) for scene in posture_scenes(number))
+    frames = {
+        field: np.concatenate([getattr(own, field) for own in (first, *others)])
+        for field in ("depth_mm", "masks", "joints_camera", "hidden", "is_present")
+    }
+    return replace(first, **frames)
+
+
+def posture_scenes(number: int) -> tuple[Scene, Scene]:
+    """Somebody in postures, and somebody on a seat."""
+    return posture_scene(number, KINECT_V1_HALF), seated_scene(number, KINECT_V1_HALF)
 
 
 def simulated_recording(scene: Scene) -> LabelledRecording:
