@@ -237,11 +237,12 @@ def seated_scene(seed: int, camera: Camera) -> Scene:
     body, style = build_body(random_appearance(rng)), Style.sample(rng)
     stage = _stage(rng)
     place, heading_rad = _place(rng), float(rng.uniform(-pi, pi))
-    seat_m = 0.0
-    while seat_m < LEAST_SEAT_M:
+    while True:
         seated = drawn_posture(str(rng.choice(SEATED)), rng)
         hips = Holding.at(seated, place, heading_rad, style).pose(body, 0.0).root_room
         seat_m = float(hips[2]) - SEAT_FLESH * body.appearance.stature_m
+        if seat_m >= LEAST_SEAT_M:
+            break
     legs = {name: own for name, own in seated.angles.items() if name.startswith(KEPT_ON_SEATS)}
     holdings = []
     for _ in range(SEATED_A_BODY):
