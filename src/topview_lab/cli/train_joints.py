@@ -186,7 +186,7 @@ def _read(sources: Sequence[Path], out: Path, what_for: str, postures: int = 0) 
             recordings.append(cached(folder, cache))
             progress.advance(bar)
         for number in range(postures):
-            place = cache / f"simulated_postures_{number}"
+            place = cache / f"simulated_postures_and_seats_{number}"
             recordings.append(kept(place, partial(posture_recording, number)))
             progress.advance(bar)
     samples = gathered(recordings)

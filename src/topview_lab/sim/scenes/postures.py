@@ -6,7 +6,7 @@ the posture leaves free. And somebody on a seat, seen from anywhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
 from typing import Final
@@ -223,7 +223,7 @@ def posture_scene(seed: int, camera: Camera) -> Scene:
         place = _place(rng)
         name = str(rng.choice(list(POSTURES)))
         holdings.append(_resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng))
-    return _scene("postures", seed, camera, stage, Actor(body, _posing(holdings)), rng)
+    return _scene("postures", seed, camera, stage, body, holdings, rng)
 
 
 def seated_scene(seed: int, camera: Camera) -> Scene:
@@ -251,7 +251,7 @@ def seated_scene(seed: int, camera: Camera) -> Scene:
         holdings.append(Holding.at(held, place, heading_rad, style))
     seat, back, *rest = chair(place, heading_rad, seat_m, WOODS[0])
     parts = (seat, *rest) if rng.random() < STOOL_SHARE else (seat, back, *rest)
-    return _scene("seated", seed, camera, stage, Actor(body, _posing(holdings)), rng, parts)
+    return _scene("seated", seed, camera, stage, body, holdings, rng, parts)
 
 
 def _stage(rng: np.random.Generator) -> tuple[Room, Mount]:
@@ -267,32 +267,29 @@ def _place(rng: np.random.Generator) -> tuple[float, float]:
     return float(rng.uniform(-ASIDE, ASIDE)) * away_m, away_m
 
 
-def _posing(holdings: list[Holding]) -> Posing:
-    return Posing(holdings[0].path, (), holdings[0].style, tuple(holdings), FPS)
-
-
 def _scene(
     kind: str,
     seed: int,
     camera: Camera,
     stage: tuple[Room, Mount],
-    actor: Actor,
+    body: Body,
+    holdings: Sequence[Holding],
     rng: np.random.Generator,
     seat: tuple[Furniture, ...] = (),
 ) -> Scene:
     """A frame for each posture, in a room with furniture."""
     room, mount = stage
-    posing = actor.performance
-    assert isinstance(posing, Posing)
+    first = holdings[0]
+    posing = Posing(first.path, (), first.style, tuple(holdings), FPS)
     return Scene(
         name=f"{kind}_{seed}",
         seed=seed,
-        frames=len(posing.holdings),
+        frames=len(holdings),
         camera=camera,
         mount=mount,
         room=room,
         furniture=(*furnished(rng, room), *seat),
-        actors=(actor,),
-        fps=posing.fps,
+        actors=(Actor(body, posing),),
+        fps=FPS,
         light=STEADY,
     )
