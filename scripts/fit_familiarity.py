@@ -2,22 +2,25 @@
 they are trusted; and what `topview.track.familiarity` is fitted to.
 
     python scripts/fit_familiarity.py RENDERED... [--utd-mhad PATH --sequences GLOBS]
+        [--weights FILE]
 
-RENDERED are recordings with truth, which the network has not learnt from. Constant offsets are
-taken out, one a joint for each set; each of the globs, separated by commas, is a set. With both,
-how errors grow with the residual, with disagreement and towards cover is what makes all errors
-likeliest, each set at a level of its own, hidden joints counting as much as those in view. Then two
-are found that make intervals hold: with the doubt's exponent 90 % of UTD-MHAD's 90 % intervals, on
-the worst axis of the worst set; with the familiar disagreement so many of those of rendered joints
-in view that 90 % would be left if the people had other proportions. For the network knows the
-rendered people. Their windows, as they are and stretched at random as it has learnt them, tell how
-much less holds of people whom it does not know.
+RENDERED are recordings with truth, which the network has not learnt from; FILE is another network
+than the one that ships. Constant offsets are taken out, one a joint for each set; each of the
+globs, separated by commas, is a set. With both, how errors grow with the residual, with
+disagreement and towards cover is what makes all errors likeliest, each set at a level of its own,
+hidden joints counting as much as those in view. Then two are found that make intervals hold: with
+the doubt's exponent 90 % of UTD-MHAD's 90 % intervals, on the worst axis of the worst set; with the
+familiar disagreement so many of those of rendered joints in view that 90 % would be left if the
+people had other proportions. For the network knows the rendered people. Their windows, as they are
+and stretched at random as it has learnt them, tell how much less holds of people whom it does not
+know.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import log
 from pathlib import Path
 from typing import Final, NamedTuple, cast
@@ -48,6 +51,7 @@ from topview.track.familiarity import (
 from topview.track.joint_errors import JointSigns, ray_axes
 from topview.track.joint_fit import body_joints
 from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
+from topview_lab.evaluate.run import run_all
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 from topview_lab.metrics.errors import total_share
 from topview_lab.metrics.samples import CAUSES
@@ -136,9 +140,12 @@ class Stated:
         return in_view, hidden
 
 
-def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
+def stated(recordings: Sequence[EvaluatedRecording], weights: Path | None = None) -> Stated:
     """What is stated of the joints of each of these, a frame at a time."""
-    of_scales, of_signs = zip(*map(_measured, recordings), strict=True)
+    done = run_all([partial(_measured, each, weights) for each in recordings])
+    if done.problems or done.interrupted:
+        raise SystemExit("; ".join(done.problems) or "stopped")
+    of_scales, of_signs = zip(*(each for each in done.results if each is not None), strict=True)
     pooled, signs = pool(Evaluation(of_scales)), pool(Evaluation(of_signs)).samples
     samples = pooled.samples
     used = samples.found & np.isfinite(samples.joint_covariance_m2).all((1, 2, 3))
@@ -154,10 +161,12 @@ def stated(recordings: Sequence[EvaluatedRecording]) -> Stated:
     return Stated(errors, residual, doubt, disagreement, to_cover_m, hidden >= HIDDEN_FROM)
 
 
-def _measured(recording: EvaluatedRecording) -> tuple[SequenceErrors, SequenceErrors]:
+def _measured(
+    recording: EvaluatedRecording, weights: Path | None
+) -> tuple[SequenceErrors, SequenceErrors]:
     """A recording's likeliest joints as proposed, with the squares of their scales in the place of
     covariances; and with what tells familiarity there."""
-    tracker = Tracker(TrackerSettings(method="joints", threads=1))
+    tracker = Tracker(TrackerSettings(method="joints", threads=1, weights=weights))
     about = About(OUTPUT_JOINT_NAMES, PART_NAMES)
     frames: tuple[list[TrackedFrame], list[TrackedFrame]] = [], []
     for frame in recording.open():
@@ -221,10 +230,10 @@ def print_held(name: str, of_set: Stated) -> None:
     print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
 
 
-def known_share(recordings: Samples) -> float:
+def known_share(recordings: Samples, weights: Path) -> float:
     """Share that has to hold of people as they are for 90 % to hold of those with other
     proportions, of joints in view."""
-    network = opened(WEIGHTS.read_bytes()).answers
+    network = opened(weights.read_bytes()).answers
     known, other = (
         _in_scales(network, recordings, how) for how in (AS_THEY_ARE, OTHER_PROPORTIONS)
     )
@@ -258,6 +267,11 @@ def fit(rendered: Stated, others: Sequence[Stated], known_held: float) -> Trust:
         told = with_doubt(of_doubt)
         return min(own.held(told)[0].min() for own in others) - INTERVALS[INTERVAL]
 
+    if excess(RANGE[0]) > 0.0 or excess(RANGE[1]) < 0.0:
+        raise SystemExit(
+            f"no exponent of the doubt in {RANGE} makes 90 % of the worst set's intervals hold: fit"
+            " the network's layers that tell people first (topview train-people)"
+        )
     found = with_doubt(cast(float, brentq(excess, *RANGE)))
     return Trust(*(round(float(value), 3) for value in found))
 
@@ -292,18 +306,24 @@ def _surprise(of_set: Stated, told: Trust, level: float) -> float:
     return float(np.mean([np.nanmean(surprises[there]) for there in where if there.any()]))
 
 
-def main(*rendered: Path, utd_mhad: Path | None = None, sequences: str = "*_s1_*,*_s2_*") -> None:
+def main(
+    *rendered: Path,
+    utd_mhad: Path | None = None,
+    sequences: str = "*_s1_*,*_s2_*",
+    weights: Path | None = None,
+) -> None:
     """Print how often intervals hold and, with both kinds of sets, what is fitted."""
-    own = stated(find_folder_recordings(list(rendered))) if rendered else None
+    own = stated(find_folder_recordings(list(rendered)), weights) if rendered else None
     if own is not None:
         print_held("rendered", own)
     others = []
     if utd_mhad is not None:
         for glob in sequences.split(","):
-            others.append(stated(find_utd_mhad(utd_mhad, glob)))
+            others.append(stated(find_utd_mhad(utd_mhad, glob), weights))
             print_held(f"UTD-MHAD {glob}", others[-1])
     if own is not None and others:
-        known_held = known_share(gathered([read_labelled(each) for each in folders_in(rendered)]))
+        samples = gathered([read_labelled(each) for each in folders_in(rendered)])
+        known_held = known_share(samples, weights or WEIGHTS)
         print(f"{100 * known_held:.1f} % have to hold of people whom the network knows")
         print(f"fitted: {fit(own, others, known_held)}")
 
