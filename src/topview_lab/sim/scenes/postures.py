@@ -15,7 +15,6 @@ import numpy as np
 
 from topview.records import Camera
 from topview_lab.sim.actions import Angles, Style
-from topview_lab.sim.actions.sitting_kneeling import SEAT_FLESH
 from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import Body, build_body
 from topview_lab.sim.furniture import WOODS, Furniture, chair, furnished
@@ -23,7 +22,7 @@ from topview_lab.sim.held import HeldPose, Holding
 from topview_lab.sim.light import STEADY
 from topview_lab.sim.motions import Performance
 from topview_lab.sim.scene import Actor, Mount, Room, Scene
-from topview_lab.sim.scenes.stage import varied_room
+from topview_lab.sim.scenes.stage import seat_under, varied_room
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENT_LIMITS_RAD, Pose
 
 POSTURES_A_BODY: Final = 40
@@ -239,8 +238,7 @@ def seated_scene(seed: int, camera: Camera) -> Scene:
     place, heading_rad = _place(rng), float(rng.uniform(-pi, pi))
     while True:
         seated = drawn_posture(str(rng.choice(SEATED)), rng)
-        hips = Holding.at(seated, place, heading_rad, style).pose(body, 0.0).root_room
-        seat_m = float(hips[2]) - SEAT_FLESH * body.appearance.stature_m
+        seat_m = seat_under(body, Holding.at(seated, place, heading_rad, style).pose(body, 0.0))
         if seat_m >= LEAST_SEAT_M:
             break
     legs = {name: own for name, own in seated.angles.items() if name.startswith(KEPT_ON_SEATS)}

@@ -10,13 +10,14 @@ from typing import Final
 import numpy as np
 
 from topview_lab.sim.actions import Style
-from topview_lab.sim.actions.sitting_kneeling import SEAT_BACK
+from topview_lab.sim.actions.sitting_kneeling import SEAT_BACK, SEAT_FLESH
 from topview_lab.sim.appearance import CLOTHS, Appearance, Rgb, Sex, random_appearance
-from topview_lab.sim.bodies import build_body
+from topview_lab.sim.bodies import Body, build_body
 from topview_lab.sim.furniture import WOODS, chair
 from topview_lab.sim.motions import Clip, Performance
 from topview_lab.sim.paths import Path, Route
 from topview_lab.sim.scene import Actor, Furniture, Mount, Room
+from topview_lab.sim.skeleton import Pose
 
 TO_CAMERA: Final = radians(-90)
 TO_RIGHT: Final = 0.0
@@ -97,6 +98,11 @@ def chair_of(actor: Actor, seat_m: float, color: Rgb = WOODS[0]) -> tuple[Furnit
     back = SEAT_BACK * actor.body.appearance.stature_m
     h = place.heading_rad
     return chair((float(x) - back * cos(h), float(y) - back * sin(h)), h, seat_m, color)
+
+
+def seat_under(body: Body, pose: Pose) -> float:
+    """How high the seat is that somebody sits on who is in this pose, metres."""
+    return float(pose.root_room[2]) - SEAT_FLESH * body.appearance.stature_m
 
 
 def varied_room(rng: np.random.Generator) -> tuple[Room, Mount]:

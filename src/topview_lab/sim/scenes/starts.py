@@ -14,7 +14,6 @@ import numpy as np
 from topview.records import Camera, InputError
 from topview_lab.sim.actions import Angles, Hand, Side, Style
 from topview_lab.sim.actions.act import SIDES, outwards
-from topview_lab.sim.actions.sitting_kneeling import SEAT_FLESH
 from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import build_body
 from topview_lab.sim.furniture import WOODS, chair, furnished
@@ -26,6 +25,7 @@ from topview_lab.sim.scenes.stage import (
     TO_LEFT,
     TO_RIGHT,
     TO_WALL,
+    seat_under,
     varied_room,
 )
 
@@ -219,7 +219,6 @@ def _furniture(pose: str, actor: Actor) -> tuple[Furniture, ...]:
     """What the pose needs: the chair that fits, or the desk."""
     if pose in ON_CHAIR:
         at_first = actor.performance.pose(actor.body, 0.0)
-        x, y, hips_m = at_first.root_room.tolist()
-        seat_m = hips_m - SEAT_FLESH * actor.body.appearance.stature_m
-        return chair((x, y), at_first.heading_rad, seat_m, WOODS[0])
+        x, y, _ = at_first.root_room.tolist()
+        return chair((x, y), at_first.heading_rad, seat_under(actor.body, at_first), WOODS[0])
     return (DESK,) if pose == "half_behind_furniture" else ()
