@@ -36,8 +36,9 @@ class TrackerSettings:
             whole body, baseline and perturbed; "forest" has learnt what body parts look like, and
             remembers nothing from frame to frame; "ellipsoids" fits them to the silhouette's points
             (Sec. 2.2), of the upper body alone.
-        detector: how people's heads are found: "auto" by depth and, where the recording allows, the
-            colour of skin; "depth", "skin" (Sec. 4.1) and "cascade" (frontal faces) by that alone.
+        detector: how people's heads are found: "auto" by depth and, where nothing proposes joints
+            and the recording allows, the colour of skin; "depth", "skin" (Sec. 4.1) and "cascade"
+            (frontal faces) by that alone.
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
         proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
@@ -114,12 +115,12 @@ class TrackerSettings:
             object.__setattr__(self, "weights", Path(self.weights))
         check_proposals(self.proposals, self.weights)
 
-    @property
-    def finding(self) -> PeopleSettings:
-        """How people are found."""
+    def finding_with(self, *, proposes: bool) -> PeopleSettings:
+        """How people are found; `proposes`: whether something proposes joints."""
+        detector = "depth" if proposes and self.detector == "auto" else self.detector
         areas = Areas.told(self.region, self.ignore)
         return PeopleSettings(
-            detector=self.detector, people=self.people, reidentify=self.reidentify, areas=areas
+            detector=detector, people=self.people, reidentify=self.reidentify, areas=areas
         )
 
     def as_json(self, needs: Needs | None = None) -> dict[str, Any]:

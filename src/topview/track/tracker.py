@@ -81,8 +81,9 @@ class Tracker:
         self.settings = settings or TrackerSettings()
         self.body = body or method_by_name(self.settings.method)
         self.clock = StageClock()
-        self.finder: Finder = finder or PeopleFinder(self.settings.finding, detector)
         self._proposer = self._chosen_proposer(proposer)
+        finding = self.settings.finding_with(proposes=self._proposer is not None)
+        self.finder: Finder = finder or PeopleFinder(finding, detector)
         given = {"finder": finder, "detector": detector, "proposer": proposer}
         self._given = {part: type(own).__name__ for part, own in given.items() if own is not None}
         self.lights: Counter[Light] = Counter()

@@ -149,7 +149,7 @@ def test_colours_that_tell_nothing_are_named_once(topview, make_recording, tmp_p
     for index in range(3):
         image = np.full((HEIGHT, WIDTH, 3), level, np.uint8)
         cv2.imwrite(str(source / "rgb" / f"{index:06d}.png"), image)
-    ended = topview("track", source, "--out", tmp_path / "out")
+    ended = topview("track", source, "--out", tmp_path / "out", "--proposals", "none")
     lines = [line for line in ended.complaints if "colour image" in line]
     assert len(lines) == 1
     assert told in lines[0]

@@ -135,4 +135,4 @@ def test_settings_say_that_people_were_known_again() -> None:
     assert "reidentify" not in TrackerSettings().as_json()
     how = TrackerSettings(reidentify=True)
     assert how.as_json()["reidentify"] is True
-    assert how.finding.reidentify
+    assert how.finding_with(proposes=True).reidentify
