@@ -79,8 +79,9 @@ class Existence:
     def confirmed(
         self, tracks: Sequence[Track], scene: Scene, free: Set[int], has_network: bool
     ) -> list[Track]:
-        """The tracks, with identities for those who have come to be people, likeliest first; where
-        a network is asked, not before it has answered, but in the very first frame.
+        """The tracks, with identities for those who have come to be people, likeliest first, of two
+        at one head the likelier; where a network is asked, not before it has answered, but in the
+        very first frame.
 
         Args:
             tracks: after this frame.
@@ -96,8 +97,12 @@ class Existence:
         ready.sort(key=lambda track: (-self.existence_of(track), track.key))
         self._are_there({track.id for track in tracks})
         there = sum(self.is_put_out(track, scene) for track in tracks)
-        most = len(ready) if self._most is None else max(self._most - there, 0)
-        ids = self._identities(ready[:most])
+        new: list[Track] = []
+        for track in ready:
+            if not is_too_near(track.place_camera, new, scene):
+                new.append(track)
+        most = len(new) if self._most is None else max(self._most - there, 0)
+        ids = self._identities(new[:most])
         if self._is_first:
             self._unasked, self._is_first = set(ids.values()), False
         return [replace(t, id=ids[t.key]) if t.key in ids else t for t in tracks]

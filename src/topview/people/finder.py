@@ -120,7 +120,7 @@ class PeopleFinder:
             told_heads = [head for head, _ in step.heads_of_doubtful.values()]
             taken, left = associate(before, scene, heads, by_shape, told_heads)
             tracks = step.moved(before, taken)
-            tracks, left = rejoined(tracks, scene, left, step.features_under, self._existence)
+            tracks, left = rejoined(tracks, step, left, self._existence)
             tracks = step.with_evidence(tracks, is_time)
             tracks, refusals = self._spawned(tracks, step, left)
             tracks = self._with_cluster(tracks, step)

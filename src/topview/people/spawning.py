@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import dist
 from typing import Final
 
@@ -20,13 +20,13 @@ from topview.people.existence import (
     Existence,
     is_too_near,
 )
-from topview.people.features import FEATURE_NAMES, Features
+from topview.people.features import FEATURE_NAMES
+from topview.people.step import Step
 from topview.people.told import Told
 from topview.people.track import SURE_HEAD, Track
 from topview.room.scene import Scene
 
 Mask = NDArray[np.bool_]
-FeaturesOf = Callable[[HeadCandidate, NDArray[np.float32]], Features]
 
 # All ours. So much more confidence makes a head of what else is on the body.
 MUCH_MORE: Final = 0.12
@@ -92,19 +92,15 @@ def under_higher(scene: Scene, head: HeadCandidate, heads: Sequence[HeadCandidat
 
 
 def rejoined(
-    tracks: Sequence[Track],
-    scene: Scene,
-    heads: Sequence[HeadCandidate],
-    features_of: FeaturesOf,
-    existence: Existence,
+    tracks: Sequence[Track], step: Step, heads: Sequence[HeadCandidate], existence: Existence
 ) -> tuple[list[Track], list[HeadCandidate]]:
     """The tracks, and the heads that are left; at another head are those tracks whose body has one
     that looks much more like it, and has had it for long enough if they are people; or, if they
     are not confirmed, one that is likelier a person's. Of a person who follows what is no sure head
     that may be the head of a track that is not confirmed, but rather a person's than not; that
-    track ends.
+    track ends. None is where the network does not see the track's head.
     """
-    after, left = [], list(heads)
+    scene, after, left = step.scene, [], list(heads)
     doubtful = {
         track.key: track.head
         for track in tracks
@@ -120,7 +116,8 @@ def rejoined(
                 head
                 for head in [*left, *theirs.values()]
                 if _may_be_its(scene, track, head, others)
-                and _is_better(scene, track, head, others, features_of, existence)
+                and not step.told.is_elsewhere(head.center_camera, track, tracks, step.elapsed_s)
+                and _is_better(step, track, head, others, existence)
             ),
             None,
         )
@@ -156,21 +153,16 @@ def _is_surer(track: Track, head: HeadCandidate) -> bool:
 
 
 def _is_better(
-    scene: Scene,
-    track: Track,
-    head: HeadCandidate,
-    others: Sequence[Track],
-    features_of: FeaturesOf,
-    existence: Existence,
+    step: Step, track: Track, head: HeadCandidate, others: Sequence[Track], existence: Existence
 ) -> bool:
     """Whether a head may be a person's by the shape of what no other person has, and looks much
     more like one than what is followed or is likelier a person's, now and by all until now."""
-    nearest = nearest_body(scene, others)
-    shape = features_of(head, nearest)
+    nearest = nearest_body(step.scene, others)
+    shape = step.features_under(head, nearest)
     if not existence.may_be(shape):
         return False
     if _is_surer(track, head):
         return True
     by_shape = existence.likelihood.log_odds_of_shape
     until_now = by_shape(track.evidence.features[:-1])
-    return by_shape(shape) > max(until_now, by_shape(features_of(track.head, nearest)))
+    return by_shape(shape) > max(until_now, by_shape(step.features_under(track.head, nearest)))

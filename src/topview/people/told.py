@@ -15,7 +15,7 @@ from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.geometry.segments import square_distances
-from topview.people.track import Track
+from topview.people.track import TOLD_OFF_M, Track
 from topview.records import Person
 
 Vector = NDArray[np.float64]
@@ -116,6 +116,15 @@ class Told:
         if head is None or not head.is_sure or self._is_anothers(head, track, tracks):
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
+
+    def is_elsewhere(
+        self, head_camera: Vector, track: Track, tracks: Sequence[Track], elapsed_s: float
+    ) -> bool:
+        """Whether the network knows a track's head (`head_of`), and it is not the one at [3]."""
+        told_camera = self.head_of(track, tracks, elapsed_s)
+        if told_camera is None:
+            return False
+        return bool(np.linalg.norm(told_camera - head_camera) > TOLD_OFF_M)
 
     def is_near(self, track: Track) -> bool:
         """Whether the head that the network sees in a track's window may be the track's."""

@@ -57,6 +57,14 @@ def track_with(odds: float, key: int = 1, asked_s: float = 1e-9, **changes: Any)
 BORN = replace(track_at(FIRST, HEAD), id=0)
 
 
+def side_by_side(*tracks: Track) -> list[Track]:
+    """The same, each in a place of its own by its key."""
+    return [
+        replace(track, place_camera=HEAD + np.array([float(track.key), 0.0, 0.0]))
+        for track in tracks
+    ]
+
+
 def steady_for(seconds: float) -> Background:
     """What has seen the later scene for so long."""
     steady = Background(np.inf)
@@ -105,7 +113,7 @@ def test_there_are_no_more_people_than_the_user_says_and_the_likeliest(
 ) -> None:
     people = [track_with(4.0, key=100 + k, id=10 + k) for k in range(min(known, most))]
     tracks = [track_with(each, key) for key, each in enumerate(odds, 1)]
-    ids = confirmed(Existence(most, LIKE_A_PERSON), *people, *tracks)
+    ids = confirmed(Existence(most, LIKE_A_PERSON), *side_by_side(*people, *tracks))
     likely = sorted((each for each in odds if probability(each) > CONFIRMED), reverse=True)
     told = [each for each, id in zip(odds, ids[len(people) :], strict=True) if id]
     assert sorted(told, reverse=True) == likely[: most - len(people)]
@@ -115,8 +123,15 @@ def test_there_are_no_more_people_than_the_user_says_and_the_likeliest(
 
 def test_an_id_is_given_once_and_kept() -> None:
     existence = Existence(None, LIKE_A_PERSON)
-    assert confirmed(existence, track_with(4.0, 1), track_with(4.5, 2)) == [2, 1]
-    assert confirmed(existence, track_with(4.0, 1, id=2), track_with(4.0, 3)) == [2, 3]
+    first = side_by_side(track_with(4.0, 1), track_with(4.5, 2))
+    assert confirmed(existence, *first) == [2, 1]
+    then = side_by_side(track_with(4.0, 1, id=2), track_with(4.0, 3))
+    assert confirmed(existence, *then) == [2, 3]
+
+
+def test_of_two_at_one_head_only_the_likelier_is_a_person() -> None:
+    existence = Existence(None, LIKE_A_PERSON)
+    assert confirmed(existence, track_with(4.0, 1), track_with(4.5, 2)) == [0, 1]
 
 
 def test_after_the_first_frame_a_head_is_seen_twice_and_by_the_network_if_there_is_one() -> None:
@@ -244,7 +259,7 @@ def test_who_was_put_out_for_a_while_has_the_same_identity(is_elsewhere: bool) -
     assert (again.key, again.id) == (7, 0)
     again = replace(again, evidence=replace(again.evidence, network=4.0))
     other = replace(person if is_elsewhere else again, key=11)
-    after = existence.confirmed([other, again], LATER, {7, 11}, True)
+    after = existence.confirmed(side_by_side(other, again), LATER, {7, 11}, True)
     ids = {track.key: track.id for track in after}
     first, second = (11, 7) if is_elsewhere else (7, 11)
     assert ids == {first: person.id, second: person.id + 1}

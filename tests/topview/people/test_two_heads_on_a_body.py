@@ -16,7 +16,7 @@ from topview.people.likelihood import Evidence
 from topview.people.settings import PeopleSettings
 from topview.people.spawning import rejoined
 from topview.people.step import Step
-from topview.people.told import NOTHING_TOLD
+from topview.people.told import NOTHING_TOLD, Told, ToldHead
 from topview.people.track import Track
 from topview.room.scene import Scene
 
@@ -38,13 +38,21 @@ def track_of(
     return replace(track_at(scene, place, key), id=id, evidence=evidence)
 
 
-def shape_at(head: HeadCandidate, nearest: NDArray[np.float32]) -> NDArray[np.float64]:
-    """[S] of a head, good at the head alone."""
-    return GOOD if np.linalg.norm(head.center_camera - HEAD) < 0.1 else BAD
+class GoodAtTheHead(Step):
+    """Of which the shape is a person's at the head alone."""
+
+    def features_under(
+        self, head: HeadCandidate, nearest: NDArray[np.float32]
+    ) -> NDArray[np.float64]:
+        return GOOD if np.linalg.norm(head.center_camera - HEAD) < 0.1 else BAD
+
+
+def step_in(scene: Scene, told: Told = NOTHING_TOLD) -> Step:
+    return GoodAtTheHead(scene, None, told, PeopleSettings())
 
 
 def rejoin(tracks: list[Track], scene: Scene) -> list[Track]:
-    after, left = rejoined(tracks, scene, [], shape_at, Existence())
+    after, left = rejoined(tracks, step_in(scene), [], Existence())
     assert not left
     return after
 
@@ -96,16 +104,29 @@ def test_a_head_whose_shape_is_good_now_is_kept_whatever_it_was():
     scene = scene_at()
     track = replace(track_of(scene, HEAD, 1, BAD, id=0), confidence=0.75)
     raised = HeadCandidate(HEAD + np.array([0.2, -0.1, 0.0]), 0.7)
-    (kept,), left = rejoined([track], scene, [raised], shape_at, Existence())
+    (kept,), left = rejoined([track], step_in(scene), [raised], Existence())
     np.testing.assert_allclose(kept.place_camera, HEAD, atol=0.02)
     assert left == [raised]
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_person_is_where_the_network_sees_the_head_whatever_else_looks_like_one(is_there):
+    scene = scene_at()
+    hidden = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.0)
+    sees = ToldHead(0.99, HEAD if is_there else SHOULDER, is_sure=True)
+    first = step_in(scene, Told(heads={7: sees}, has_network=True))
+    then = step_in(scene_at(2 * NEW_TRACK_S), first.told)
+    heads = [HeadCandidate(HEAD, 0.9)]
+    waits, _ = rejoined([hidden], first, heads, Existence())
+    (after,), _ = rejoined(waits, then, heads, Existence())
+    np.testing.assert_allclose(after.place_camera, HEAD if is_there else SHOULDER, atol=0.02)
 
 
 def test_of_who_is_no_person_yet_a_likelier_head_is_taken_at_once():
     scene = scene_at()
     track = replace(track_of(scene, SHOULDER, 1, BAD, id=0), confidence=0.75)
     head = HeadCandidate(HEAD, 0.7)
-    (moved,), left = rejoined([track], scene, [head], shape_at, Existence())
+    (moved,), left = rejoined([track], step_in(scene), [head], Existence())
     np.testing.assert_allclose(moved.place_camera, HEAD, atol=0.02)
     assert not left
     assert moved.evidence.shape_s == 0.0  # the shape until now was the shoulder's
