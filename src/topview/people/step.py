@@ -21,7 +21,7 @@ from topview.people.motion import PAUSE_S
 from topview.people.segmentation import body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
-from topview.people.track import SURE_HEAD, TOLD_OFF_M, Track
+from topview.people.track import SURE_HEAD, Track, is_off
 from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
@@ -160,9 +160,8 @@ class Step:
         """A track and its head: the one at [3] that the network tells, if what is in doubt is a
         person who lies or bends and whose head is elsewhere, or if no upright one has been
         found."""
-        is_off = np.linalg.norm(told_camera - track.place_camera) > TOLD_OFF_M
         is_upright = self.told.is_upright(track, self.scene.up_camera)
-        if not track.id and is_off:
+        if not track.id and is_off(told_camera, track.place_camera):
             others = [other for other in tracks if other.key != track.key]
             if is_upright is False and not is_too_near(told_camera, others, self.scene):
                 return track.found_by_body(), self.head_at(told_camera)

@@ -15,7 +15,7 @@ from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.geometry.segments import square_distances
-from topview.people.track import TOLD_OFF_M, Track
+from topview.people.track import Track, is_off
 from topview.records import Person
 
 Vector = NDArray[np.float64]
@@ -122,9 +122,7 @@ class Told:
     ) -> bool:
         """Whether the network knows a track's head (`head_of`), and it is not the one at [3]."""
         told_camera = self.head_of(track, tracks, elapsed_s)
-        if told_camera is None:
-            return False
-        return bool(np.linalg.norm(told_camera - head_camera) > TOLD_OFF_M)
+        return told_camera is not None and is_off(told_camera, head_camera)
 
     def is_near(self, track: Track) -> bool:
         """Whether the head that the network sees in a track's window may be the track's."""

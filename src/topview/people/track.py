@@ -168,15 +168,11 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     def corrected(self, scene: Scene, told_camera: Vector | None) -> Track:
         """At the head [3] that the joint network told, if another place has been followed for long
         enough."""
-        time_s = scene.time_s
-        is_off = told_camera is not None and bool(
-            np.linalg.norm(told_camera - self.place_camera) > TOLD_OFF_M
-        )
-        if told_camera is None or not is_off:
+        if told_camera is None or not is_off(told_camera, self.place_camera):
             return replace(self, off_since_s=None)
         if self.off_since_s is None:
-            return replace(self, off_since_s=time_s)
-        if time_s - self.off_since_s < TOLD_OFF_S:
+            return replace(self, off_since_s=scene.time_s)
+        if scene.time_s - self.off_since_s < TOLD_OFF_S:
             return self
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(scene, head), off_since_s=None)
@@ -247,3 +243,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             place_camera=place_camera,
             certainty=certainty,
         )
+
+
+def is_off(told_camera: Vector, place_camera: Vector) -> bool:
+    """Whether a head [3] that the joint network tells is another than the one at [3]."""
+    return bool(np.linalg.norm(told_camera - place_camera) > TOLD_OFF_M)

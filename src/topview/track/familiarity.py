@@ -35,7 +35,7 @@ DISAGREEMENT_EXPONENT: Final = 0.209
 COVER_EXPONENT: Final = 0.156
 COVER_REACH_M: Final = 0.658  # beyond which others do not count
 FAMILIAR_DISAGREEMENT: Final = 0.198
-# Of rendered people, seeds 0 to 9, the medians; from there on scales become wider.
+# Of rendered people, 20 recordings of seeds 0 to 9, the medians; from there on scales become wider.
 FAMILIAR_RESIDUAL: Final = 0.100
 FAMILIAR_DOUBT: Final = 0.0003
 # All ours.
