@@ -61,7 +61,7 @@ def boxers(context: Context) -> Sequence[EvaluatedRecording]:
     appearances = TWELVE_PEOPLE[: context.size(len(TWELVE_PEOPLE), 2)]
     return [
         context.counterpart(
-            "boxing", k, context.size(150, 60), body=f"body{k:02}", appearance=appearance
+            "boxing", k, context.size(150, 40), body=f"body{k:02}", appearance=appearance
         )
         for k, appearance in enumerate(appearances, start=1)
     ]
@@ -75,7 +75,7 @@ def actions(context: Context) -> Sequence[EvaluatedRecording]:
     appearance = TWELVE_PEOPLE[SUBJECT - 1]
     return [
         context.counterpart(
-            name, 20 + k, context.size(180, 60), body=f"body{SUBJECT:02}", appearance=appearance
+            name, 20 + k, context.size(180, 40), body=f"body{SUBJECT:02}", appearance=appearance
         )
         for k, name in enumerate(names)
     ]

@@ -52,7 +52,7 @@ def made_up(count: int, seed: int = 0) -> ErrorRows:
 
 
 def test_the_law_that_made_the_errors_is_found() -> None:
-    fitted = fit_joint_errors(made_up(12_000), "these")
+    fitted = fit_joint_errors(made_up(5000), "these")
     assert fitted.source == "these"
     assert fitted.weights == pytest.approx(TRUE.weights, rel=0.35, abs=0.001)
     assert fitted.most_m2 == pytest.approx(TRUE.most_m2, rel=0.35)
@@ -71,8 +71,8 @@ def test_a_likelihood_sums_to_one() -> None:
 
 def test_each_recording_counts_the_same_however_long() -> None:
     """A recording given twice as often as part of itself changes nothing."""
-    rows = made_up(3000)
-    longer = np.concatenate([np.arange(3000), np.flatnonzero(rows.recording == 1)])
+    rows = made_up(1500)
+    longer = np.concatenate([np.arange(1500), np.flatnonzero(rows.recording == 1)])
     repeated = ErrorRows(
         rows.errors_camera[longer],
         rows.terms[:, longer],
