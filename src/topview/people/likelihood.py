@@ -35,8 +35,8 @@ MOST_LOG_ODDS: Final = 5.0
 # Nor do those by shape beside them.
 MOST_SHAPE_ODDS: Final = 12.0
 # What is asked for its body alone may as well be a person as not (ours): no feature speaks for
-# either. Of 322 clusters in recordings of the layer's fit and of simulated people in postures the
-# network named a head in 13; 11 were people's, and of the other two it said 0.6.
+# either. Asked 322 times about clusters, in recordings of the layer's fit and of simulated people
+# in postures, the network named a head in 13; 11 were people's, and of the other two it said 0.6.
 BODY_ODDS: Final = 0.0
 
 

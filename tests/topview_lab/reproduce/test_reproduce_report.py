@@ -73,7 +73,7 @@ def test_the_quick_form_reproduces_everything(tmp_path):
         assert (tmp_path / "pictures" / f"figure-{picture}.png").stat().st_size > 5000
     numbers = msgspec.json.decode((tmp_path / NUMBERS_FILE).read_bytes())
     # The few frames of the quick form gave 3.2 and 4.5 cm, 99.8 and 98.2 % within 10 cm; the bounds
-    # are a fifth over that.
+    # of the means are a fifth over that.
     default, thesis = (method["raw"] for method in numbers["table-6.1"]["numbers"].values())
     assert 2.0 < default["mean"] < 3.9
     assert default["within_10"] > 0.98
