@@ -12,7 +12,7 @@ from topview.detect.cloud import Cloud
 from topview.detect.heads import HeadCandidate
 from topview.people.bodies import body_of
 from topview.people.features import SHAPE
-from topview.people.settings import PeopleSettings
+from topview.people.segmentation import SegmentationSettings
 from topview.people.track import Track
 from topview.records import Frame, Person
 from topview.room.floor import FloorPlane
@@ -57,7 +57,7 @@ def track_at(
     track = Track.born(key, scene.cloud, HeadCandidate(place_camera, confidence), features)
     track.height.add(stature_m, scene.time_s)
     track = replace(track, id=key)
-    return replace(track, body_m=body_of(scene, track, PeopleSettings(), None))
+    return replace(track, body_m=body_of(scene, track, SegmentationSettings(), None))
 
 
 def person_with(

@@ -60,7 +60,9 @@ def stature_m(track: Track) -> float:
     return max(track.height.height_m, PRIOR_HEIGHT_M)
 
 
-def body_of(scene: Scene, track: Track, settings: PeopleSettings, last: Scene | None) -> Distance:
+def body_of(
+    scene: Scene, track: Track, settings: SegmentationSettings, last: Scene | None
+) -> Distance:
     """[h, w] how far each pixel of a track's body is from the head (`body_distance`)."""
     memory = None
     if track.body_m is not None and last is not None:
@@ -72,7 +74,7 @@ def body_of(scene: Scene, track: Track, settings: PeopleSettings, last: Scene | 
         scene,
         track.place_camera,
         stature_m(track),
-        settings.segmentation,
+        settings,
         memory,
         from_head=track.is_seen or is_hidden,
         jump=jump_of(scene.cloud.camera.noise, LIMB_STEP_M) if track.by_body else None,

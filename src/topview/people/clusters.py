@@ -145,7 +145,7 @@ def track_of_cluster(
         return None
     body_m = np.where(asked.is_own, step.last.away_m(head.center_camera), np.inf)
     track = replace(track, body_m=body_m.astype(np.float32))
-    return replace(track, body_m=body_of(scene, track, step.settings, step.last))
+    return replace(track, body_m=body_of(scene, track, step.segmentation, step.last))
 
 
 def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:

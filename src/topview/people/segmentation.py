@@ -10,7 +10,7 @@ both are about as near. `BY_OVERVIEW` is the thesis's way instead.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Final
 
@@ -36,8 +36,11 @@ class SegmentationSettings:
     """Sizes of a user in shares of the stature, and tolerances in metres; ours where not said.
 
     Attributes:
-        core_radius: of the cylinder under the head that is the user's own, half of the shoulder
+        core_radius: of the cylinder under a head that is the user's own, half of the shoulder
             breadth (Table 3.1) and some clothing.
+        asked_core_radius: the same where a joint network is asked about everybody. By their shape
+            alone people are told by all that is near below the head, as it was learnt; the back of
+            a chair is among it.
         reach: the longest way over the body from the head's centre, to the toes or, with the arm
             stretched down, the fingers.
         share_m: points that are up to this much further from one head than from another are both's,
@@ -47,12 +50,17 @@ class SegmentationSettings:
     """
 
     core_radius: float = 0.15
+    asked_core_radius: float = 0.12
     reach: float = 1.1
     share_m: float = 0.06
     by_overview: bool = False
 
+    def where_asked(self) -> SegmentationSettings:
+        """The same, where a joint network is asked about everybody."""
+        return replace(self, core_radius=self.asked_core_radius)
 
-BY_OVERVIEW: Final = SegmentationSettings(core_radius=0.26, by_overview=True)
+
+BY_OVERVIEW: Final = SegmentationSettings(0.26, 0.26, by_overview=True)
 """As Sec. 5.3.1 has it: about the shoulder breadth (Table 3.1) around the face."""
 
 

@@ -18,7 +18,7 @@ from topview.people.features import FEATURE_NAMES, Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.likelihood import Evidence, Likelihood, shipped_likelihood
 from topview.people.motion import PAUSE_S
-from topview.people.segmentation import body_distance
+from topview.people.segmentation import SegmentationSettings, body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
 from topview.people.track import SURE_HEAD, Track, is_off
@@ -58,6 +58,12 @@ class Step:
         gone_s = 0.0 if self.last is None else self.scene.time_s - self.last.time_s
         return min(max(gone_s, 0.0), PAUSE_S)
 
+    @cached_property
+    def segmentation(self) -> SegmentationSettings:
+        """How bodies grow from heads."""
+        own = self.settings.segmentation
+        return own.where_asked() if self.told.has_network else own
+
     @property
     def told_s(self) -> float:
         """When the network looked."""
@@ -79,7 +85,7 @@ class Step:
                 now = own.updated(scene.cloud, head).corrected(scene, told_camera)
             else:
                 now = own.coasted(scene, others)
-            body_m = body_of(scene, now, self.settings, self.last)
+            body_m = body_of(scene, now, self.segmentation, self.last)
             after.append((replace(now, body_m=body_m), told_camera))
         seen = [track for track, _ in after if track.is_seen]
         return [
@@ -116,9 +122,7 @@ class Step:
     def body_under(self, head: HeadCandidate) -> NDArray[np.float32]:
         """[h, w] `body_distance` of a head of which nothing else is known; sought once."""
         if id(head) not in self.bodies:
-            body = body_distance(
-                self.scene, head.center_camera, PRIOR_HEIGHT_M, self.settings.segmentation
-            )
+            body = body_distance(self.scene, head.center_camera, PRIOR_HEIGHT_M, self.segmentation)
             self.bodies[id(head)] = head, body
         return self.bodies[id(head)][1]
 

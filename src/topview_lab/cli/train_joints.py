@@ -98,8 +98,8 @@ def train_joints(
         widths: of the network: channels at 64, 32, 16 and 8 pixels a side; of one to go on from, as
             many as it has or more, and what is new begins by saying nothing.
         postures: so many of our simulator's people to learn from besides, each in 40 postures that
-            no capture shows: lying, sitting on the floor, kneeling, bent, on all fours; and
-            somebody on a seat, ten times.
+            no capture shows: lying, sitting on the floor, kneeling, bent, on all fours; on
+            a seat, ten times; and with hands on the own body, ten times.
         windows: to learn from, each varied anew.
         batch: windows that are learnt at once; on a GPU 512.
         rate: the greatest step of learning: by default 0.002, and half of it to go on from weights.
@@ -186,7 +186,7 @@ def _read(sources: Sequence[Path], out: Path, what_for: str, postures: int = 0) 
             recordings.append(cached(folder, cache))
             progress.advance(bar)
         for number in range(postures):
-            place = cache / f"simulated_postures_and_seats_{number}"
+            place = cache / f"simulated_postures_seats_hands_{number}"
             recordings.append(kept(place, partial(posture_recording, number)))
             progress.advance(bar)
     samples = gathered(recordings)

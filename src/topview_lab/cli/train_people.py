@@ -77,8 +77,8 @@ def train_people(
         every: take only one of so many recordings of the folders.
         simulated: scenes of the simulator to learn from, too; "all" for all of them.
         postures: so many of our simulator's people to learn the network's layers from, each in 40
-            postures: lying, sitting on the floor, kneeling, bent, on all fours; and somebody on a
-            seat, ten times.
+            postures: lying, sitting on the floor, kneeling, bent, on all fours; on a seat, ten
+            times; and with hands on the own body, ten times.
         measure_on: recordings of other people, to measure on; without them one of four of those to
             learn from is held back.
         workers: processes, 0 for one per core.

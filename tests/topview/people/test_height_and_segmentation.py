@@ -69,6 +69,23 @@ def test_whoever_is_off_the_floor_is_not_measured() -> None:
     assert measured_height(hidden, at, body) == pytest.approx(2.04, abs=0.03)
 
 
+def test_where_a_network_is_asked_a_board_before_the_trunk_is_not_the_body() -> None:
+    """As the back of a chair on which somebody sits who turns the own back to the camera."""
+    ground_y, floor = 1.1, plane(UP, 1.1)
+    board = box((-0.08, ground_y - 1.0, 2.74), (0.08, ground_y - 0.4, 2.76))
+    before = scene_with(render(standing_person(0.0, 3.0, ground_y, 1.8), [floor, board]), ground_y)
+    at = np.array([0.0, ground_y - 0.93 * 1.8, 3.0])
+    is_board = np.abs(before.cloud.depth_m - 2.74) < 0.01
+    assert is_board.sum() > 200
+    shape, asked = (
+        np.isfinite(body_distance(before, at, 1.8, how))
+        for how in (SegmentationSettings(), SegmentationSettings().where_asked())
+    )
+    assert shape[is_board].all()
+    assert not asked[is_board].any()
+    assert (asked | is_board)[shape].all()
+
+
 def test_the_estimate_starts_at_the_mean_and_ignores_frames_without_a_measurement() -> None:
     estimate = HeightEstimate()
     estimate.add(None, 0.0)

@@ -28,7 +28,7 @@ from topview.detect.head_template import HeadTemplate, track_head
 from topview.people.appearance import head_colors_against, with_appearance
 from topview.people.bodies import body_of, over_body
 from topview.people.motion import Motion
-from topview.people.segmentation import body_distance
+from topview.people.segmentation import SegmentationSettings, body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
@@ -154,7 +154,7 @@ def missed(
 ) -> Track:
     """After a frame in which no head was its own, and the network told one or none."""
     now = track.coasted(scene)
-    body_m = body_of(scene, now, PeopleSettings(), before)
+    body_m = body_of(scene, now, SegmentationSettings(), before)
     elapsed_s = scene.time_s - before.time_s
     track = replace(now, body_m=body_m)
     return over_body(scene, track, [], NOTHING_TOLD, told_camera, PeopleSettings(), elapsed_s)

@@ -7,17 +7,23 @@ import pytest
 from numpy.typing import NDArray
 
 from topview_lab.sim.actions.act import SIDES
+from topview_lab.sim.bodies import SIM_JOINT_NAMES
 from topview_lab.sim.scene import Box
 from topview_lab.sim.scenes import KINECT_V1_HALF
 from topview_lab.sim.scenes.postures import (
     KEPT_ON_SEATS,
     LEAST_SEAT_M,
     LYING,
+    ON_BODY,
     POSTURES,
+    UPRIGHT,
+    Posing,
+    drawn_hands,
     drawn_posture,
     held_postures,
     posture_scene,
     seated_scene,
+    touching_scene,
 )
 from topview_lab.sim.skeleton import (
     SEGMENT_INDEX,
@@ -35,7 +41,7 @@ def joints_at(frame: int) -> NDArray[np.float64]:
     return BODY.joints(segment_poses(BODY.offsets_m, PERFORMANCE.pose(BODY, SCENE.time_s(frame))))
 
 
-@pytest.mark.parametrize("name", POSTURES)
+@pytest.mark.parametrize("name", [*POSTURES, UPRIGHT])
 def test_joints_keep_to_their_limits(name: str) -> None:
     """But for the pelvis, whose turn is that of the whole body."""
     rng = np.random.default_rng(0)
@@ -103,6 +109,34 @@ def test_who_sits_keeps_to_the_seat_and_moves_trunk_and_arms(seed: int) -> None:
     ]
     assert len(tops_m) == 1
     assert LEAST_SEAT_M < tops_m[0] < hips[0, 2]
+
+
+def test_hands_touch_alike_or_each_as_it_likes() -> None:
+    rng = np.random.default_rng(0)
+    drawn = [drawn_hands(rng) for _ in range(200)]
+    alike = [hands for hands in drawn if len(hands) == 2 and hands["l"] == hands["r"].mirrored()]
+    assert 0.5 < len(alike) / len(drawn) < 0.7
+    assert {len(hands) for hands in drawn} == {0, 1, 2}
+    ups = [hand.at[1] for hands in drawn for hand in hands.values()]
+    ends = np.array([up for (_, up, _), _ in ON_BODY.values()])
+    assert ends.min() <= min(ups) < -0.1
+    assert 0.3 < max(ups) <= ends.max()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whose_hands_are_on_the_body_reaches_it(seed: int) -> None:
+    scene = touching_scene(seed, KINECT_V1_HALF)
+    (actor,) = scene.actors
+    assert isinstance(actor.performance, Posing)
+    body, names = actor.body, list(SIM_JOINT_NAMES)
+    for frame in range(scene.frames):
+        pose = actor.performance.pose(body, scene.time_s(frame))
+        joints = body.joints(segment_poses(body.offsets_m, pose))
+        held = actor.performance.holdings[frame].held
+        trunk = joints[[names.index(name) for name in ("head", "neck", "torso", "pelvis")]]
+        for side in held.hands:
+            away_m = np.linalg.norm(joints[names.index(f"hand_{side}")] - trunk, axis=1).min()
+            assert away_m < 0.22 * body.appearance.stature_m, (held.name, held.hands[side])
 
 
 def test_a_posture_is_held_with_all_that_stands_round() -> None:

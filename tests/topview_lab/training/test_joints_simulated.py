@@ -10,7 +10,12 @@ import pytest
 from topview.detect.joints import PROPOSED_JOINTS
 from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import POSTURES_A_BODY, SEATED_A_BODY, posture_scene
+from topview_lab.sim.scenes.postures import (
+    POSTURES_A_BODY,
+    SEATED_A_BODY,
+    TOUCHING_A_BODY,
+    posture_scene,
+)
 from topview_lab.sim.truth import simulate_truth
 from topview_lab.training.joints.recordings import gathered
 from topview_lab.training.joints.simulated import (
@@ -58,8 +63,8 @@ def test_a_scene_becomes_a_recording_to_learn_from() -> None:
 
 
 @pytest.mark.slow
-def test_postures_are_learnt_in_the_room_and_on_a_seat() -> None:
+def test_postures_are_learnt_in_the_room_on_a_seat_and_with_hands_on_the_body() -> None:
     recording = posture_recording(3)
-    frames = POSTURES_A_BODY + SEATED_A_BODY
+    frames = POSTURES_A_BODY + SEATED_A_BODY + TOUCHING_A_BODY
     assert len(recording.depth_mm) == len(recording.masks) == len(recording.hidden) == frames
     assert len(gathered([recording])) > 0.9 * frames

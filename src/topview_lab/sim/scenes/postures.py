@@ -1,7 +1,8 @@
 """Scenes to learn from: somebody who is in another posture in every frame, as no capture shows.
 
 Who lies, sits on the floor, kneels, squats, bends or goes on all fours; arms and legs anywhere that
-the posture leaves free. And somebody on a seat, seen from anywhere.
+the posture leaves free. Somebody on a seat, seen from anywhere. And somebody whose hands are on the
+own body, where arms that are drawn freely seldom go.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from typing import Final
 import numpy as np
 
 from topview.records import Camera
-from topview_lab.sim.actions import Angles, Style
+from topview_lab.sim.actions import Angles, Hand, Side, Style
+from topview_lab.sim.actions.act import SIDES, outwards
 from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import Body, build_body
 from topview_lab.sim.furniture import WOODS, Furniture, chair, furnished
@@ -29,6 +31,8 @@ POSTURES_A_BODY: Final = 40
 """Frames of one body in one room (ours)."""
 SEATED_A_BODY: Final = 10
 """Frames of one body on one seat (ours)."""
+TOUCHING_A_BODY: Final = 10
+"""Frames of one body with hands on it (ours)."""
 STOOL_SHARE: Final = 0.3
 """Of seats, that have no back (ours)."""
 LEAST_SEAT_M: Final = 0.25
@@ -64,6 +68,10 @@ _ON_FLOOR: Final[Ranges] = {
 _AT_SIDES: Final[Ranges] = {
     "upper_arm": ((-20, 30), (0, 90), (-40, 40)), "forearm": ((0, 70), (0, 0), (-80, 80)),
     "hand": ((-20, 20), (-20, 20), (0, 0)),
+}  # fmt: skip
+_UPRIGHT: Final[Ranges] = _TRUNK | _FREE_ARMS | {
+    "pelvis": ((-5, 8), (-4, 4), (-5, 5)), "thigh": ((-10, 15), (-3, 15), (-15, 15)),
+    "calf": ((0, 15), (0, 0), (0, 0)), "foot": ((-5, 5), (0, 0), (0, 0)),
 }  # fmt: skip
 
 POSTURES: Final[Mapping[str, Ranges]] = {
@@ -137,12 +145,54 @@ KEPT_ON_SEATS: Final = ("pelvis", "thigh", "calf", "foot")
 LYING: Final = (
     "on back", "flat on back", "on left side", "on right side", "on front", "flat on front",
 )  # fmt: skip
+UPRIGHT: Final = "upright"
+UPRIGHT_SHARE: Final = 0.5
+"""Of whoever has hands on the own body (ours)."""
+OTHERS_TOUCHING: Final = ("standing", "sitting", "on knees", "on the floor", "bent")
+BOTH_SHARE: Final = 0.6
+"""Of who touches, both of whose hands do the same (ours); of others each hand does as it likes."""
+FREE_SHARE: Final = 0.3
+"""Of these hands, that touch nothing (ours)."""
+Ends = tuple[Range, Range, Range]
+ON_BODY: Final[Mapping[str, tuple[Ends, Ends]]] = {
+    "behind the head": (
+        ((0.0, 0.07), (0.2, 0.33), (-0.08, -0.02)), ((1.0, 1.0), (-0.8, 0.8), (-0.4, 1.0))
+    ),
+    "on the head": (
+        ((0.0, 0.06), (0.32, 0.39), (-0.05, 0.05)), ((1.0, 1.0), (-0.8, 0.8), (-0.4, 1.0))
+    ),
+    "at an ear": (
+        ((0.05, 0.09), (0.22, 0.32), (-0.03, 0.05)), ((1.0, 1.0), (-1.0, 0.3), (-0.3, 0.8))
+    ),
+    "before the face": (
+        ((-0.02, 0.06), (0.2, 0.32), (0.06, 0.14)), ((0.8, 1.0), (-1.0, 0.3), (0.0, 0.6))
+    ),
+    "on the neck": (
+        ((0.0, 0.06), (0.12, 0.2), (-0.09, -0.03)), ((1.0, 1.0), (-0.8, 0.5), (-0.2, 1.0))
+    ),
+    "on the other shoulder": (
+        ((-0.12, -0.04), (0.1, 0.16), (0.02, 0.08)), ((0.0, 1.0), (-1.0, 0.0), (0.2, 0.8))
+    ),
+    "on the chest": (
+        ((-0.09, 0.08), (0.0, 0.1), (0.08, 0.15)), ((0.5, 1.0), (-1.0, 0.0), (-0.2, 0.4))
+    ),
+    "on the belly": (
+        ((-0.08, 0.08), (-0.14, 0.0), (0.08, 0.15)), ((0.6, 1.0), (-1.0, 0.2), (-0.5, 0.2))
+    ),
+    "on a hip": (
+        ((0.09, 0.13), (-0.13, -0.04), (-0.04, 0.05)), ((1.0, 1.0), (-0.4, 0.3), (-0.8, 0.3))
+    ),
+    "behind the back": (
+        ((-0.06, 0.08), (-0.13, 0.0), (-0.13, -0.1)), ((0.8, 1.0), (-0.5, 0.1), (-1.0, -0.5))
+    ),
+}  # fmt: skip
+"""Ends between which the left palm may be and its elbow point, as `Hand` has both (ours)."""
 
 
 def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
-    """One of `POSTURES`, its angles drawn evenly between their ends."""
+    """One of `POSTURES`, or somebody upright, its angles drawn evenly between their ends."""
     angles: Angles = {}
-    for stem, ranges in POSTURES[name].items():
+    for stem, ranges in (_UPRIGHT if name == UPRIGHT else POSTURES[name]).items():
         for segment in (stem,) if stem in SEGMENT_INDEX else (f"{stem}_l", f"{stem}_r"):
             limits = np.degrees(SEGMENT_LIMITS_RAD[SEGMENT_INDEX[segment]])
             drawn = [rng.uniform(*between) for between in ranges]
@@ -150,6 +200,26 @@ def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
                 drawn = np.clip(drawn, limits[:, 0], limits[:, 1]).tolist()
             angles[segment] = (drawn[0], drawn[1], drawn[2])
     return HeldPose(name, angles)
+
+
+def drawn_hands(rng: np.random.Generator) -> dict[Side, Hand]:
+    """Palms on the own body: two that do the same, or each what it likes."""
+    if rng.random() < BOTH_SHARE:
+        left = _drawn_hand(rng)
+        return {"l": left, "r": left.mirrored()}
+    hands: dict[Side, Hand] = {}
+    for side in SIDES:
+        drawn = _drawn_hand(rng)
+        if rng.random() > FREE_SHARE:
+            hands[side] = drawn if outwards(side) > 0 else drawn.mirrored()
+    return hands
+
+
+def _drawn_hand(rng: np.random.Generator) -> Hand:
+    """The left one, somewhere."""
+    places = ON_BODY[str(rng.choice(list(ON_BODY)))]
+    at, elbow = ([rng.uniform(*between) for between in own] for own in places)
+    return Hand((at[0], at[1], at[2]), (elbow[0], elbow[1], elbow[2]), rng.uniform(-60.0, 60.0))
 
 
 def _resting(
@@ -250,6 +320,25 @@ def seated_scene(seed: int, camera: Camera) -> Scene:
     seat, back, *rest = chair(place, heading_rad, seat_m, WOODS[0])
     parts = (seat, *rest) if rng.random() < STOOL_SHARE else (seat, back, *rest)
     return _scene("seated", seed, camera, stage, body, holdings, rng, parts)
+
+
+def touching_scene(seed: int, camera: Camera) -> Scene:
+    """One body in `TOUCHING_A_BODY` postures with hands on it, in a room with furniture.
+
+    Args:
+        seed: of the body, the postures, the room and the noise.
+        camera: intrinsics.
+    """
+    rng = np.random.default_rng((seed, *b"touching"))
+    body, style = build_body(random_appearance(rng)), Style.sample(rng)
+    stage = _stage(rng)
+    holdings = []
+    for _ in range(TOUCHING_A_BODY):
+        is_upright = rng.random() < UPRIGHT_SHARE
+        drawn = drawn_posture(UPRIGHT if is_upright else str(rng.choice(OTHERS_TOUCHING)), rng)
+        held = replace(drawn, hands=drawn_hands(rng))
+        holdings.append(Holding.at(held, _place(rng), float(rng.uniform(-pi, pi)), style))
+    return _scene("touching", seed, camera, stage, body, holdings, rng)
 
 
 def _stage(rng: np.random.Generator) -> tuple[Room, Mount]:

@@ -14,7 +14,7 @@ from topview_lab.sim.bodies import SIM_JOINT_NAMES, SIM_PART_NAMES
 from topview_lab.sim.recording import SimulatedRecording
 from topview_lab.sim.scene import Scene
 from topview_lab.sim.scenes import KINECT_V1_HALF
-from topview_lab.sim.scenes.postures import posture_scene, seated_scene
+from topview_lab.sim.scenes.postures import posture_scene, seated_scene, touching_scene
 from topview_lab.sim.truth import GroundTruth, stack_truth
 from topview_lab.training.joints.recordings import LabelledRecording, our_joint_name
 
@@ -49,7 +49,7 @@ def check_postures(count: int) -> None:
 
 
 def posture_recording(number: int) -> LabelledRecording:
-    """Simulated people in all postures of the scenes of a seed: in the room, and on a seat."""
+    """Simulated people in all postures of the scenes of a seed (`posture_scenes`)."""
     first, *others = (simulated_recording(scene) for scene in posture_scenes(number))
     frames = {
         field: np.concatenate([getattr(own, field) for own in (first, *others)])
@@ -58,9 +58,10 @@ def posture_recording(number: int) -> LabelledRecording:
     return replace(first, **frames)
 
 
-def posture_scenes(number: int) -> tuple[Scene, Scene]:
-    """Somebody in postures, and somebody on a seat."""
-    return posture_scene(number, KINECT_V1_HALF), seated_scene(number, KINECT_V1_HALF)
+def posture_scenes(number: int) -> tuple[Scene, ...]:
+    """Somebody in postures, somebody on a seat, and somebody with hands on the own body."""
+    scenes = posture_scene, seated_scene, touching_scene
+    return tuple(scene(number, KINECT_V1_HALF) for scene in scenes)
 
 
 def simulated_recording(scene: Scene) -> LabelledRecording:
