@@ -31,6 +31,13 @@ hypothesis.settings.register_profile("repeatable", _UNTIMED, derandomize=True, p
 hypothesis.settings.load_profile("repeatable" if os.environ.get("CI") else "developer")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with slow tests come first, so that of several processes, each of which takes whole
+    files, none is left alone with them at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder beside the project with recordings that are not part of it."""

@@ -191,6 +191,7 @@ def test_a_full_file_system_costs_no_frame_that_fitted(topview, tmp_path, make_r
         subprocess.run(["umount", str(out)], check=True)
 
 
+@pytest.mark.slow
 def test_half_an_hour_of_passers_by_takes_little_memory_and_disk(tmp_path):
     script = Path(__file__).parents[3] / "scripts" / "measure_day.py"
     done = subprocess.run(

@@ -106,6 +106,7 @@ def test_it_is_done_once_and_said(tmp_path):
     assert compile_one_module(NUMBA_CACHE_DIR=str(tmp_path)) == (folder, "")
 
 
+@pytest.mark.slow
 def test_what_was_compiled_of_other_sources_is_forgotten(tmp_path):
     folder, _ = compile_one_module(NUMBA_CACHE_DIR=str(tmp_path))
     (stamp,) = folder.glob("compiled.*")
@@ -141,6 +142,7 @@ def test_a_read_only_installation_is_kept_in_the_user_s_cache(read_only_installa
     assert compile_one_module(**environment) == (folder, "")
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_kept_it_is_compiled_at_every_start(read_only_installation, tmp_path):
     (tmp_path / "home").touch()
     environment = {

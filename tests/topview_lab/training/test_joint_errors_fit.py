@@ -51,6 +51,7 @@ def made_up(count: int, seed: int = 0) -> ErrorRows:
     return ErrorRows(errors, terms, is_behind, rng.integers(0, 3, count))
 
 
+@pytest.mark.slow
 def test_the_law_that_made_the_errors_is_found() -> None:
     fitted = fit_joint_errors(made_up(5000), "these")
     assert fitted.source == "these"
@@ -69,6 +70,7 @@ def test_a_likelihood_sums_to_one() -> None:
     assert densities.sum() * (side_m[1] - side_m[0]) ** 3 == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_each_recording_counts_the_same_however_long() -> None:
     """A recording given twice as often as part of itself changes nothing."""
     rows = made_up(1500)

@@ -158,6 +158,7 @@ def test_the_command_learns_measures_and_writes(
     assert "of the 90 % intervals hold" in said
 
 
+@pytest.mark.slow
 def test_small_steps_change_little(tmp_path: Path) -> None:
     """Weights that are gone on from by tiny steps say what they said; by large ones they do not."""
     folder = write_recording(tmp_path / "a", discs(2, 1))
