@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -23,6 +23,7 @@ NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
 MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
+FIRST_LOOK_POINTS: Final = 330  # enough to tell which of many poses are worth refining
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +109,15 @@ class Evidence:
         if is_coarse:
             return Observed.of(self.coarse_view, self.user_mask[::2, ::2])
         return Observed.of(self.view, self.user_mask)
+
+    def thinned(self) -> Evidence:
+        """With fewer points for refinement, for a first look."""
+        step = max(1, -(-len(self.points_camera) // FIRST_LOOK_POINTS))
+        return replace(
+            self,
+            points_camera=np.ascontiguousarray(self.points_camera[::step]),
+            point_area_m2=self.point_area_m2 * step,
+        )
 
     @property
     def up_camera(self) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -79,22 +80,24 @@ def heading(R_camera_torso: Array, up_camera: Array) -> float:
     return float(np.arctan2(upright[0], upright[2]))
 
 
+@cache
+def rotations_of(stance: Stance) -> Array:
+    """[11, 3, 3] of the parts of a stance, in the frame of `facing`."""
+    pitches = np.zeros((len(PARTS), 3))
+    pitches[HEAD, 0] = -HEAD_LEAN_SHARE * stance.lean
+    pitches[[UPPER_TORSO, LOWER_TORSO], 0] = -stance.lean
+    pitches[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG], 0] = stance.hip - stance.lean
+    pitches[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG], 0] = stance.hip - stance.lean - stance.knee
+    pitches[[LEFT_UPPER_ARM, RIGHT_UPPER_ARM], 0] = stance.shoulder - stance.lean
+    pitches[[LEFT_FOREARM, RIGHT_FOREARM], 0] = stance.shoulder - stance.lean + stance.elbow
+    return rotations_from_angles(np.radians(pitches))
+
+
 def stand(
     model: BodyModel, head_camera: Array, stance: Stance, yaw_rad: float, up_camera: Array
 ) -> Pose:
     """The pose of a stance below a head."""
-    R_facing = facing(yaw_rad, up_camera)
-
-    def pitched(degrees: float) -> Array:
-        return R_facing @ rotations_from_angles(np.array([np.radians(degrees), 0.0, 0.0]))
-
-    Rs = np.repeat(R_facing[None], len(PARTS), axis=0)
-    Rs[HEAD] = pitched(-HEAD_LEAN_SHARE * stance.lean)
-    Rs[[UPPER_TORSO, LOWER_TORSO]] = pitched(-stance.lean)
-    Rs[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG]] = pitched(stance.hip - stance.lean)
-    Rs[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]] = pitched(stance.hip - stance.lean - stance.knee)
-    Rs[[LEFT_UPPER_ARM, RIGHT_UPPER_ARM]] = pitched(stance.shoulder - stance.lean)
-    Rs[[LEFT_FOREARM, RIGHT_FOREARM]] = pitched(stance.shoulder - stance.lean + stance.elbow)
+    Rs = facing(yaw_rad, up_camera) @ rotations_of(stance)
     return Pose.below_head(head_camera, Rs, model)
 
 

@@ -16,7 +16,7 @@ from topview_lab.sim.scenes.postures import (
     LYING,
     ON_BODY,
     POSTURES,
-    UPRIGHT,
+    STANDING_STRAIGHT,
     Posing,
     drawn_hands,
     drawn_posture,
@@ -41,7 +41,7 @@ def joints_at(frame: int) -> NDArray[np.float64]:
     return BODY.joints(segment_poses(BODY.offsets_m, PERFORMANCE.pose(BODY, SCENE.time_s(frame))))
 
 
-@pytest.mark.parametrize("name", [*POSTURES, UPRIGHT])
+@pytest.mark.parametrize("name", [*POSTURES, STANDING_STRAIGHT])
 def test_joints_keep_to_their_limits(name: str) -> None:
     """But for the pelvis, whose turn is that of the whole body."""
     rng = np.random.default_rng(0)

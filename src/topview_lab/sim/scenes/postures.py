@@ -69,7 +69,7 @@ _AT_SIDES: Final[Ranges] = {
     "upper_arm": ((-20, 30), (0, 90), (-40, 40)), "forearm": ((0, 70), (0, 0), (-80, 80)),
     "hand": ((-20, 20), (-20, 20), (0, 0)),
 }  # fmt: skip
-_UPRIGHT: Final[Ranges] = _TRUNK | _FREE_ARMS | {
+_STRAIGHT: Final[Ranges] = _TRUNK | _FREE_ARMS | {
     "pelvis": ((-5, 8), (-4, 4), (-5, 5)), "thigh": ((-10, 15), (-3, 15), (-15, 15)),
     "calf": ((0, 15), (0, 0), (0, 0)), "foot": ((-5, 5), (0, 0), (0, 0)),
 }  # fmt: skip
@@ -145,13 +145,13 @@ KEPT_ON_SEATS: Final = ("pelvis", "thigh", "calf", "foot")
 LYING: Final = (
     "on back", "flat on back", "on left side", "on right side", "on front", "flat on front",
 )  # fmt: skip
-UPRIGHT: Final = "upright"
-UPRIGHT_SHARE: Final = 0.5
+STANDING_STRAIGHT: Final = "upright"
+STRAIGHT_SHARE: Final = 0.5
 """Of whoever has hands on the own body (ours)."""
 OTHERS_TOUCHING: Final = ("standing", "sitting", "on knees", "on the floor", "bent")
 BOTH_SHARE: Final = 0.6
 """Of who touches, both of whose hands do the same (ours); of others each hand does as it likes."""
-FREE_SHARE: Final = 0.3
+IDLE_HAND_SHARE: Final = 0.3
 """Of these hands, that touch nothing (ours)."""
 Ends = tuple[Range, Range, Range]
 ON_BODY: Final[Mapping[str, tuple[Ends, Ends]]] = {
@@ -192,7 +192,7 @@ ON_BODY: Final[Mapping[str, tuple[Ends, Ends]]] = {
 def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
     """One of `POSTURES`, or somebody upright, its angles drawn evenly between their ends."""
     angles: Angles = {}
-    for stem, ranges in (_UPRIGHT if name == UPRIGHT else POSTURES[name]).items():
+    for stem, ranges in (_STRAIGHT if name == STANDING_STRAIGHT else POSTURES[name]).items():
         for segment in (stem,) if stem in SEGMENT_INDEX else (f"{stem}_l", f"{stem}_r"):
             limits = np.degrees(SEGMENT_LIMITS_RAD[SEGMENT_INDEX[segment]])
             drawn = [rng.uniform(*between) for between in ranges]
@@ -210,7 +210,7 @@ def drawn_hands(rng: np.random.Generator) -> dict[Side, Hand]:
     hands: dict[Side, Hand] = {}
     for side in SIDES:
         drawn = _drawn_hand(rng)
-        if rng.random() > FREE_SHARE:
+        if rng.random() > IDLE_HAND_SHARE:
             hands[side] = drawn if outwards(side) > 0 else drawn.mirrored()
     return hands
 
@@ -334,8 +334,9 @@ def touching_scene(seed: int, camera: Camera) -> Scene:
     stage = _stage(rng)
     holdings = []
     for _ in range(TOUCHING_A_BODY):
-        is_upright = rng.random() < UPRIGHT_SHARE
-        drawn = drawn_posture(UPRIGHT if is_upright else str(rng.choice(OTHERS_TOUCHING)), rng)
+        is_straight = rng.random() < STRAIGHT_SHARE
+        name = STANDING_STRAIGHT if is_straight else str(rng.choice(OTHERS_TOUCHING))
+        drawn = drawn_posture(name, rng)
         held = replace(drawn, hands=drawn_hands(rng))
         holdings.append(Holding.at(held, _place(rng), float(rng.uniform(-pi, pi)), style))
     return _scene("touching", seed, camera, stage, body, holdings, rng)

@@ -63,7 +63,6 @@ TURN_SIGMA_RAD: Final = (0.5, 0.5, 0.25)  # about its x, y and z
 # more than this above what there is, the limbs are searched, too.
 LOOKED_UP: Final = 6
 LOOKED_UP_ITERATIONS: Final = 5
-LOOKED_UP_POINTS: Final = 330
 LOOKED_UP_HIDDEN: Final = 0.05  # share of a body; one of which more is hidden is not taken
 PROMISING: Final = 0.02
 # It is asked whether the front is the back, up to this share of head and torso out of sight, and
@@ -257,7 +256,7 @@ class TopviewTracker:
             if is_lost:
                 yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
                 poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
-            first_look = replace(look, model=model, evidence=_thinned(evidence))
+            first_look = replace(look, model=model, evidence=evidence.thinned())
             refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)
             costs = self._costs(refined)
         return refined.poses[int(np.argmin(costs))], float(costs.min())
@@ -265,7 +264,7 @@ class TopviewTracker:
     def _or_looked_up(self, found: _Found, look: FrameContext) -> _Found:
         """What was found, or a body of the table that looks like what is seen and costs less."""
         evidence = look.evidence
-        first_look = replace(look, model=found.model, evidence=_thinned(evidence))
+        first_look = replace(look, model=found.model, evidence=evidence.thinned())
         with look.clock.stage("lookup"):
             poses = shipped_poses().look_up(evidence, found.model, LOOKED_UP, self._share)
             self._share = (self._share + 1) % SHARES
@@ -509,16 +508,6 @@ def _firmness(elapsed_s: float) -> float:
     """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
     of the present one; its variance grows with the time, as a random walk's does."""
     return 1.0 / max(frames_in(elapsed_s), 0.25)
-
-
-def _thinned(evidence: Evidence) -> Evidence:
-    """Evidence of fewer points, for a first look."""
-    step = max(1, -(-len(evidence.points_camera) // LOOKED_UP_POINTS))
-    return replace(
-        evidence,
-        points_camera=np.ascontiguousarray(evidence.points_camera[::step]),
-        point_area_m2=evidence.point_area_m2 * step,
-    )
 
 
 def _beyond_tolerance(hidden_share: float) -> float:

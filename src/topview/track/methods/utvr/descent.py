@@ -9,7 +9,8 @@ unexplained, it is searched anew from stances, and other statures are tried.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -22,7 +23,7 @@ from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr.settings import UtvrSettings
 from topview.track.pose import Pose
-from topview.track.stances import heading, stand_all
+from topview.track.stances import STANCES, Stance, facing, heading, rotations_of
 from topview.track.stature import StatureBelief
 
 Array = NDArray[np.float64]
@@ -38,6 +39,19 @@ NEWS_COST: Final = 0.02  # by which another pose than the last must cost less
 # From this on a pose is searched anew, round the yaw of its torso, as `topview` does.
 LOST_COST: Final = 0.3
 LOST_TURNS_RAD: Final = (0.0, -0.7, 0.7)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Held:
+    """Where a descent begins.
+
+    Attributes:
+        pose: to begin with.
+        prior: that it is held to.
+    """
+
+    pose: Pose
+    prior: Pose
 
 
 class Descent:
@@ -56,15 +70,14 @@ class Descent:
         of its parts are moved onto the points together."""
         stature_m = self.stature.stature_m
         poses = [found] if last is None else [found, Pose(found.neck_camera, last.Rs)]
-        poses, costs = self._descended(poses, stature_m, evidence)
+        poses, costs = self._descended(self._held(poses), stature_m, evidence)
         costs[1:] -= NEWS_COST
         pose, cost = poses[int(costs.argmin())], float(costs.min())
         is_lost = cost > LOST_COST
         if is_lost and self.settings.searches_anew:
-            stances = self._stances(found, stature_m, evidence, LOST_TURNS_RAD)
-            poses, costs = self._descended(stances, stature_m, evidence)
-            if costs.min() < cost - NEWS_COST:
-                pose = poses[int(costs.argmin())]
+            other, other_cost = self._best_stance(found, stature_m, evidence, LOST_TURNS_RAD)
+            if other_cost < cost - NEWS_COST:
+                pose = other
         if self.settings.weighs_stature and self.stature.is_doubted(is_lost):
             self._weigh_stature(pose, is_lost, evidence)
         return pose
@@ -72,19 +85,42 @@ class Descent:
     def _weigh_stature(self, pose: Pose, is_lost: bool, evidence: Evidence) -> None:
         """Compare the stature that is believed with another one, of which stances are tried, too,
         where the pose is lost."""
-        tried_m = self.stature.next_m()
-        others = [pose]
+        held, tried_m = self._held([pose]), self.stature.next_m()
+        _, (cost,) = self._descended(held, self.stature.stature_m, evidence)
+        _, (tried_cost,) = self._descended(held, tried_m, evidence)
         if is_lost:
-            others += self._stances(pose, tried_m, evidence)
-        self.stature.judge(
-            *(
-                float(self._descended(poses, stature_m, evidence)[1].min())
-                for poses, stature_m in (([pose], self.stature.stature_m), (others, tried_m))
+            tried_cost = min(tried_cost, self._best_stance(pose, tried_m, evidence, (0.0,))[1])
+        self.stature.judge(float(cost), float(tried_cost))
+
+    def _best_stance(
+        self, pose: Pose, stature_m: float, evidence: Evidence, turns_rad: Sequence[float]
+    ) -> tuple[Pose, float]:
+        """The stance below the head that explains most at a first look, turned so far from where
+        the torso of a pose faces, once it is moved onto all points; and what it costs."""
+        model, up_camera = BodyModel.of(stature_m, self.settings.proportions), evidence.up_camera
+        yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
+        stances = [
+            _stance_held_to_usual(
+                stance,
+                self.settings.usual,
+                facing(yaw_rad + turn_rad, up_camera),
+                evidence.head_camera,
+                model,
             )
-        )
+            for turn_rad in turns_rad
+            for stance in STANCES
+        ]
+        poses, costs = self._descended(stances, stature_m, evidence.thinned())
+        best = [poses[int(costs.argmin())]]
+        (moved,), (cost,) = self._descended(self._held(best), stature_m, evidence)
+        return moved, float(cost)
+
+    def _held(self, poses: Sequence[Pose]) -> list[Held]:
+        """Poses, each held to what people usually do who are like it."""
+        return [Held(pose, usual_poses().towards(pose, self.settings.usual)) for pose in poses]
 
     def _descended(
-        self, poses: Sequence[Pose], stature_m: float, evidence: Evidence
+        self, starts: Sequence[Held], stature_m: float, evidence: Evidence
     ) -> tuple[list[Pose], Array]:
         """The poses after the Gauss-Newton steps, and [M] what they cost."""
         surface = replace(
@@ -93,19 +129,20 @@ class Descent:
             lower_torso_radii=TORSO_SURFACE,
         )
         model, steps = BodyModel.of(stature_m, surface), self.settings.descent
-        priors = [usual_poses().towards(pose, self.settings.usual) for pose in poses]
+        poses, priors = [held.pose for held in starts], [held.prior for held in starts]
         moved = refine(poses, priors, model, evidence, RefinementSettings(), steps, HOLD)
         return moved.poses, moved.unexplained + moved.in_free_space
 
-    def _stances(
-        self,
-        pose: Pose,
-        stature_m: float,
-        evidence: Evidence,
-        turns_rad: Sequence[float] = (0.0,),
-    ) -> list[Pose]:
-        """Every stance below the head, turned so far from where the torso of a pose faces."""
-        model, up = BodyModel.of(stature_m, self.settings.proportions), evidence.up_camera
-        yaw_rad = heading(pose.Rs[UPPER_TORSO], up)
-        yaws_rad = [yaw_rad + turn_rad for turn_rad in turns_rad]
-        return stand_all(model, evidence.head_camera, yaws_rad, up)
+
+@cache
+def _usual_rotations(stance: Stance, share: float) -> Array:
+    """[11, 3, 3] what a stance is held to, in the frame of `facing`."""
+    return usual_poses().towards(Pose(np.zeros(3), rotations_of(stance)), share).Rs
+
+
+def _stance_held_to_usual(
+    stance: Stance, share: float, R_facing: Array, head_camera: Array, model: BodyModel
+) -> Held:
+    """A stance below a head."""
+    pose = Pose.below_head(head_camera, R_facing @ rotations_of(stance), model)
+    return Held(pose, Pose(pose.neck_camera, R_facing @ _usual_rotations(stance, share)))
