@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
-from topview.people.height import PRIOR_HEIGHT_M, sunk_m
+from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
 from topview.people.places import Places
 from topview.people.segmentation import (
@@ -86,6 +86,13 @@ def area_m2(scene: Scene, track: Track) -> float:
     if track.body_m is None:
         return 0.0
     return np.count_nonzero(track.body_m < np.inf) * scene.cloud.pixel_m(track.place_camera) ** 2
+
+
+def is_short(scene: Scene, is_own: Mask) -> bool:
+    """Whether the longest side of the box round what is seen, right, forward or up, is no longer
+    than a person."""
+    places_m = np.column_stack([scene.overview_m[is_own], scene.heights_m[is_own]])
+    return bool(len(places_m) and np.ptp(places_m, axis=0).max() < MAX_HEIGHT_M)
 
 
 def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:

@@ -17,9 +17,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
-from topview.people.bodies import LARGEST_M2, body_of, nearest_body
+from topview.people.bodies import LARGEST_M2, body_of, is_short, nearest_body
 from topview.people.existence import REFUSED, Existence
-from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
+from topview.people.height import PRIOR_HEIGHT_M
 from topview.people.likelihood import EVIDENCE_MEMORY_S
 from topview.people.segmentation import LIMB_STEP_M, full_pixels
 from topview.people.spawning import is_free
@@ -157,13 +157,5 @@ def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]
         scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
     )
     for label, area_m2 in enumerate(areas_m2.tolist()):
-        if SMALLEST_M2 < area_m2 < LARGEST_M2:
-            is_own = labels == label
-            if _longest_m(scene, is_own) < MAX_HEIGHT_M:
-                yield is_own, area_m2
-
-
-def _longest_m(scene: Scene, is_own: Mask) -> float:
-    """The longest side of the box round what is seen: right, forward or up."""
-    places_m = np.column_stack([scene.overview_m[is_own], scene.heights_m[is_own]])
-    return float(np.ptp(places_m, axis=0).max())
+        if SMALLEST_M2 < area_m2 < LARGEST_M2 and is_short(scene, labels == label):
+            yield labels == label, area_m2

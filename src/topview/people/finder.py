@@ -190,7 +190,7 @@ class PeopleFinder:
             if features is not None and self._existence.may_be(features):
                 track = Track.born(self._next_key, scene.cloud, head, features)
                 body = step.body_under(head).copy()
-                is_rest = room_left_of(scene, track, body, after)
+                is_rest = room_left_of(step, track, body, after)
                 if self._existence.existence_of(track) > CONFIRMED:
                     is_rest[:] = False
                 is_room = is_rest & ~under_higher(scene, head, heads)

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
-from topview.people.bodies import SHOWN_M2, area_m2, nearest_body, union_of
+from topview.people.bodies import SHOWN_M2, area_m2, is_short, nearest_body, union_of
 from topview.people.existence import (
     DOUBTED,
     NEW_TRACK_S,
@@ -70,11 +70,13 @@ def reaches(scene: Scene, track: Track, head: HeadCandidate) -> bool:
 
 
 def room_left_of(
-    scene: Scene, track: Track, body: NDArray[np.float32], others: Sequence[Track]
+    step: Step, track: Track, body: NDArray[np.float32], others: Sequence[Track]
 ) -> Mask:
     """[h, w] what of a new track's body, [h, w], is held for the room until it moves: where that is
-    no person's, only what stands right under the head is; and nothing that is another's."""
-    if not track.evidence.features[list(SPREAD_FEATURES)].any():
+    no person's, only what stands right under the head is; and nothing that is another's. What is no
+    longer than a person may be one who lies or goes on all fours: a network is asked about it."""
+    scene, is_spread = step.scene, track.evidence.features[list(SPREAD_FEATURES)].any()
+    if not is_spread or (step.told.has_network and is_short(scene, body < np.inf)):
         return np.zeros(body.shape, np.bool_)
     is_rest = (body < np.inf) & ~scene.is_under(track.place_camera, UNDER_HEAD_M)
     return is_rest & ~union_of(scene, others)
