@@ -43,6 +43,8 @@ SHOWN_M2, LARGEST_M2 = 0.03, 1.2
 # The trunk is between these shares of the stature; so much of it, in columns as high, tells where
 # the head is, but for so much.
 TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
+# To the right, forward and up: arms stretched beyond the head make who lies longer by a quarter.
+LONGEST_M: Final = np.array([1.25, 1.25, 1.0]) * MAX_HEIGHT_M
 # Where so much of the body is seen the joint network knows where the head is, where less is, it is
 # so exact.
 TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
@@ -89,10 +91,10 @@ def area_m2(scene: Scene, track: Track) -> float:
 
 
 def is_short(scene: Scene, is_own: Mask) -> bool:
-    """Whether the longest side of the box round what is seen, right, forward or up, is no longer
-    than a person."""
+    """Whether what is seen is no higher than a person, and no longer on the floor than one who lies
+    with the arms stretched beyond the head."""
     places_m = np.column_stack([scene.overview_m[is_own], scene.heights_m[is_own]])
-    return bool(len(places_m) and np.ptp(places_m, axis=0).max() < MAX_HEIGHT_M)
+    return bool(len(places_m) and (np.ptp(places_m, axis=0) < LONGEST_M).all())
 
 
 def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:

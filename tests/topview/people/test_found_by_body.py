@@ -14,6 +14,7 @@ from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of, track_at
 from people_scenes import Ball, box, frame, head_of, limb, render, standing_person, with_noise
 from topview.body.parts import JOINT_NAMES
 from topview.detect.joints import JointProposals, Windows
+from topview.people.bodies import is_short
 from topview.people.clusters import (
     CLUSTER_ID,
     LOOKED_AT_S,
@@ -74,6 +75,16 @@ def test_a_cluster_has_a_persons_size_and_is_no_track_s() -> None:
     assert 0.2 < area_m2 < 0.8
     left = list(clusters_in(scene_of(depth_m, None, 0), small(IS_LYING)))
     assert len(left) == 1
+
+
+def test_who_lies_stretched_is_longer_than_anybody_is_high() -> None:
+    scene = scene_of(LYING, None, 0)
+    right_m, forward_m = scene.plan_m
+    for half_m, is_a_persons in ((1.2, True), (1.4, False)):
+        is_own = (np.abs(right_m) < half_m) & (forward_m > 3.0) & (forward_m < 4.0)
+        is_own &= scene.heights_m < 1.5
+        assert np.ptp(right_m[is_own]) > 1.9 * half_m
+        assert is_short(scene, is_own) == is_a_persons
 
 
 def test_the_network_looks_at_each_cluster_in_turn_and_no_more_until_that_is_forgotten() -> None:
