@@ -91,8 +91,8 @@ def train_joints(
             written beside it, and OUT.reliability.png where it is measured.
         measure_on: recordings of other people, to measure the network on.
         start_from: weights to go on from, such as those that ship; of several that have gone on
-            from the same the mean, which knows more than each. With --windows 0 they are only
-            written anew, and measured.
+            from the same the mean, which knows more than each, with the first one's layers that
+            tell people. With --windows 0 they are only written anew, and measured.
         keep: how much the weights to go on from count in those that are written, 0 to 1: what is
             seldom among the recordings is then not forgotten.
         widths: of the network: channels at 64, 32, 16 and 8 pixels a side; of one to go on from, as

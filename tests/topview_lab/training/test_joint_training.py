@@ -258,11 +258,14 @@ def test_weights_are_gone_on_from_as_they_are(tmp_path: Path) -> None:
 
 
 def test_what_is_kept_lies_between_before_and_after(tmp_path: Path) -> None:
-    """All kept says what was said before, nothing kept what was learnt."""
+    """All kept says what was said before, nothing kept what was learnt, but of who is a person."""
     before = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "a", nothing)
     after = learn(SAMPLES, SMALL, HOW, AS_THEY_ARE, tmp_path / "b", nothing, begun=before)
     images = windows(2)
     half = learning.mean_of((before, after), (0.5, 0.5))
+    assert not torch.equal(after.person.out.weight, before.person.out.weight)
+    assert torch.equal(half.person.out.weight, before.person.out.weight)
+    after.person.load_state_dict(before.person.state_dict())
     for kept, expected in ((1.0, before), (0.0, after)):
         for now, own in zip(
             proposed(learning.mean_of((before, after), (kept, 1.0 - kept)), images),

@@ -289,6 +289,9 @@ def mean_of(nets: Sequence[JointNet], counts: Sequence[float]) -> JointNet:
     """The network whose weights are the mean of others that have learnt from the same beginning on,
     or are that: it knows more than each, and forgets less (Wortsman et al., ICML 2022, CVPR 2022).
 
+    The layers that tell people are the first one's: they were fitted by themselves, to what the
+    tracker asks (`topview train-people`), and forget that where joints are learnt.
+
     Args:
         nets: of the same settings.
         counts: how much each counts, 1 in all.
@@ -298,6 +301,7 @@ def mean_of(nets: Sequence[JointNet], counts: Sequence[float]) -> JointNet:
     for name, mean in (*own.named_parameters(), *own.named_buffers()):
         parts = (count * of_net[name] for count, of_net in zip(counts, of_nets, strict=True))
         mean.copy_(torch.stack(list(parts)).sum(dim=0))
+    own.person.load_state_dict(nets[0].person.state_dict())
     return own.eval()
 
 
