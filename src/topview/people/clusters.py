@@ -157,5 +157,7 @@ def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]
         scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
     )
     for label, area_m2 in enumerate(areas_m2.tolist()):
-        if SMALLEST_M2 < area_m2 < LARGEST_M2 and is_short(scene, labels == label):
-            yield labels == label, area_m2
+        if SMALLEST_M2 < area_m2 < LARGEST_M2:
+            is_own = labels == label
+            if is_short(scene, is_own):
+                yield is_own, area_m2

@@ -7,7 +7,7 @@ own body, where arms that are drawn freely seldom go.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
 from typing import Final
@@ -16,7 +16,7 @@ import numpy as np
 
 from topview.records import Camera
 from topview_lab.sim.actions import Angles, Hand, Side, Style
-from topview_lab.sim.actions.act import SIDES, outwards
+from topview_lab.sim.actions.act import SIDES
 from topview_lab.sim.appearance import random_appearance
 from topview_lab.sim.bodies import Body, build_body
 from topview_lab.sim.furniture import WOODS, Furniture, chair, furnished
@@ -146,6 +146,7 @@ LYING: Final = (
     "on back", "flat on back", "on left side", "on right side", "on front", "flat on front",
 )  # fmt: skip
 STANDING_STRAIGHT: Final = "upright"
+_DRAWN: Final = {**POSTURES, STANDING_STRAIGHT: _STRAIGHT}
 STRAIGHT_SHARE: Final = 0.5
 """Of whoever has hands on the own body (ours)."""
 OTHERS_TOUCHING: Final = ("standing", "sitting", "on knees", "on the floor", "bent")
@@ -192,7 +193,7 @@ ON_BODY: Final[Mapping[str, tuple[Ends, Ends]]] = {
 def drawn_posture(name: str, rng: np.random.Generator) -> HeldPose:
     """One of `POSTURES`, or somebody upright, its angles drawn evenly between their ends."""
     angles: Angles = {}
-    for stem, ranges in (_STRAIGHT if name == STANDING_STRAIGHT else POSTURES[name]).items():
+    for stem, ranges in _DRAWN[name].items():
         for segment in (stem,) if stem in SEGMENT_INDEX else (f"{stem}_l", f"{stem}_r"):
             limits = np.degrees(SEGMENT_LIMITS_RAD[SEGMENT_INDEX[segment]])
             drawn = [rng.uniform(*between) for between in ranges]
@@ -211,7 +212,7 @@ def drawn_hands(rng: np.random.Generator) -> dict[Side, Hand]:
     for side in SIDES:
         drawn = _drawn_hand(rng)
         if rng.random() > IDLE_HAND_SHARE:
-            hands[side] = drawn if outwards(side) > 0 else drawn.mirrored()
+            hands[side] = drawn if side == "l" else drawn.mirrored()
     return hands
 
 
@@ -284,15 +285,7 @@ def posture_scene(seed: int, camera: Camera) -> Scene:
         seed: of the body, the postures, the room and the noise.
         camera: intrinsics.
     """
-    rng = np.random.default_rng((seed, *b"postures"))
-    body, style = build_body(random_appearance(rng)), Style.sample(rng)
-    stage = _stage(rng)
-    holdings = []
-    for _ in range(POSTURES_A_BODY):
-        place = _place(rng)
-        name = str(rng.choice(list(POSTURES)))
-        holdings.append(_resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng))
-    return _scene("postures", seed, camera, stage, body, holdings, rng)
+    return _in_turn("postures", seed, camera, POSTURES_A_BODY, _in_posture)
 
 
 def seated_scene(seed: int, camera: Camera) -> Scene:
@@ -329,17 +322,36 @@ def touching_scene(seed: int, camera: Camera) -> Scene:
         seed: of the body, the postures, the room and the noise.
         camera: intrinsics.
     """
-    rng = np.random.default_rng((seed, *b"touching"))
+    return _in_turn("touching", seed, camera, TOUCHING_A_BODY, _touching)
+
+
+def _in_posture(body: Body, style: Style, rng: np.random.Generator) -> Holding:
+    place = _place(rng)
+    name = str(rng.choice(list(POSTURES)))
+    return _resting(name, place, float(rng.uniform(-pi, pi)), body, style, rng)
+
+
+def _touching(_: Body, style: Style, rng: np.random.Generator) -> Holding:
+    is_straight = rng.random() < STRAIGHT_SHARE
+    name = STANDING_STRAIGHT if is_straight else str(rng.choice(OTHERS_TOUCHING))
+    drawn = drawn_posture(name, rng)
+    held = replace(drawn, hands=drawn_hands(rng))
+    return Holding.at(held, _place(rng), float(rng.uniform(-pi, pi)), style)
+
+
+def _in_turn(
+    kind: str,
+    seed: int,
+    camera: Camera,
+    frames: int,
+    hold: Callable[[Body, Style, np.random.Generator], Holding],
+) -> Scene:
+    """One body that holds something else in every frame."""
+    rng = np.random.default_rng((seed, *kind.encode()))
     body, style = build_body(random_appearance(rng)), Style.sample(rng)
     stage = _stage(rng)
-    holdings = []
-    for _ in range(TOUCHING_A_BODY):
-        is_straight = rng.random() < STRAIGHT_SHARE
-        name = STANDING_STRAIGHT if is_straight else str(rng.choice(OTHERS_TOUCHING))
-        drawn = drawn_posture(name, rng)
-        held = replace(drawn, hands=drawn_hands(rng))
-        holdings.append(Holding.at(held, _place(rng), float(rng.uniform(-pi, pi)), style))
-    return _scene("touching", seed, camera, stage, body, holdings, rng)
+    holdings = [hold(body, style, rng) for _ in range(frames)]
+    return _scene(kind, seed, camera, stage, body, holdings, rng)
 
 
 def _stage(rng: np.random.Generator) -> tuple[Room, Mount]:
