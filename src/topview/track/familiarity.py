@@ -23,12 +23,13 @@ from topview.track.joint_filter import metres_of_measured
 Array = NDArray[np.float64]
 
 # Fitted by scripts/fit_familiarity.py, for the ninth network, while the tenth ships; on rendered
-# people in rooms and motions that the network has not learnt, seeds 100 to 103 of all kinds and 160
-# to 171 of hug and hidden, and on UTD-MHAD's subjects 1 and 2, a real sensor that no training has
-# seen. How errors grow with the residual, with disagreement and towards cover is what makes all
-# errors likeliest. With the doubt's exponent 90 % of the intervals of 90 % hold on the worst axis of
-# the worse of these subjects; with the familiar disagreement 93.3 % hold of rendered joints in view,
-# of people whom the network knows, so that 90 % hold when they are stretched to other proportions.
+# people in rooms and motions that the network has not learnt, seeds 100 to 103 of all kinds and
+# 160 to 171 of hug and hidden, and on UTD-MHAD's subjects 1 and 2, a real sensor that no training
+# has seen. How errors grow with the residual, with disagreement and towards cover is what makes
+# all errors likeliest. With the doubt's exponent 90 % of the intervals of 90 % hold on the worst
+# axis of the worse of these subjects; with the familiar disagreement 93.3 % hold of rendered
+# joints in view, of people whom the network knows, so that 90 % hold when they are stretched to
+# other proportions.
 FIT_EXPONENT: Final = 0.299
 DOUBT_EXPONENT: Final = 0.331
 DISAGREEMENT_EXPONENT: Final = 0.209
