@@ -122,8 +122,11 @@ class JointErrors(msgspec.Struct, frozen=True):
 
     def matrices(self, terms: Array) -> Array:
         """[N, 3, 3] of the laws, of [K, N, 3, 3] `TERMS`."""
-        told = np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
-        return np.einsum("k,knab->nab", self.weights, told)
+        return np.einsum("k,knab->nab", self.weights, self.limited(terms))
+
+    def limited(self, terms: Array) -> Array:
+        """[K, N, 3, 3] `TERMS`, of which what the proposals state is bounded."""
+        return np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
 
     def tails_of(self, is_behind: NDArray[np.bool_]) -> Array:
         """[N] degrees of freedom of the laws, of joints that another person hides or not."""

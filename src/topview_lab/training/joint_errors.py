@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import gammaln
+from scipy.special import digamma, gammaln
 
 from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.records import InputError, Person
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
-from topview.track.joint_errors import TERMS, JointErrors, JointSigns
+from topview.track.joint_errors import STATED, TERMS, JointErrors, JointSigns
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 
@@ -166,32 +166,54 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
         rows.terms[:, chosen],
         rows.is_behind[chosen],
     )
-    shares = _shares(is_behind, rows.recording[chosen])
-
-    def loss(place: Array) -> float:
-        told = JointErrors(source, *np.exp(place))
-        found = log_likelihoods(errors, told.matrices(terms), told.tails_of(is_behind))
-        return -float(shares @ found)
-
     start = [*[START_LOG_WEIGHT] * len(TERMS), np.log(START_MOST_M2), *[np.log(START_TAILS)] * 2]
     bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]
-    fitted = minimize(loss, start, bounds=bounds, method="L-BFGS-B")
+    args = errors, terms, is_behind, _shares(is_behind, rows.recording[chosen])
+    fitted = minimize(_unlikelihood, start, args, jac=True, bounds=bounds, method="L-BFGS-B")
     values = [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.exp(fitted.x)]
     return JointErrors(source, *values)
 
 
-def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> Array:
-    """[N] of [N, 3] errors under Student laws of [N, 3, 3] matrices and [N] degrees of freedom."""
+def _unlikelihood(
+    place: Array, errors: Array, terms: Array, is_behind: NDArray[np.bool_], shares: Array
+) -> tuple[float, Array]:
+    """Minus the mean log-likelihood of [N] joints, each of which counts by its share, and how it
+    changes with `place`: the logarithms of `JointErrors`' numbers."""
+    told = JointErrors("", *np.exp(place))
+    limited, tails = told.limited(terms), told.tails_of(is_behind)
+    values, by_matrix, by_tails = log_likelihoods(errors, told.matrices(terms), tails)
+    by_matrix *= shares[:, None, None]
+    by_weight = np.einsum("nab,knab->k", by_matrix, limited)
+    stated = limited[:STATED]  # whose derivative by the bound is their square over its own
+    by_most = np.einsum("nab,knac,kncb->k", by_matrix, stated, stated, optimize=True)
+    by_place = [
+        *(told.weights * by_weight),
+        told.weights[:STATED] @ by_most / told.most_m2,
+        *((shares * by_tails * tails)[is_kind].sum() for is_kind in (~is_behind, is_behind)),
+    ]
+    return -float(shares @ values), -np.array(by_place)
+
+
+def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> tuple[Array, Array, Array]:
+    """[N] of [N, 3] errors under Student laws of [N, 3, 3] matrices and [N] degrees of freedom; and
+    how they change with the matrices, [N, 3, 3], and with the degrees of freedom, [N]."""
     matrices = matrices + ADDED_M2 * np.eye(3)
-    squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
-    half_log_volume = 0.5 * np.linalg.slogdet(matrices).logabsdet
-    return (
+    inverses = np.linalg.inv(matrices)
+    pulls = (inverses @ errors[..., None])[..., 0]
+    squared = (errors * pulls).sum(-1)
+    log_tails = np.log1p(squared / tails)
+    values = (
         gammaln(0.5 * (tails + 3.0))
         - gammaln(0.5 * tails)
         - 1.5 * np.log(np.pi * tails)
-        - half_log_volume
-        - 0.5 * (tails + 3.0) * np.log1p(squared / tails)
+        - 0.5 * np.linalg.slogdet(matrices).logabsdet
+        - 0.5 * (tails + 3.0) * log_tails
     )
+    pull = (tails + 3.0) / (tails + squared)
+    by_matrix = pull[:, None, None] * pulls[:, :, None] * pulls[:, None, :] - inverses
+    by_tails = digamma(0.5 * (tails + 3.0)) - digamma(0.5 * tails) - log_tails
+    by_tails += pull * squared / tails - 3.0 / tails
+    return values, 0.5 * by_matrix, 0.5 * by_tails
 
 
 def _shares(is_behind: NDArray[np.bool_], recording: NDArray[np.int64]) -> Array:

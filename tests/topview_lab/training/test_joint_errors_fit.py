@@ -21,6 +21,7 @@ from topview_lab.training.joint_errors import (
     ErrorRows,
     ErrorsJob,
     TermErrors,
+    _unlikelihood,
     fit_joint_errors,
     log_likelihoods,
 )
@@ -66,8 +67,21 @@ def test_a_likelihood_sums_to_one() -> None:
     grid = np.stack(np.meshgrid(side_m, side_m, side_m), -1).reshape(-1, 3)
     matrix = np.diag([0.002, 0.003, 0.006])
     matrices = np.broadcast_to(matrix, (len(grid), 3, 3))
-    densities = np.exp(log_likelihoods(grid, matrices, np.full(len(grid), 8.0)))
+    densities = np.exp(log_likelihoods(grid, matrices, np.full(len(grid), 8.0))[0])
     assert densities.sum() * (side_m[1] - side_m[0]) ** 3 == pytest.approx(1.0, abs=0.01)
+
+
+def test_how_a_likelihood_changes_is_how_it_differs() -> None:
+    """Against finite differences, of each number that is fitted."""
+    rows = made_up(300)
+    args = rows.errors_camera, rows.terms, rows.is_behind, np.full(300, 1.0 / 300.0)
+    place = np.log(msgspec.structs.astuple(TRUE)[1:])
+    _, told = _unlikelihood(place, *args)
+    found = [
+        (_unlikelihood(place + step, *args)[0] - _unlikelihood(place - step, *args)[0]) / 2e-5
+        for step in 1e-5 * np.eye(len(place))
+    ]
+    np.testing.assert_allclose(told, found, rtol=1e-4, atol=1e-8)
 
 
 @pytest.mark.slow
