@@ -1,1 +1,1 @@
-"""The rivals' inner loops: beside `topview.kernels`, the only importer of numba."""
+"""Inner loops of rivals and simulator: beside `topview.kernels`, the only importer of numba."""

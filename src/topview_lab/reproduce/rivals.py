@@ -11,7 +11,7 @@ from topview.track.methods.btvr import BtvrSettings
 from topview_lab.evaluate.predictions import PredictedJob, Predictions
 from topview_lab.metrics import ALL, Evaluation, Summary, hidden_split, summarise
 from topview_lab.metrics.statistics import Comparison
-from topview_lab.reproduce.context import Context
+from topview_lab.reproduce.context import QUICK_FRAMES, Context
 from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
     NETWORK_ALONE,
@@ -77,8 +77,8 @@ def recordings(context: Context) -> list[Counterpart]:
     """People alone, then people who hide each other."""
     if context.quick:
         return [
-            context.counterpart("waving_two_hands", 80, 30),
-            context.counterpart("crossing", 83, 30, start_s=1.0),
+            context.counterpart("waving_two_hands", 80, QUICK_FRAMES),
+            context.counterpart("crossing", 83, QUICK_FRAMES, start_s=1.0),
         ]
     return [
         context.counterpart("all_actions", 80, 300),

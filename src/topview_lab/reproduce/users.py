@@ -15,7 +15,7 @@ from topview_lab.metrics import (
     summarise,
     times_lost,
 )
-from topview_lab.reproduce.context import Context
+from topview_lab.reproduce.context import QUICK_FRAMES, Context
 from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
     THESIS_RECIPE,
@@ -63,9 +63,9 @@ class TrackedUsers:
 def sequences(context: Context) -> dict[str, Counterpart]:
     """One, two and four users; the last has 1500 frames, as the thesis's (Fig. 6.7)."""
     return {
-        "one user": context.counterpart("single_user", 70, context.size(600, 30)),
-        "two users": context.counterpart("two_users", 71, context.size(600, 30)),
-        "four users": context.counterpart("four_users", 72, context.size(1500, 30)),
+        "one user": context.counterpart("single_user", 70, context.size(600, QUICK_FRAMES)),
+        "two users": context.counterpart("two_users", 71, context.size(600, QUICK_FRAMES)),
+        "four users": context.counterpart("four_users", 72, context.size(1500, QUICK_FRAMES)),
     }
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import Camera
+from topview_lab.kernels.round_cones import draw_round_cones
 
 NEAREST_DRAWN_M = 0.05
 """Surfaces nearer than this are not drawn (ours)."""
@@ -65,6 +66,10 @@ class _Quadrics(NamedTuple):
     q: NDArray[np.float64]
     k0: NDArray[np.float64]
 
+    def rows(self) -> NDArray[np.float64]:
+        """[N, 10] as the kernel takes them."""
+        return np.column_stack([self.Q[:, *np.triu_indices(3)], self.q, self.k0])
+
 
 class _Cones(NamedTuple):
     """The lateral surfaces, with the bounds 0 < y0 + t (w . ray) < y1 between the balls."""
@@ -112,46 +117,35 @@ def _cones(solids: RoundCones) -> _Cones:
 
 
 class RayCaster:
-    """Depth along the rays of image windows, for one set of round cones and one camera."""
+    """Depth along the rays of an image, for one set of round cones and one camera.
+
+    Attributes:
+        windows: of the image, within which each solid is looked for.
+    """
 
     def __init__(self, solids: RoundCones, camera: Camera) -> None:
         maps = solids.local_maps()
-        self._start_balls = _balls(
-            maps, np.einsum("nij,nj->ni", maps, solids.starts), solids.start_radii
+        ends = (
+            (solids.starts, solids.start_radii),
+            (solids.ends, solids.end_radii),
         )
-        self._end_balls = _balls(maps, np.einsum("nij,nj->ni", maps, solids.ends), solids.end_radii)
-        self._cones = _cones(solids)
+        balls = [_balls(maps, np.einsum("nij,nj->ni", maps, at), radii) for at, radii in ends]
+        cones = _cones(solids)
+        self._balls = np.stack([ball.rows() for ball in balls], 1)
+        self._cones = cones.surfaces.rows()
+        self._bounds = np.column_stack([cones.y0, cones.w, cones.y1])
         self._x = (np.arange(camera.width, dtype=np.float64) - camera.cx) / camera.fx
-        self._y = (np.arange(camera.height, dtype=np.float64)[:, None] - camera.cy) / camera.fy
+        self._y = (np.arange(camera.height, dtype=np.float64) - camera.cy) / camera.fy
         self.windows = image_windows(solids, camera)
 
-    def depth(self, n: int, window: Window) -> NDArray[np.float64]:
-        """[h, w] metres to solid n within a window of the image, inf where the ray misses it."""
-        x, y = self._x[window[1]], self._y[window[0]]
-        depth = _entry(self._start_balls, n, x, y)
-        if self._cones.y1[n] > 0.0:  # else the one ball holds the other
-            t = _entry(self._cones.surfaces, n, x, y)
-            w = self._cones.w[n]
-            with np.errstate(invalid="ignore"):
-                height = self._cones.y0[n] + t * (w[0] * x + (w[1] * y + w[2]))
-                lies_between = (height > 0.0) & (height < self._cones.y1[n])
-            np.minimum(depth, t, out=depth, where=lies_between)
-        np.minimum(depth, _entry(self._end_balls, n, x, y), out=depth)
-        return depth
-
-
-def _entry(
-    quadrics: _Quadrics, n: int, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Parameter at which rays (x, y, 1) enter quadric n, inf where they do not."""
-    (a, b, c), (_, d, e), (_, _, f) = quadrics.Q[n]
-    p, q, r = quadrics.q[n]
-    k2 = (a * x + 2.0 * c) * x + ((d * y + 2.0 * e) * y + f) + (2.0 * b * y) * x
-    k1 = p * x + (q * y + r)
-    discriminant = k1 * k1 - quadrics.k0[n] * k2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        t = (-k1 - np.sqrt(discriminant)) / k2
-        return np.where(t > NEAREST_DRAWN_M, t, np.inf)
+    def draw(self, depth_m: NDArray[np.float64], solid: NDArray[np.int32]) -> None:
+        """Fill in the depth of what the rays enter before [H, W] `depth_m`, and the number of the
+        solid."""
+        edges = [(v.start, v.stop, u.start, u.stop) for v, u in self.windows]
+        draw_round_cones(
+            self._x, self._y, np.array(edges), self._balls, self._cones, self._bounds,
+            NEAREST_DRAWN_M, depth_m, solid,
+        )  # fmt: skip
 
 
 def surface_normals(

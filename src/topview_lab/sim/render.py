@@ -75,15 +75,7 @@ def draw_people(
     solids = _stacked(flesh)
     depth = background.depth_m.astype(np.float64)
     solid = np.full(depth.shape, -1, np.int32)
-    caster = RayCaster(solids, camera)
-    for n, window in enumerate(caster.windows):
-        seen = depth[window]
-        if seen.size == 0:
-            continue
-        t = caster.depth(n, window)
-        is_nearer = t < seen
-        np.copyto(seen, t, where=is_nearer)
-        np.copyto(solid[window], n, where=is_nearer)
+    RayCaster(solids, camera).draw(depth, solid)
 
     rows, columns = np.nonzero(solid >= 0)
     pixels = rows, columns

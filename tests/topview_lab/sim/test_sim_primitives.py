@@ -10,10 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from topview.camera.projection import pixel_rays
 from topview.records import Camera
-from topview_lab.sim.primitives import RayCaster, RoundCones, surface_normals
+from topview_lab.sim.primitives import RayCaster, RoundCones, image_windows, surface_normals
 
 CAMERA = Camera(fx=40.0, fy=40.0, cx=15.5, cy=11.5, width=32, height=24)
-EVERYWHERE = slice(0, CAMERA.height), slice(0, CAMERA.width)
 RAYS = pixel_rays(CAMERA).astype(np.float64)
 
 
@@ -26,6 +25,15 @@ def depth_below_surface(solid: RoundCones, points: NDArray[np.float64]) -> NDArr
     radii = ((1 - s) * solid.start_radii[0] + s * solid.end_radii[0])[:, 0]
     between = (points[..., None, :] - centres) @ to_local.T
     return (np.linalg.norm(between, axis=-1) - radii).min(-1)
+
+
+def depth_of(solid: RoundCones, camera: Camera = CAMERA) -> NDArray[np.float64]:
+    """[H, W] of one solid, looked for in all of the image."""
+    caster = RayCaster(solid, camera)
+    caster.windows = [(slice(0, camera.height), slice(0, camera.width))]
+    depth_m = np.full((camera.height, camera.width), np.inf)
+    caster.draw(depth_m, np.zeros(depth_m.shape, np.int32))
+    return depth_m
 
 
 def unit(low: float, high: float) -> st.SearchStrategy[float]:
@@ -50,7 +58,7 @@ def round_cones(draw: st.DrawFn) -> RoundCones:
 @settings(max_examples=40)
 @given(round_cones())
 def test_hits_lie_on_the_surface_and_nothing_lies_before_them(solid: RoundCones) -> None:
-    depth = RayCaster(solid, CAMERA).depth(0, EVERYWHERE)
+    depth = depth_of(solid)
     hits = np.isfinite(depth)
     on_surface = depth_below_surface(solid, RAYS[hits] * depth[hits, None])
     np.testing.assert_allclose(on_surface, 0.0, atol=1e-4)
@@ -65,16 +73,15 @@ def test_hits_lie_on_the_surface_and_nothing_lies_before_them(solid: RoundCones)
 @settings(max_examples=40)
 @given(round_cones())
 def test_windows_hold_every_hit(solid: RoundCones) -> None:
-    caster = RayCaster(solid, CAMERA)
-    outside = np.isfinite(caster.depth(0, EVERYWHERE))
-    outside[caster.windows[0]] = False
+    outside = np.isfinite(depth_of(solid))
+    outside[image_windows(solid, CAMERA)[0]] = False
     assert not outside.any()
 
 
 @settings(max_examples=40)
 @given(round_cones())
 def test_normals_are_outward_units_across_the_surface(solid: RoundCones) -> None:
-    depth = RayCaster(solid, CAMERA).depth(0, EVERYWHERE)
+    depth = depth_of(solid)
     hits = np.isfinite(depth)
     points = RAYS[hits] * depth[hits, None]
     normals = surface_normals(solid, np.zeros(len(points), np.int32), points)
@@ -89,17 +96,16 @@ def test_a_ball_before_the_camera() -> None:
     place = np.array([[0.0, 0.0, 2.0]])
     ball = RoundCones(place, place, 0.5 * one, 0.5 * one, np.eye(3)[None], np.ones((1, 3)))
     camera = Camera(fx=40.0, fy=40.0, cx=16.0, cy=12.0, width=33, height=25)
-    caster = RayCaster(ball, camera)
-    depth = caster.depth(0, (slice(0, 25), slice(0, 33)))
+    depth = depth_of(ball, camera)
     assert depth[12, 16] == 1.5
     assert np.isinf(depth[0, 0])
     # the outline: 40 px * 0.5 / sqrt(2^2 - 0.5^2) = 10.3 px around the centre
-    assert caster.windows[0] == (slice(2, 23), slice(6, 27))
+    assert image_windows(ball, camera)[0] == (slice(2, 23), slice(6, 27))
 
 
 def test_a_ball_behind_the_camera_is_not_seen() -> None:
     one = np.ones(1)
     place = np.array([[0.0, 0.0, -2.0]])
     ball = RoundCones(place, place, 0.5 * one, 0.5 * one, np.eye(3)[None], np.ones((1, 3)))
-    rows, columns = RayCaster(ball, CAMERA).windows[0]
+    rows, columns = image_windows(ball, CAMERA)[0]
     assert (rows.stop - rows.start) * (columns.stop - columns.start) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -30,8 +31,13 @@ def on_the_skin(end: np.ndarray) -> np.ndarray:
     return end * (1.0 - MODEL.radii_m[LEFT_FOREARM, 0] / np.linalg.norm(end))
 
 
+@cache
+def evidence_of_pose() -> Evidence:
+    return evidence_of(POSE)
+
+
 def seen(*hands: HandCandidate) -> Evidence:
-    return replace(evidence_of(POSE), hands=hands)
+    return replace(evidence_of_pose(), hands=hands)
 
 
 @given(order=st.permutations([LEFT_UPPER_ARM, RIGHT_UPPER_ARM]), left_share=st.floats(0.2, 0.8))
