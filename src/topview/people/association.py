@@ -79,12 +79,33 @@ def associate(
             options.append(followed)
     missed = np.array([seeker.missed() for seeker in seekers])
     gains = scores[:, : len(options)] - missed[:, None]
+    lent = _lent_to_who_comes_back(tracks, options, gains)
+    scores[:, : len(options)] += lent
+    gains += lent
     matches = assign(np.where(gains > 0.0, gains, -np.inf))
     taken: dict[int, HeadCandidate] = {}
     for row, column in sorted(matches.items(), key=lambda match: -scores[match]):
         if _is_apart(options[column], taken.values()):
             taken[row] = options[column]
     return taken, [head for head in heads if _is_apart(head, taken.values())]
+
+
+def _lent_to_who_comes_back(
+    tracks: Sequence[Track], heads: Sequence[HeadCandidate], gains: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """[tracks, heads] what people whose place is not known gain besides from a head that a track
+    which is not confirmed gains from: where one of them may be there, the track is theirs, and its
+    motion speaks for both."""
+    lent = np.zeros_like(gains)
+    is_new = np.array([not track.id for track in tracks], np.bool_)
+    is_back = np.array([track.id > 0 and track.places is not None for track in tracks], np.bool_)
+    if heads and is_new.any() and is_back.any():
+        places_camera = np.array([head.center_camera for head in heads])
+        apart_m = np.linalg.norm(places_camera[:, None] - places_camera, axis=-1)
+        of_new = np.maximum(gains[is_new].max(axis=0), 0.0)
+        most = np.where(apart_m <= SAME_HEAD_M, of_new, 0.0).max(axis=1)
+        lent[is_back] = np.where(gains[is_back] > 0.0, most, 0.0)
+    return lent
 
 
 @dataclass(frozen=True, slots=True, eq=False)

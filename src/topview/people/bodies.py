@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.kernels.pieces import clusters_of
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M, sunk_m
 from topview.people.pieces import Pieces
-from topview.people.places import Places
+from topview.people.places import HEADS_APART_M, Places
 from topview.people.segmentation import (
     LIMB_STEP_M,
     Memory,
@@ -63,9 +63,19 @@ def stature_m(track: Track) -> float:
 
 
 def body_of(
-    scene: Scene, track: Track, settings: SegmentationSettings, last: Scene | None
+    scene: Scene,
+    track: Track,
+    settings: SegmentationSettings,
+    last: Scene | None,
+    told_camera: Vector | None = None,
+    others_camera: Sequence[Vector] = (),
 ) -> Distance:
-    """[h, w] how far each pixel of a track's body is from the head (`body_distance`)."""
+    """[h, w] how far each pixel of a track's body is from the head (`body_distance`); from the one
+    [3] that the network tells where none is seen, if it is not one of others [3]."""
+    is_told = told_camera is not None and not track.is_seen
+    is_told = is_told and all(
+        np.linalg.norm(told_camera - other) > HEADS_APART_M for other in others_camera
+    )
     memory = None
     if track.body_m is not None and last is not None:
         faded_m = FADING_M_PER_S * max(scene.time_s - last.time_s, 0.0) * track.is_seen
@@ -74,11 +84,11 @@ def body_of(
     is_hidden = not track.is_seen and is_sure and scene.is_hidden_at(track.place_camera)
     return body_distance(
         scene,
-        track.place_camera,
+        told_camera if is_told else track.place_camera,
         stature_m(track),
         settings,
         memory,
-        from_head=track.is_seen or is_hidden,
+        from_head=track.is_seen or is_hidden or is_told,
         jump=jump_of(scene.cloud.camera.noise, LIMB_STEP_M) if track.by_body else None,
     )
 

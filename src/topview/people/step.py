@@ -85,7 +85,7 @@ class Step:
                 now = own.updated(scene.cloud, head).corrected(scene, told_camera)
             else:
                 now = own.coasted(scene, others)
-            body_m = body_of(scene, now, self.segmentation, self.last)
+            body_m = body_of(scene, now, self.segmentation, self.last, told_camera, others)
             after.append((replace(now, body_m=body_m), told_camera))
         seen = [track for track, _ in after if track.is_seen]
         return [

@@ -216,6 +216,23 @@ def test_who_comes_back_takes_no_hand_beside_a_head_that_the_network_tells(is_to
     assert (0 in matches) != is_told
 
 
+@pytest.mark.parametrize(
+    ("log_odds", "comes_back"), [(LIKE_A_PERSON, True), (LIKE_FURNITURE, False)]
+)
+def test_a_track_that_is_not_confirmed_is_of_whoever_may_have_come_back_there(
+    log_odds: float, comes_back: bool
+) -> None:
+    """Though the track was nearer to where the head is now."""
+    place = head_of(0.0, 2.6, GROUND_Y)
+    scene = scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, 60)
+    pillar = box((-0.5, GROUND_Y - 2.2, 1.6), (0.5, GROUND_Y, 1.8))
+    covered = scene_of(render([], [*ROOM, pillar]), None, 59)
+    behind = hidden(track_at(scene, place + np.array([0.2, 0.0, 0.0])), covered, 1.0)
+    new = replace(moved_by(track_at(scene, place, 2), np.zeros(3), scene), id=0)
+    matches, _ = taken([behind, new], scene, [HeadCandidate(place, 0.95)], log_odds)
+    assert matches.keys() == {0 if comes_back else 1}
+
+
 @pytest.mark.parametrize("rgb", [RED, BLUE])
 def test_who_comes_back_wears_the_same_clothes(rgb: tuple[int, int, int]) -> None:
     """Of two who are hidden it is the one with these clothes, though the other was nearer."""
