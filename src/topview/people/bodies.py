@@ -72,10 +72,8 @@ def body_of(
 ) -> Distance:
     """[h, w] how far each pixel of a track's body is from the head (`body_distance`); from the one
     [3] that the network tells where none is seen, if it is not one of others [3]."""
-    is_told = told_camera is not None and not track.is_seen
-    is_told = is_told and all(
-        np.linalg.norm(told_camera - other) > HEADS_APART_M for other in others_camera
-    )
+    if told_camera is not None and (track.is_seen or _is_near(told_camera, others_camera)):
+        told_camera = None
     memory = None
     if track.body_m is not None and last is not None:
         faded_m = FADING_M_PER_S * max(scene.time_s - last.time_s, 0.0) * track.is_seen
@@ -84,13 +82,18 @@ def body_of(
     is_hidden = not track.is_seen and is_sure and scene.is_hidden_at(track.place_camera)
     return body_distance(
         scene,
-        told_camera if is_told else track.place_camera,
+        track.place_camera if told_camera is None else told_camera,
         stature_m(track),
         settings,
         memory,
-        from_head=track.is_seen or is_hidden or is_told,
+        from_head=track.is_seen or is_hidden or told_camera is not None,
         jump=jump_of(scene.cloud.camera.noise, LIMB_STEP_M) if track.by_body else None,
     )
+
+
+def _is_near(head_camera: Vector, others_camera: Sequence[Vector]) -> bool:
+    """Whether a head at [3] and one of the others cannot both be heads."""
+    return any(np.linalg.norm(head_camera - other) < HEADS_APART_M for other in others_camera)
 
 
 def area_m2(scene: Scene, track: Track) -> float:

@@ -79,7 +79,7 @@ def learn_head(
     own, other = _joined(learnt), _joined(measured)
     if own is None:
         raise InputError(f"none of the {len(given)} recordings could be used")
-    now = fit_person_head(own)
+    now = fit_person_head(before, own)
     write_atomically(out, with_head(weights, now))
     sets = {"fitted": own, "others" if others else "held back": other}
     return _windows_table(sets, (before, now))

@@ -67,9 +67,9 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     )
 
 
-def fit_person_head(rows: WindowRows) -> PersonHead:
-    """The joint network's head that tells people; what the tracker asked about and what was varied
-    count the same.
+def fit_person_head(before: PersonHead, rows: WindowRows) -> PersonHead:
+    """The joint network's head that tells people, learnt on from another; what the tracker asked
+    about and what was varied count the same.
 
     Raises:
         InputError: the tracker asked about no person, or about no furniture.
@@ -77,7 +77,7 @@ def fit_person_head(rows: WindowRows) -> PersonHead:
     asked = ~rows.is_varied
     check_both_kinds(rows.is_person[asked], "was shown to the joint network")
     sizes = np.where(asked, asked.sum(), max(rows.is_varied.sum(), 1))
-    return fitted_head(rows.seen, rows.is_person, 1.0 / sizes)
+    return fitted_head(before, rows.seen, rows.is_person, 1.0 / sizes)
 
 
 def check_both_kinds(is_person: Mask, what_for: str) -> None:

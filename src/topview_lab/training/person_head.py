@@ -1,7 +1,7 @@
 """The joint network's last layers, which tell whether a window shows a person.
 
 They see how sure the network is of the joints, and means over the window. These, and all that the
-network says of joints, stay as they were learnt; the layers are fitted anew on the very windows
+network says of joints, stay as they were learnt. The layers go on learning from the very windows
 that the tracker asks about, which they could not have seen while the network was learnt.
 """
 
@@ -30,9 +30,10 @@ PERSON_LAYERS: Final = (
 )
 """As `topview_lab.training.joints.net.PersonHead` names them."""
 UNITS: Final = 16  # of the layer between (ours)
-# On the squares of the weights, in units of the spread of what the head sees; of 1e-4, 3e-4 and
-# 1e-3 this told most of the recordings held back.
-PENALTY: Final = 3e-4
+# On the squares of how far the weights go from what they were, in units of the spread of what the
+# head sees; of 3e-4 to 1e-1 those from 1e-2 on told most of the recordings held back, and
+# more than weights that are learnt from nothing.
+PENALTY: Final = 3e-2
 # What hardly varies is not scaled up (ours).
 LEAST_SPREAD: Final = 1e-3
 # Fitting ends here: what is told hardly changes any more (ours).
@@ -124,10 +125,13 @@ def _first_of(model: Any) -> Any:
     )
 
 
-def fitted_head(seen: Floats, is_person: NDArray[np.bool_], counts: Vector) -> PersonHead:
-    """The head that makes who is a person likeliest.
+def fitted_head(
+    before: PersonHead, seen: Floats, is_person: NDArray[np.bool_], counts: Vector
+) -> PersonHead:
+    """The head that makes who is a person likeliest, learnt on from another.
 
     Args:
+        before: that other one.
         seen: [N, C].
         is_person: [N].
         counts: [N] how much each window counts.
@@ -136,8 +140,12 @@ def fitted_head(seen: Floats, is_person: NDArray[np.bool_], counts: Vector) -> P
     middle = seen.mean(axis=0, dtype=np.float64)
     spread = seen.std(axis=0, dtype=np.float64) + LEAST_SPREAD
     scaled = (seen - middle) / spread
-    size = seen.shape[1]
+    size = before.size
     ends = np.cumsum([UNITS * size, UNITS, UNITS])
+    (weights, biases), (counted, bias) = before.hidden, before.out
+    start = np.concatenate([(weights * spread).ravel(), biases + weights @ middle, counted, [bias]])
+    is_held = np.ones(len(start), np.bool_)  # biases go where they like
+    is_held[ends[0] : ends[1]] = is_held[-1] = False
 
     def head_at(place: Vector) -> PersonHead:
         weights, biases, units, bias = np.split(place, ends)
@@ -151,19 +159,11 @@ def fitted_head(seen: Floats, is_person: NDArray[np.bool_], counts: Vector) -> P
         rates = np.logaddexp(0.0, log_odds) - is_person * log_odds
         errors = (expit(log_odds) - is_person) * shares
         below = errors[:, None] * units * (1.0 - told**2)
-        slopes = (
-            below.T @ scaled + 2.0 * PENALTY * weights,
-            below.sum(axis=0),
-            told.T @ errors + 2.0 * PENALTY * units,
-            errors.sum(),
-        )
-        penalty = PENALTY * ((weights**2).sum() + units @ units)
-        return float(shares @ rates + penalty), np.concatenate([np.ravel(own) for own in slopes])
+        slopes = (below.T @ scaled, below.sum(axis=0), told.T @ errors, errors.sum())
+        way = np.where(is_held, place - start, 0.0)
+        slope = np.concatenate([np.ravel(own) for own in slopes]) + 2.0 * PENALTY * way
+        return float(shares @ rates + PENALTY * (way @ way)), slope
 
-    rng = np.random.default_rng(0)
-    start = np.zeros(ends[-1] + 1)
-    start[: ends[0]] = rng.normal(0.0, size**-0.5, ends[0])
-    start[ends[1] : ends[2]] = rng.normal(0.0, UNITS**-0.5, UNITS)
     fitted = minimize(loss, start, jac=True, method="L-BFGS-B", options=HEAD_PRECISION)
     head = head_at(fitted.x)
     weights = head.hidden[0] / spread

@@ -31,7 +31,13 @@ from topview_lab.training.people_windows import (
     WindowRows,
     WindowsJob,
 )
-from topview_lab.training.person_head import PersonHead, head_in, seen_under, with_head
+from topview_lab.training.person_head import (
+    UNITS,
+    PersonHead,
+    head_in,
+    seen_under,
+    with_head,
+)
 
 SHIPPED = WEIGHTS.read_bytes()
 SEEN = head_in(SHIPPED).size
@@ -76,8 +82,18 @@ def made_up(seed: int = 0, size: int = 4) -> WindowRows:
     return WindowRows(seen, is_person, rng.random(count) < 0.3)
 
 
+def taught(*rows: WindowRows) -> PersonHead:
+    """A head that knew nothing, after so many lessons."""
+    rng = np.random.default_rng(0)
+    hidden = rng.normal(0.0, 0.5, (UNITS, rows[0].seen.shape[1])), np.zeros(UNITS)
+    head = PersonHead(hidden, (rng.normal(0.0, UNITS**-0.5, UNITS), 0.0))
+    for each in rows:
+        head = fit_person_head(head, each)
+    return head
+
+
 def test_people_are_told_also_where_no_sum_tells_them() -> None:
-    head = fit_person_head(made_up())
+    head = taught(*[made_up()] * 6)
     for is_varied in (False, True):
         assert min(windows_called_right(made_up(1), head, is_varied)) > 0.95
 
@@ -88,20 +104,23 @@ def alike(said: np.ndarray, also_said: np.ndarray) -> bool:
 
 def test_neither_units_nor_how_many_windows_were_varied_matter() -> None:
     rows = made_up()
-    said = fit_person_head(rows).log_odds(rows.seen)
+    before = taught(rows)
+    (weights, biases), out = before.hidden, before.out
+    said = fit_person_head(before, rows).log_odds(rows.seen)
     moved = replace(rows, seen=2.0 * rows.seen + 3.0)
-    assert alike(fit_person_head(moved).log_odds(moved.seen), said)
+    also_before = PersonHead((weights / 2.0, biases - 1.5 * weights.sum(axis=1)), out)
+    assert alike(fit_person_head(also_before, moved).log_odds(moved.seen), said)
     varied = WindowRows(
         rows.seen[rows.is_varied], rows.is_person[rows.is_varied], rows.is_varied[rows.is_varied]
     )
-    often = fit_person_head(WindowRows.joined([rows, varied, varied]))
+    often = fit_person_head(before, WindowRows.joined([rows, varied, varied]))
     assert alike(often.log_odds(rows.seen), said)
 
 
 def test_one_kind_alone_teaches_nothing() -> None:
     rows = made_up()
     with pytest.raises(InputError, match="no piece of furniture was shown"):
-        fit_person_head(replace(rows, is_person=rows.is_person | ~rows.is_varied))
+        taught(replace(rows, is_person=rows.is_person | ~rows.is_varied))
 
 
 @pytest.mark.slow
@@ -179,7 +198,8 @@ def test_the_command_writes_both(tmp_path, topview, monkeypatch) -> None:
     assert done.complaints[0] == "topview: broken_0: is broken"
     assert "windows that the network tells right" in done.out
     assert all(len(line) <= 80 for line in done.out.splitlines()[:-1])
-    head = fit_person_head(WindowRows.joined([made_up(k, SEEN) for k in (1, 2, 4)]))
+    rows = WindowRows.joined([made_up(k, SEEN) for k in (1, 2, 4)])
+    head = fit_person_head(head_in(SHIPPED), rows)
     assert_allclose(head_in(joints.read_bytes()).out[0], head.out[0], rtol=1e-6)
     source = msgspec.json.decode(out.read_bytes(), type=Likelihood).source
     assert source.endswith("topview train-people all --joints-out a.onnx")
