@@ -11,7 +11,7 @@ from topview_lab.seeds import report_seed
 from topview_lab.sim.appearance import Appearance
 
 QUICK_FRAMES: Final = 15
-"""Of recordings of the quick form that need no longer ones."""
+"""How long most recordings are in the quick form."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -125,10 +125,7 @@ class RayCaster:
 
     def __init__(self, solids: RoundCones, camera: Camera) -> None:
         maps = solids.local_maps()
-        ends = (
-            (solids.starts, solids.start_radii),
-            (solids.ends, solids.end_radii),
-        )
+        ends = (solids.starts, solids.start_radii), (solids.ends, solids.end_radii)
         balls = [_balls(maps, np.einsum("nij,nj->ni", maps, at), radii) for at, radii in ends]
         cones = _cones(solids)
         self._balls = np.stack([ball.rows() for ball in balls], 1)

@@ -31,8 +31,8 @@ PERSON_LAYERS: Final = (
 """As `topview_lab.training.joints.net.PersonHead` names them."""
 UNITS: Final = 16  # of the layer between (ours)
 # On the squares of how far the weights go from what they were, in units of the spread of what the
-# head sees; of 3e-4 to 1e-1 those from 1e-2 on told most of the recordings held back, and
-# more than weights that are learnt from nothing.
+# head sees; of 3e-4 to 1e-1 those from 1e-2 on told most of the recordings held back, and more
+# than weights that were learnt from nothing.
 PENALTY: Final = 3e-2
 # What hardly varies is not scaled up (ours).
 LEAST_SPREAD: Final = 1e-3
