@@ -6,6 +6,8 @@ NumPy definition is `topview.geometry.quadrics.closed_cylinder_depths`.
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 from numba import njit
 
@@ -23,7 +25,7 @@ def hit_depth(ox, oy, oz, dx, dy, dz, length, inv_rx2, inv_rz2):
     b = ox * dx * inv_rx2 + oz * dz * inv_rz2
     c = ox * ox * inv_rx2 + oz * oz * inv_rz2 - np.float32(1.0)
     discriminant = b * b - a * c
-    t_side = (-b - np.sqrt(max(discriminant, np.float32(0.0)))) / a
+    t_side = (-b - sqrt(max(discriminant, np.float32(0.0)))) / a
     y_side = oy + t_side * dy
     side = (discriminant >= 0) & (y_side >= 0) & (y_side <= length) & (t_side > 0)
     y_end = np.float32(0.0) if oy < 0 else length
@@ -67,11 +69,21 @@ def image_box(R, o, length, rx, rz, fx, fy, cx, cy, width, height):
     u_high = fx * max((mx + ex) / near, (mx + ex) / far) + cx
     v_low = fy * min((my - ey) / near, (my - ey) / far) + cy
     v_high = fy * max((my + ey) / near, (my + ey) / far) + cy
-    u0 = np.int32(min(max(np.floor(u_low), np.float32(0)), np.float32(width)))
-    u1 = np.int32(min(max(np.ceil(u_high) + 1, np.float32(0)), np.float32(width)))
-    v0 = np.int32(min(max(np.floor(v_low), np.float32(0)), np.float32(height)))
-    v1 = np.int32(min(max(np.ceil(v_high) + 1, np.float32(0)), np.float32(height)))
+    u0, u1 = pixels_between(u_low, u_high, width)
+    v0, v1 = pixels_between(v_low, v_high, height)
     return u0, u1, v0, v1
+
+
+@njit(error_model="numpy", forceinline=True)
+def pixels_between(low, high, size):
+    """The first and the last pixel, the latter left out, of `size` that lie from the whole number
+    below one place to that above another, which is counted, too."""
+    limit = np.float32(size)
+    first = np.int32(min(max(low, np.float32(0)), limit))
+    high = min(max(high, np.float32(-1)), limit)
+    below = np.int32(high)
+    above = below + np.int32(np.float32(below) < high)
+    return first, np.int32(min(above + 1, size))
 
 
 CORNERS = np.array(
@@ -127,7 +139,7 @@ def outline(R, o, length, rx, rz, fx, fy, cx, cy, u0, u1, v0, v1, corners, span)
 def may_touch(R, o, length, radius, part):
     """Whether a cylinder and a placed part (`placed_parts`) may have a place in common: their axes
     come as near as their radii."""
-    reach = radius + np.float32(1.0) / np.sqrt(min(part[13], part[14]))
+    reach = radius + np.float32(1.0) / sqrt(min(part[13], part[14]))
     ax, ay, az = R[0, 1] * length, R[1, 1] * length, R[2, 1] * length
     bx, by, bz = part[1] * part[12], part[4] * part[12], part[7] * part[12]
     gx, gy, gz = o[0] - part[9], o[1] - part[10], o[2] - part[11]

@@ -74,7 +74,6 @@ def count_hypotheses(
     inv_rx2 = np.float32(1.0) / (rx * rx)
     inv_rz2 = np.float32(1.0) / (rz * rz)
     inv_cell = np.float32(1.0) / cell
-    half = np.float32(GRID // 2)
     for chunk in range(first_row, chunks, row_step):
         cell_of, owned = cells[chunk], mine[chunk]
         ray_x, ray_y, seen, hit = (
@@ -116,14 +115,12 @@ def count_hypotheses(
             n_inside = n_cyl = n_in = n_occl = np.int32(0)
             for i in range(n_pixels):
                 # the ray's direction, and its point, in the part's frame
-                dx = r10 * ray_y[i] + r20 + r00 * ray_x[i]
-                dy = r11 * ray_y[i] + r21 + r01 * ray_x[i]
-                dz = r12 * ray_y[i] + r22 + r02 * ray_x[i]
+                dx = along_ray(r00, r10, r20, ray_x[i], ray_y[i])
+                dy = along_ray(r01, r11, r21, ray_x[i], ray_y[i])
+                dz = along_ray(r02, r12, r22, ray_x[i], ray_y[i])
                 x, y, z = qx + seen[i] * dx, qy + seen[i] * dy, qz + seen[i] * dz
                 inside = is_inside(x, y, z, length, inv_rx2, inv_rz2) & ((owned[i] & layer) != 0)
-                col = np.int32(min(max(x * inv_cell + half, np.float32(0)), np.float32(GRID - 1)))
-                row = np.int32(min(max(z * inv_cell + half, np.float32(0)), np.float32(GRID - 1)))
-                cell_of[i] = row * GRID + col if inside else -1
+                cell_of[i] = top_view_cell(x, z, inv_cell) if inside else -1
                 n_inside = np.int32(n_inside + inside)
                 t = hit_depth(qx, qy, qz, dx, dy, dz, length, inv_rx2, inv_rz2)
                 covered = t < NO_HIT
@@ -143,6 +140,22 @@ def count_hypotheses(
             out[m, P_OCCL] = n_occl
             out[m, P_OUT] = n_cyl - n_in - n_occl
             out[m, N_COLL] = n_coll
+
+
+@njit(error_model="numpy", forceinline=True)
+def along_ray(r0, r1, r2, ray_x, ray_y):
+    """How far the ray of a pixel goes, a metre of depth, along an axis of a part: a column of
+    `R_camera_part`."""
+    return r1 * ray_y + r2 + r0 * ray_x
+
+
+@njit(error_model="numpy", forceinline=True)
+def top_view_cell(x, z, inv_cell):
+    """The cell of the top view that a point falls on, row by row."""
+    half, last = np.float32(GRID // 2), np.float32(GRID - 1)
+    column = np.int32(min(max(x * inv_cell + half, np.float32(0)), last))
+    row = np.int32(min(max(z * inv_cell + half, np.float32(0)), last))
+    return row * GRID + column
 
 
 @njit(error_model="numpy")
@@ -240,16 +253,21 @@ def _collisions(hit, ray_x, ray_y, n_pixels, part):
     several parts counts once."""
     n = 0
     for i in range(n_pixels):
-        t = hit[i]
-        covered = t < NO_HIT
-        depth = t if covered else np.float32(0.0)
-        dx = ray_x[i] * depth - part[9]
-        dy = ray_y[i] * depth - part[10]
-        dz = depth - part[11]
-        x = part[0] * dx + part[3] * dy + part[6] * dz
-        y = part[1] * dx + part[4] * dy + part[7] * dz
-        z = part[2] * dx + part[5] * dy + part[8] * dz
-        collides = covered & is_inside(x, y, z, part[12], part[13], part[14])
-        hit[i] = NO_HIT if collides else t
+        collides = is_in_placed(hit[i], ray_x[i], ray_y[i], part)
+        hit[i] = NO_HIT if collides else hit[i]
         n += np.int32(collides)
     return n
+
+
+@njit(error_model="numpy", forceinline=True)
+def is_in_placed(hit, ray_x, ray_y, part):
+    """Whether a hit, as a depth along a pixel's ray, lies inside a placed part; none does not."""
+    covered = hit < NO_HIT
+    depth = hit if covered else np.float32(0.0)
+    dx = ray_x * depth - part[9]
+    dy = ray_y * depth - part[10]
+    dz = depth - part[11]
+    x = part[0] * dx + part[3] * dy + part[6] * dz
+    y = part[1] * dx + part[4] * dy + part[7] * dz
+    z = part[2] * dx + part[5] * dy + part[8] * dz
+    return covered & is_inside(x, y, z, part[12], part[13], part[14])

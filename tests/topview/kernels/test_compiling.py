@@ -50,16 +50,17 @@ import sys
 from topview.cli.progress import compile_kernels
 from topview.kernels.compiling import listed
 compile_kernels()
+import topview
+from topview_lab.sim import scene_by_name, SimulatedRecording
+frames = list(SimulatedRecording(scene_by_name("pass_by", seed=3, frames=6)))
 from numba.core import event
 compiled = []
 class Listener(event.Listener):
     def on_start(self, event): compiled.append(event.data["dispatcher"].py_func.__name__)
     def on_end(self, event): pass
 event.register("numba:compile", Listener())
-import topview
-from topview_lab.sim import scene_by_name, SimulatedRecording
 tracker = topview.Tracker()
-for frame in SimulatedRecording(scene_by_name("pass_by", seed=3, frames=6)):
+for frame in frames:
     tracker.update(frame)
 print(compiled)
 """
