@@ -94,7 +94,9 @@ _LAZY = {
 }
 
 
-def open(path: str | PathLike[str], format: str | None = None) -> Recording:
+def open(  # noqa: A001 - as `topview.open`
+    path: str | PathLike[str], format: str | None = None
+) -> Recording:
     """Open a depth recording: a folder of images, a ROS bag, an Azure Kinect's `.mkv`, ...
 
     Iterate over it to get its `Frame`s, again if need be; frames that cannot be read are left out

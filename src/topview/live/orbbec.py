@@ -116,9 +116,9 @@ class OrbbecCamera:
             default = profiles.get_default_video_stream_profile()
             if default.get_format().name in formats:
                 return default
-            for format in formats:
+            for name in formats:
                 with suppress(self._ob.OBError):
-                    own = getattr(self._ob.OBFormat, format)
+                    own = getattr(self._ob.OBFormat, name)
                     return profiles.get_video_stream_profile(0, 0, own, 0)
         return None
 

@@ -45,8 +45,8 @@ class RealSenseCamera:
         rs = self._rs
         streams: dict[str, tuple[Any, Any]] = {}
         for sensor in device.query_sensors():
-            for kind, format in (("depth", rs.format.z16), ("color", rs.format.rgb8)):
-                if kind not in streams and (best := _most_like(sensor, format)) is not None:
+            for kind, pixels in (("depth", rs.format.z16), ("color", rs.format.rgb8)):
+                if kind not in streams and (best := _most_like(sensor, pixels)) is not None:
                     streams[kind] = sensor, best
         if "depth" not in streams:
             raise InputError(f"{self.name}: has no depth stream; it must be a depth camera")

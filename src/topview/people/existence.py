@@ -109,7 +109,7 @@ class Existence:
 
     def _are_there(self, ids: Set[int]) -> None:
         """These people are known to be somewhere: nobody else is to be one of them."""
-        self._was = {key: id for key, id in self._was.items() if id not in ids}
+        self._was = {key: own for key, own in self._was.items() if own not in ids}
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
         """By key, of those who come to be people: the one of before of whoever was put out for a

@@ -110,7 +110,7 @@ class ReturningPeople(Existence):
             for track in after
             if track.key == back.get(track.id, track.key)
         ]
-        self._ended = {id: track for id, track in self._ended.items() if id not in back}
+        self._ended = {own: track for own, track in self._ended.items() if own not in back}
         self._people = {track.id: track for track in after if track.id}
         return after
 
@@ -123,7 +123,7 @@ class ReturningPeople(Existence):
     def _remember(self, tracks: Sequence[Track], scene: Scene) -> None:
         if self._from_outside:
             here = {track.id for track in tracks}
-            left = [track for id, track in self._people.items() if id not in here]
+            left = [track for own, track in self._people.items() if own not in here]
             ended = self._ended | {track.id: _kept(track) for track in left if _is_known(track)}
             self._ended = dict(list(ended.items())[-MOST_GONE:])
         gone = [track for track in tracks if self._is_gone(track, scene)]

@@ -181,7 +181,7 @@ class Step:
     def heads_of_doubtful(self) -> dict[int, tuple[HeadCandidate, float]]:
         """Heads that the network knows where nobody is known yet, by their identities, and its
         log-odds."""
-        told = [head for id, head in self.told.heads.items() if id < 0 and head.is_sure]
+        told = [head for who, head in self.told.heads.items() if who < 0 and head.is_sure]
         found = [(self.head_at(head.head_camera), head.log_odds) for head in told]
         return {id(head): (head, log_odds) for head, log_odds in found}
 

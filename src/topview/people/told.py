@@ -102,7 +102,7 @@ class Told:
         cls, people: Sequence[Person], proposals: Mapping[int, JointProposals], has_network: bool
     ) -> Told:
         """Of people as they were tracked, and of joints that were proposed, by id."""
-        heads = {id: ToldHead.of(own) for id, own in proposals.items()}
+        heads = {who: ToldHead.of(own) for who, own in proposals.items()}
         return cls(people, heads, has_network)
 
     def joints_of(self, id: int) -> Vector | None:

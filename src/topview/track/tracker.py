@@ -258,8 +258,8 @@ class Tracker:
             to_cover_m = windows.to_cover_m(proposals.positions_camera)
             proposals = replace(proposals, to_cover_m=to_cover_m)
         self._proposed = {
-            id: proposals.of_person(index)
-            for index, id in enumerate(asked)
+            person: proposals.of_person(index)
+            for index, person in enumerate(asked)
             if proposals.weights[index].any()
         }
         return {
@@ -277,7 +277,7 @@ class Tracker:
             user.id: self._came_left.get(user.id, bool(user.head_camera[0] < 0.0)) for user in there
         }
         self._looks_mirrored = not self._looks_mirrored
-        return [self._came_left[id] == self._looks_mirrored for id in asked]
+        return [self._came_left[own] == self._looks_mirrored for own in asked]
 
     def _learn(self, ids: Iterable[int]) -> None:
         """Keep what is known of the bodies of those who are there."""

@@ -95,7 +95,7 @@ def write_mkv(
     options = {"allow_raw_vfw": "1"}
     with av.open(str(path), "w", format="matroska", options=options) as container:
         tracks = {}
-        for title, codec, format, size in (
+        for title, codec, pixels, size in (
             ("COLOR", *color_codec, (COLOR_WIDTH, COLOR_HEIGHT)),
             ("IR", "rawvideo", "gray16be", (WIDTH, HEIGHT)),
             ("DEPTH", "rawvideo", "gray16be", (WIDTH, HEIGHT)),
@@ -103,11 +103,11 @@ def write_mkv(
             if title == "COLOR" and color is None:
                 continue
             stream: Any = container.add_stream(codec, rate=30)
-            (stream.width, stream.height), stream.pix_fmt = size, format
+            (stream.width, stream.height), stream.pix_fmt = size, pixels
             stream.codec_context.time_base = stream.time_base = Fraction(1, 1000)
             stream.metadata["title"] = title
-            if format in FOURCC:
-                stream.codec_context.codec_tag = FOURCC[format]
+            if pixels in FOURCC:
+                stream.codec_context.codec_tag = FOURCC[pixels]
             tracks[title] = stream
         if imu:
             tracks["IMU"] = container.add_mux_stream("subrip")

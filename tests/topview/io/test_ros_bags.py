@@ -100,12 +100,12 @@ def test_float_and_compressed_depth_and_colour(tmp_path):
         "16UC1; compressedDepth png": struct.pack("<iff", 0, 0, 0) + png(depth_mm(0)),
         "32FC1; compressedDepth": header + png(inverse),
     }
-    for number, (format, data) in enumerate(images.items()):
+    for number, (encoding, data) in enumerate(images.items()):
         folder = tmp_path / str(number)
         folder.mkdir()
         with BagWriter(folder, "bag") as bag:
             bag.info("/depth/camera_info", "a")
-            bag.compressed("/depth/image/compressedDepth", data, format, 1.0, "a")
+            bag.compressed("/depth/image/compressedDepth", data, encoding, 1.0, "a")
             bag.compressed("/rgb/image/compressed", png(shade(3)[..., ::-1]), "png", 1.0, "a")
             bag.info("/rgb/camera_info", "a")
         (frame,) = topview.open(bag.path)

@@ -115,7 +115,7 @@ def test_there_are_no_more_people_than_the_user_says_and_the_likeliest(
     tracks = [track_with(each, key) for key, each in enumerate(odds, 1)]
     ids = confirmed(Existence(most, LIKE_A_PERSON), *side_by_side(*people, *tracks))
     likely = sorted((each for each in odds if probability(each) > CONFIRMED), reverse=True)
-    told = [each for each, id in zip(odds, ids[len(people) :], strict=True) if id]
+    told = [each for each, own in zip(odds, ids[len(people) :], strict=True) if own]
     assert sorted(told, reverse=True) == likely[: most - len(people)]
     assert ids[: len(people)] == [track.id for track in people]
     assert len(set(filter(None, ids))) == len(people) + len(told)

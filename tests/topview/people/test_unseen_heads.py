@@ -205,7 +205,7 @@ def test_whose_head_is_lost_beside_anothers_keeps_what_the_fitted_bodies_leave_t
     seen = replace(track_at(scene, places[2]), key=2, id=2, body_m=body_at(scene, places[2]))
     assert seen.body_m is not None
     lost = replace(track_at(before, places[1]).coasted(scene), body_m=seen.body_m + 0.1)
-    fitted = Told([upright_at(id, place) for id, place in places.items()])
+    fitted = Told([upright_at(own, place) for own, place in places.items()])
     shown_m2 = [
         over_body(scene, lost, [seen], told, None, PeopleSettings(), 1 / 30).body_m2
         for told in (fitted, NOTHING_TOLD)
