@@ -240,8 +240,9 @@ def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_cha
         odds = ShapeOdds(Step(scene, FIRST, NOTHING_TOLD, PeopleSettings()), [], existence)
         assert (odds(born.head) == -4.0) == (key == 7)
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
-    elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))
-    assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
+    for offset_m, key in (([1.0, 0.0, 0.0], 9), ([0.0, 0.5, 0.0], 7)):
+        there = replace(born, place_camera=HEAD + np.array(offset_m))
+        assert existence.taken_up(there, replace(LATER, steady=steady_for(2.0))).key == key
 
 
 @pytest.mark.parametrize("is_elsewhere", [False, True])
