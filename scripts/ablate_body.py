@@ -102,10 +102,8 @@ def main() -> None:
     recordings = find_folder_recordings(options.paths)
     names = chosen(VARIANTS, options.only)
     outcomes = run_without(names, recordings, _job, options.workers)
-    summaries = {
-        name: summarise(Evaluation(tuple(o.errors for o in own if o.errors)))
-        for name, own in outcomes.items()
-    }
+    measured = {name: tuple(o.errors for o in own if o.errors) for name, own in outcomes.items()}
+    summaries = {name: summarise(Evaluation(own)) for name, own in measured.items() if own}
     Console().print(told(summaries))
     if options.json:
         rows = {name: figures(summary) for name, summary in summaries.items()}
