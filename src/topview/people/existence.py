@@ -131,14 +131,14 @@ class Existence:
 
     def is_put_out(self, track: Track, scene: Scene) -> bool:
         """Whether it can be told where a confirmed person is: one whose head is neither seen nor
-        told must be likelier there than not."""
+        told must be in the picture, or above it, and likelier there than not."""
         if not track.id or track.places is None:
             return track.id > 0
-        if track.places.outside > TOLD and not scene.is_above(track.place_camera):
-            return False
+        outside = 0.0 if scene.is_above(track.place_camera) else track.places.outside
         existence = self.existence_of(track)
-        is_shown = existence > DOUBTED and track.body_m2 > SHOWN_M2
-        return is_shown or existence * track.certainty > TOLD
+        if existence > DOUBTED and track.body_m2 > SHOWN_M2:
+            return outside <= TOLD
+        return existence * track.certainty * (1.0 - outside) > TOLD
 
     def has_ended(self, track: Track, scene: Scene) -> bool:
         """Whether it is too unlikely to be followed."""

@@ -197,16 +197,28 @@ def test_who_has_gone_ends() -> None:
         assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
 
 
-@given(log_odds, st.floats(0.0, 1.0), st.floats(0.0, 0.2))
+@given(log_odds, st.floats(0.0, 1.0), st.floats(0.0, 0.2), st.floats(0.0, 1.0), st.booleans())
 def test_who_is_not_seen_is_put_out_while_likelier_there_than_not(
-    odds: float, certainty: float, body_m2: float
+    odds: float, certainty: float, body_m2: float, outside: float, is_above: bool
 ) -> None:
-    """And while enough of the body is seen, or the place is known."""
-    places = Places.around(LATER, BORN.motion, 1)
-    hidden = track_with(odds, id=1, places=places, certainty=certainty, body_m2=body_m2)
+    """While enough of the body is seen and it is not surely outside of the picture, or while the
+    place is known to be there; who reaches out of it above is not outside."""
+    places = replace(Places.around(LATER, BORN.motion, 1), outside=outside)
+    place_camera = np.array([0.0, -LATER.cloud.camera.height, 2.0]) if is_above else HEAD
+    hidden = track_with(
+        odds,
+        id=1,
+        places=places,
+        certainty=certainty,
+        body_m2=body_m2,
+        place_camera=place_camera,
+    )
     existence, there = Existence(None, LIKE_A_PERSON), hidden.existence(LIKE_A_PERSON)
-    is_known = body_m2 > SHOWN_M2 or there * certainty > TOLD
-    assert existence.is_put_out(hidden, LATER) == (there > 0.5 and is_known)
+    outside = 0.0 if is_above else outside
+    is_known = there * certainty * (1.0 - outside) > TOLD
+    is_shown = there > 0.5 and body_m2 > SHOWN_M2
+    is_told = outside <= TOLD if is_shown else is_known
+    assert existence.is_put_out(hidden, LATER) == is_told
     assert existence.is_put_out(replace(hidden, places=None), LATER)
     assert not existence.is_put_out(replace(hidden, id=0, places=None), LATER)
 
