@@ -65,7 +65,6 @@ VARIANTS: Final[Variants] = {
     "being held to the prediction": lambda: refinement(
         place_prior_weight=0.01, turn_prior_weight=0.001, twist_prior_weight=0.01
     ),
-    "motion": lambda: {"track.methods.topview.tracker.VELOCITY_S": 1e-9},
     "refinement, 1 step of 5": lambda: refinement(iterations=1),
     "refinement, 15 steps of 5": lambda: refinement(iterations=15),
     "joints over time": lambda: {"track.joint_filter.JointFilter.update": filtered},
