@@ -61,6 +61,6 @@ def regions_of(mask: NDArray[np.bool_], depth_m: float) -> list[SkinRegion]:
     for label in range(1, count):
         rows, columns = np.nonzero(np.asarray(labels) == label)
         pixels = np.stack([columns, rows], axis=1).astype(np.float32)
-        box = columns.min(), rows.min(), columns.max(), rows.max()
+        box = int(columns.min()), int(rows.min()), int(columns.max()), int(rows.max())
         regions.append(SkinRegion(pixels, box, depth_m, 0.01, 0.9))
     return regions

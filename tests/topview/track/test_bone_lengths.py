@@ -17,7 +17,7 @@ from topview.track.joint_fit import JointFitSettings, fit_joints
 STATURE_M = 1.6
 # Somebody whose bones are not those of the stature.
 RATIOS = dict(zip(PROPOSED_LENGTHS, np.linspace(0.85, 1.2, len(PROPOSED_LENGTHS)), strict=True))
-TRUE_M = {name: RATIOS[name] * share * STATURE_M for name, share in PROPOSED_LENGTHS.items()}
+TRUE_M = {name: float(RATIOS[name]) * share * STATURE_M for name, share in PROPOSED_LENGTHS.items()}
 TRUTH = model_of_bones(TRUE_M, STATURE_M)
 
 

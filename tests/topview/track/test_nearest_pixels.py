@@ -21,8 +21,8 @@ def masks(seed: int) -> tuple[np.ndarray, tuple[int, int, int, int]]:
     block = np.s_[row : row + rng.integers(4, 30), column : column + rng.integers(4, 30)]
     mask[block] = rng.random(mask[block].shape) < rng.uniform(0.005, 0.9)
     mask[row, column] = True
-    rows, columns = np.nonzero(mask)
-    return mask, (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
+    rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
+    return mask, (int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
 
 
 @given(SEEDS)

@@ -248,19 +248,19 @@ def test_the_descent_brings_a_body_nearer():
 
 
 def test_the_descent_draws_limbs_to_where_people_usually_have_them():
+    """On average: a single one may end in another minimum, by the last bit of what it begins
+    with."""
     evidence = evidence_of(posed(), MODEL, CAMERA)
-    odd = posed(left_upper_arm=(60, 0, -50))  # through the back
-    usual = usual_poses().towards(odd, 1.0)
-    off_rad = [
-        np.arccos(
-            Descent(UtvrSettings(usual=share))
-            .end_frame(odd, None, evidence)
-            .Rs[LEFT_UPPER_ARM, :, 1]
-            @ usual.Rs[LEFT_UPPER_ARM, :, 1]
-        )
-        for share in (0.0, 0.4)
-    ]
-    assert off_rad[1] < off_rad[0]
+
+    def off_rad(odd: Pose, share: float) -> float:
+        usual = usual_poses().towards(odd, 1.0)
+        found = Descent(UtvrSettings(usual=share)).end_frame(odd, None, evidence)
+        return float(np.arccos(found.Rs[LEFT_UPPER_ARM, :, 1] @ usual.Rs[LEFT_UPPER_ARM, :, 1]))
+
+    through_the_back = [(60, 0, -50), (40, 0, -60), (70, 0, -30), (50, 20, -50), (80, 0, -50)]
+    poses = [posed(left_upper_arm=turns) for turns in through_the_back]
+    free, drawn = (np.mean([off_rad(odd, share) for odd in poses]) for share in (0.0, 0.4))
+    assert drawn < 0.8 * free
 
 
 def test_who_sits_from_the_first_frame_on_is_found_sitting():
