@@ -62,9 +62,10 @@ VARIANTS: Final[Variants] = {
     "collisions": lambda: refinement(collision_weight=0.0),
     "limits of joints": lambda: refinement(limit_weight=0.0),
     "the head's centre": lambda: refinement(head_weight=0.0),
-    "being held to the last pose": lambda: refinement(
+    "being held to the prediction": lambda: refinement(
         place_prior_weight=0.01, turn_prior_weight=0.001, twist_prior_weight=0.01
     ),
+    "motion": lambda: {"track.methods.topview.tracker.VELOCITY_S": 1e-9},
     "refinement, 1 step of 5": lambda: refinement(iterations=1),
     "refinement, 15 steps of 5": lambda: refinement(iterations=15),
     "joints over time": lambda: {"track.joint_filter.JointFilter.update": filtered},

@@ -206,8 +206,7 @@ class TopviewTracker:
     def _follow(self, last: Pose, look: FrameContext, statures_m: Sequence[float]) -> _Found:
         """Predict, refine, search the limbs, refine; if that does not explain the person, look
         wider."""
-        hidden = max(self._hidden_share, _beyond_tolerance(look.evidence.hidden_share))
-        moving = self._extrapolated(last, look.elapsed_s) if hidden < STILL_OCCLUSION else last
+        hidden, moving = self._hidden_now(look), self._predicted(last, look)
         with look.clock.stage("body"):
             prior_scale = _firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
             refined = self._refined([last, moving], last, look, prior_scale=prior_scale)
@@ -285,8 +284,8 @@ class TopviewTracker:
         return other
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> _Found:
-        """The best of the bodies that are proposed and the last one, each refined with the proposed
-        joints. Where the last one would have moved to is told by the joints."""
+        """The best of the bodies that are proposed and the one that is predicted, each refined with
+        the proposed joints."""
         stature_m = look.evidence.stature_m or look.model.stature_m
         with look.clock.stage("fit"):
             elapsed_s = self._guide.elapsed_s(look.evidence.timestamp_s)
@@ -294,19 +293,22 @@ class TopviewTracker:
             belief = self._guide.believe(proposals, elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
             bodies = self._guide.bodies(proposals, belief, look.model, elapsed_s)
+        moving = None if self.pose is None else self._predicted(self.pose, look)
         with look.clock.stage("refinement"):
             found = min(
-                (self._refined_guided(body, look) for body in bodies),
+                (self._refined_guided(body, moving, look) for body in bodies),
                 key=lambda found: found.cost,
             )
         hidden = _beyond_tolerance(max(found.hidden, look.evidence.hidden_share))
         return replace(found, hidden=hidden)
 
-    def _refined_guided(self, body: ProposedBody, look: FrameContext) -> _Found:
-        """The better of the proposed and the last pose, refined with the proposed joints."""
-        last, firmness = self.pose, _firmness(look.elapsed_s)
-        starts = [body.pose] if last is None else [body.pose, last]
-        refined = self._refined(starts, last, look, prior_scale=firmness, targets=body.targets)
+    def _refined_guided(
+        self, body: ProposedBody, moving: Pose | None, look: FrameContext
+    ) -> _Found:
+        """The better of the proposed and the predicted pose, refined with the proposed joints."""
+        starts = [body.pose] if moving is None else [body.pose, moving]
+        firmness = _firmness(look.elapsed_s)
+        refined = self._refined(starts, moving, look, prior_scale=firmness, targets=body.targets)
         costs = self._costs(refined) + self.settings.guide.joints_cost * refined.apart + body.cost
         best = int(np.argmin(costs))
         hidden = float(refined.hidden[best])
@@ -470,6 +472,15 @@ class TopviewTracker:
             + FREE_SPACE_COST * refined.in_free_space
             + DEPARTURE_COST * refined.departure
         )
+
+    def _hidden_now(self, look: FrameContext) -> float:
+        """Share that is hidden, or was in the last frame, beyond what is tolerated."""
+        return max(self._hidden_share, _beyond_tolerance(look.evidence.hidden_share))
+
+    def _predicted(self, last: Pose, look: FrameContext) -> Pose:
+        """Where the last pose has moved to; of whom much is hidden that is not known."""
+        is_seen = self._hidden_now(look) < STILL_OCCLUSION
+        return self._extrapolated(last, look.elapsed_s) if is_seen else last
 
     def _extrapolated(self, last: Pose, elapsed_s: float) -> Pose:
         """Constant velocity, damped."""
