@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
+from math import dist
 from typing import Final
 
 import numpy as np
@@ -168,11 +169,14 @@ class Existence:
         return after
 
     def remembered_at(self, head_camera: Vector, scene: Scene) -> Track | None:
-        """The track that ended where a head is at [3], higher or lower, if nothing has changed
-        there."""
+        """The track that ended at a head at [3], if nothing has changed there; a thing that had
+        stood still all the time also where its head is told higher or lower."""
         for track in self._remembered:
             assert track.body_m is not None
-            is_here = is_too_near(head_camera, [track], scene)
+            if track.evidence.still == 1.0:
+                is_here = is_too_near(head_camera, [track], scene)
+            else:
+                is_here = dist(track.place_camera.tolist(), head_camera.tolist()) < HEADS_APART_M
             if is_here and scene.changed_share(track.body_m < np.inf, track.time_s) < FLICKER:
                 return track
         return None

@@ -252,9 +252,20 @@ def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_cha
         odds = ShapeOdds(Step(scene, FIRST, NOTHING_TOLD, PeopleSettings()), [], existence)
         assert (odds(born.head) == -4.0) == (key == 7)
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
-    for offset_m, key in (([1.0, 0.0, 0.0], 9), ([0.0, 0.5, 0.0], 7)):
-        there = replace(born, place_camera=HEAD + np.array(offset_m))
-        assert existence.taken_up(there, replace(LATER, steady=steady_for(2.0))).key == key
+    elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))
+    assert existence.taken_up(elsewhere, replace(LATER, steady=steady_for(2.0))).key == 9
+
+
+@pytest.mark.parametrize(("still", "key"), [(1.0, 7), (0.9, 9)])
+def test_a_thing_is_known_again_by_a_head_that_is_told_lower(still: float, key: int) -> None:
+    """As a lamp is; who has moved at all may have bent down."""
+    since_s = FIRST.time_s + 10 * FRAME_S
+    doubted = track_with(-4.0, key=7, id=1, seen_s=since_s, time_s=since_s, body_m=BODY_M)
+    doubted = replace(doubted, evidence=replace(doubted.evidence, still=still))
+    existence = Existence(None, LIKE_A_PERSON)
+    assert existence.going_on([doubted], LATER) == []
+    lower = replace(track_at(LATER, HEAD + np.array([0.0, 0.5, 0.0])), key=9, id=0, body_m=BODY_M)
+    assert existence.taken_up(lower, replace(LATER, steady=steady_for(2.0))).key == key
 
 
 @pytest.mark.parametrize("is_elsewhere", [False, True])
