@@ -16,8 +16,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
-from statistics import median
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +27,11 @@ from topview.kernels.threads import use_threads
 from topview.kernels.utvr import N_COUNTS
 from topview.kernels.utvr import count_hypotheses as count_on_cpu
 from topview.score.utvr import placed_parts
+from topview_lab.bench.inner_loops import KERNEL_RUNS, median_ms
 from topview_lab.kernels.utvr_cuda import count_hypotheses as count_on_gpu
 from topview_lab.kernels.utvr_cuda import cuda
 
 THREADS = 128  # of a block
-CALLS = 15  # that the median is taken over
 MOST_APART = 1e-3
 LENGTH_M, RADII_M, DISTANCE_M = 0.4, (0.08, 0.07), 2.0
 FOCAL_LENGTHS = 0.9  # of the image's width
@@ -96,24 +94,15 @@ class Work:
         return counts
 
 
-def median_ms(call: Callable[[], Counts], calls: int) -> float:
-    times = []
-    for _ in range(calls):
-        start = perf_counter()
-        call()
-        times.append(1e3 * (perf_counter() - start))
-    return median(times)
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--sizes", default="320x240,640x480")
     parser.add_argument("--hypotheses", default="64,256,1024,4096")
-    parser.add_argument("--once", action="store_true", help="one timed call, not 15")
+    parser.add_argument("--once", action="store_true", help=f"one timed call, not {KERNEL_RUNS}")
     options = parser.parse_args()
-    calls = 1 if options.once else CALLS
+    runs = 1 if options.once else KERNEL_RUNS
     use_threads(1)
     table = Table("image", "hypotheses", "one CPU thread, ms", "GPU, ms", "counts that differ")
     is_same = True
@@ -126,7 +115,7 @@ def main() -> int:
             apart = np.abs(counted - expected)
             is_same &= bool((apart <= 1 + MOST_APART * expected).all())
             is_same &= bool((expected.max(axis=0) > 0).all())
-            times = (f"{median_ms(call, calls):.2f}" for call in (work.on_cpu, on_gpu))
+            times = (f"{median_ms(call, runs):.2f}" for call in (work.on_cpu, on_gpu))
             differing = f"{(apart > 0).sum()} of {apart.size}, by {apart.max()} at most"
             table.add_row(size, str(count), *times, differing)
     Console(width=100).print(table)

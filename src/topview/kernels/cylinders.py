@@ -76,8 +76,8 @@ def image_box(R, o, length, rx, rz, fx, fy, cx, cy, width, height):
 
 @njit(error_model="numpy", forceinline=True)
 def pixels_between(low, high, size):
-    """The first and the last pixel, the latter left out, of `size` that lie from the whole number
-    below one place to that above another, which is counted, too."""
+    """The first pixel, and the end, left out, of those from floor(low) to ceil(high) that an image
+    of `size` pixels has."""
     limit = np.float32(size)
     first = np.int32(min(max(low, np.float32(0)), limit))
     high = min(max(high, np.float32(-1)), limit)

@@ -50,12 +50,12 @@ def time_kernels(frame: Frame, camera: Camera, threads: int) -> list[KernelTime]
         KernelTime(
             "uTVR, 256 hypotheses x (6,000 points + 12,000 rays)",
             threads,
-            _median_ms(_utvr_call(camera, threads)),
+            median_ms(_utvr_call(camera, threads)),
         ),
         KernelTime(
             f"refinement of one body, {settings.iterations} iterations",
             threads,
-            _median_ms(lambda: refine([pose], None, model, evidence, settings)),
+            median_ms(lambda: refine([pose], None, model, evidence, settings)),
         ),
     ]
 
@@ -85,10 +85,11 @@ def _utvr_call(camera: Camera, threads: int) -> Callable[[], object]:
     )
 
 
-def _median_ms(call: Callable[[], object]) -> float:
-    call()  # compiles
+def median_ms(call: Callable[[], object], runs: int = KERNEL_RUNS) -> float:
+    """Of so many calls, after one that compiles."""
+    call()
     times = []
-    for _ in range(KERNEL_RUNS):
+    for _ in range(runs):
         start = perf_counter()
         call()
         times.append(1e3 * (perf_counter() - start))

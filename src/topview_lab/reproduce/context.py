@@ -12,6 +12,8 @@ from topview_lab.sim.appearance import Appearance
 
 QUICK_FRAMES: Final = 15
 """How long most recordings are in the quick form."""
+QUICK_DUMMY_FRAMES: Final = 30
+"""The same of those beside the dummy, who hides nothing by 60 % in half as many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class Context:
         """Of Sec. 6.1.2: two of one user alone, two with a second one who plays the dummy and
         occludes the first, by 30 % and then by 60 %; more than 2000 frames."""
         if self.quick:
-            return [self.counterpart("single_user", 0, 30), *self.dummy_sequences()]
+            return [self.counterpart("single_user", 0, QUICK_DUMMY_FRAMES), *self.dummy_sequences()]
         return [
             self.counterpart("single_user", 0, 510),
             self.counterpart("single_user", 1, 510, start_s=25.0),
@@ -67,5 +69,8 @@ class Context:
         """Those with the dummy, who comes at about 5 s and hides more from about 12 s on."""
         if self.quick:
             starts_s = (5.7, 12.3)
-            return [self.counterpart("dummy_occluder", 0, 30, start_s=start) for start in starts_s]
+            return [
+                self.counterpart("dummy_occluder", 0, QUICK_DUMMY_FRAMES, start_s=start)
+                for start in starts_s
+            ]
         return [self.counterpart("dummy_occluder", number, 510) for number in range(2)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -198,6 +198,8 @@ def test_who_has_gone_ends() -> None:
 
 
 @given(log_odds, st.floats(0.0, 1.0), st.floats(0.0, 0.2), st.floats(0.0, 1.0), st.booleans())
+@example(odds=6.0, certainty=1.0, body_m2=0.0, outside=0.3, is_above=False)  # has left by the side
+@example(odds=6.0, certainty=1.0, body_m2=0.0, outside=0.3, is_above=True)
 def test_who_is_not_seen_is_put_out_while_likelier_there_than_not(
     odds: float, certainty: float, body_m2: float, outside: float, is_above: bool
 ) -> None:
