@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import track_head
 from topview.detect.heads import HeadCandidate
+from topview.filter.assignment import assign
 from topview.people.appearance import clothes_under, head_colors_against, unlikeness
 from topview.people.existence import is_too_near
 from topview.people.height import TALLER_M, sunk_m
@@ -85,9 +86,9 @@ def associate(
     matches = assign(np.where(gains > 0.0, gains, -np.inf))
     taken: dict[int, HeadCandidate] = {}
     for row, column in sorted(matches.items(), key=lambda match: -scores[match]):
-        if _is_apart(options[column], taken.values()):
+        if is_apart(options[column], taken.values()):
             taken[row] = options[column]
-    return taken, [head for head in heads if _is_apart(head, taken.values())]
+    return taken, [head for head in heads if is_apart(head, taken.values())]
 
 
 def _lent_to_who_comes_back(
@@ -239,22 +240,6 @@ class Seeker:
         )
 
 
-def assign(scores: NDArray[np.float64], unmatched: float = 0.0) -> dict[int, int]:
-    """Row to column of the assignment with the highest sum of [tracks, heads] scores; pairs whose
-    score is -inf are never made, but count as `unmatched`."""
-    if not scores.size or not np.isfinite(scores).any():
-        return {}
-    from scipy.optimize import linear_sum_assignment  # slow; not before it is needed
-
-    is_pair = np.isfinite(scores)
-    rows, columns = linear_sum_assignment(np.where(is_pair, scores, unmatched), maximize=True)
-    return {
-        int(row): int(column)
-        for row, column in zip(rows, columns, strict=True)
-        if is_pair[row, column]
-    }
-
-
-def _is_apart(head: HeadCandidate, others: Iterable[HeadCandidate]) -> bool:
+def is_apart(head: HeadCandidate, others: Iterable[HeadCandidate]) -> bool:
     """Whether a head is none of the others."""
     return all(dist(head.place, other.place) > SAME_HEAD_M for other in others)

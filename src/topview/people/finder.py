@@ -6,7 +6,6 @@ Each frame: predict, detect, associate, update or coast, spawn, segment, confirm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from msgspec.structs import replace
@@ -20,12 +19,13 @@ from topview.detect.protocol import HeadDetector
 from topview.filter.over_time import Turns
 from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
-from topview.people.association import associate
+from topview.people.association import associate, is_apart
 from topview.people.bodies import nearest_body, own_mask, split, union_of, with_pieces
 from topview.people.clusters import Clusters, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import CONFIRMED, Refusal
-from topview.people.output import doubtful_of, frontal_of, users_of
+from topview.people.output import Found, doubtful_of, frontal_of, users_of
+from topview.people.rest import is_at_rest, left_as_they_were
 from topview.people.returning import ReturningPeople
 from topview.people.settings import PeopleSettings
 from topview.people.spawning import free_of, is_free, rejoined, room_left_of, under_higher
@@ -39,26 +39,7 @@ from topview.room.floor import FloorPlane, FloorTracker
 from topview.room.scene import Scene
 from topview.timing import StageClock
 
-__all__ = ["Found", "PeopleFinder", "PeopleSettings"]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Found:
-    """All that is found in one frame, with what it is found by.
-
-    Attributes:
-        scene: what the depth shows.
-        skin_detections: None if colour is not used.
-        users: nearest first.
-        refusals: heads that are nobody's yet, and why.
-        tracks: all, after this frame.
-    """
-
-    scene: Scene
-    skin_detections: SkinDetections | None
-    users: tuple[User, ...]
-    refusals: tuple[Refusal, ...]
-    tracks: tuple[Track, ...]
+__all__ = ["PeopleFinder", "PeopleSettings"]
 
 
 class PeopleFinder:
@@ -115,13 +96,18 @@ class PeopleFinder:
             heads = self._detect(scene, before)
         with self.clock.stage("users"):
             step = Step(scene, last, told, self.settings, self._existence.likelihood)
-            is_time = self._looks.due(scene.time_s) > 0
             by_shape = ShapeOdds(step, before, self._existence)
             told_heads = [head for head, _ in step.heads_of_doubtful.values()]
-            taken, left = associate(before, scene, heads, by_shape, told_heads)
-            tracks = step.moved(before, taken)
+            is_time = self._looks.due(scene.time_s) > 0
+            at_rest = {t.key for t in before if is_at_rest(t, scene, step.likelihood)}
+            resting = [t for t in before if t.key in at_rest and not (is_time or told.tells_of(t))]
+            active = [track for track in before if track not in resting]
+            taken, left = associate(active, scene, heads, by_shape, told_heads)
+            left = [head for head in left if is_apart(head, [track.head for track in resting])]
+            tracks = [*step.moved(active, taken), *left_as_they_were(resting, scene, last)]
             tracks, left = rejoined(tracks, step, left, self._existence)
-            tracks = step.with_evidence(tracks, is_time)
+            known = {t.key for t in tracks if t.id and not is_time} | {t.key for t in resting}
+            tracks = step.with_evidence(tracks, known)
             tracks, refusals = self._spawned(tracks, step, left)
             tracks = self._with_cluster(tracks, step)
             tracks = with_appearance(tracks, scene, is_time)
@@ -134,8 +120,8 @@ class PeopleFinder:
             users = users_of(tracks, scene, self.skin_detections, frontal, self._existence)
             self.doubtful = ()
             if told.has_network:
-                next_cluster, likelihood = self._clusters.next, self._existence.likelihood
-                self.doubtful = doubtful_of(tracks, scene, likelihood, next_cluster)
+                cluster = self._clusters.next
+                self.doubtful = doubtful_of(tracks, scene, step.likelihood, cluster, at_rest)
             self._clusters.tell(self.doubtful)
         self._learn_room(scene, users)
         doubts = [self._existence.refusal_of(track) for track in tracks if not track.id]

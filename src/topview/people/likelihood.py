@@ -152,9 +152,11 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         mean = self.network + share * (now - self.network)
         return replace(self, network=mean, asked_s=self.asked_s + clear_s, answered_s=time_s)
 
-    def is_to_be_asked(self, time_s: float) -> bool:
-        """Whether another answer of the network would be news."""
-        return time_s - self.answered_s >= self._answer_holds_s
+    def is_to_be_asked(self, time_s: float, is_at_rest: bool = False) -> bool:
+        """Whether another answer of the network would be news; of what is at rest it says the same
+        until that is forgotten."""
+        holds_s = EVIDENCE_MEMORY_S if is_at_rest else self._answer_holds_s
+        return time_s - self.answered_s >= holds_s
 
     @property
     def _answer_holds_s(self) -> float:

@@ -1,8 +1,9 @@
-"""What a tracker of bodies is told of each track."""
+"""What is found in a frame, and what a tracker of bodies is told of each track."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from topview.detect.protocol import ColorDetector
 from topview.people.bodies import SHOWN_M2, area_m2, own_mask
 from topview.people.clusters import Cluster
 from topview.people.colors import skin_share
-from topview.people.existence import Existence
+from topview.people.existence import Existence, Refusal
 from topview.people.height import measured_height
 from topview.people.likelihood import Likelihood
 from topview.people.segmentation import full_pixels
@@ -27,6 +28,25 @@ Mask = NDArray[np.bool_]
 # Ours: so many who may be people are told of; and who is rather one than not is asked about first.
 MOST_DOUBTS: Final = 4
 LIKELY: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """All that is found in one frame, with what it is found by.
+
+    Attributes:
+        scene: what the depth shows.
+        skin_detections: None if colour is not used.
+        users: nearest first.
+        refusals: heads that are nobody's yet, and why.
+        tracks: all, after this frame.
+    """
+
+    scene: Scene
+    skin_detections: SkinDetections | None
+    users: tuple[User, ...]
+    refusals: tuple[Refusal, ...]
+    tracks: tuple[Track, ...]
 
 
 def users_of(
@@ -54,14 +74,21 @@ def users_of(
 
 
 def doubtful_of(
-    tracks: Sequence[Track], scene: Scene, likelihood: Likelihood, next_cluster: Cluster | None
+    tracks: Sequence[Track],
+    scene: Scene,
+    likelihood: Likelihood,
+    next_cluster: Cluster | None,
+    at_rest: Set[int],
 ) -> tuple[User, ...]:
     """Who may be people, has a body, and of whom the network may have news; first who probably is,
-    then of whom it was asked least. A cluster, `next_cluster`, has its turn among them."""
+    then of whom it was asked least. A cluster, `next_cluster`, has its turn among them; `at_rest`
+    are the keys of those of whom the frame tells nothing new."""
     doubts = [
         t
         for t in tracks
-        if not t.id and t.evidence.is_to_be_asked(scene.time_s) and area_m2(scene, t) > SHOWN_M2
+        if not t.id
+        and t.evidence.is_to_be_asked(scene.time_s, t.key in at_rest)
+        and area_m2(scene, t) > SHOWN_M2
     ]
     turns = {t.key: (t.existence(likelihood) <= LIKELY, t.evidence.asked_s) for t in doubts}
     doubts.sort(key=lambda t: (*turns[t.key], -t.existence(likelihood), t.key))

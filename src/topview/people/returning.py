@@ -12,8 +12,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from topview.filter.assignment import assign
 from topview.people.appearance import Colors, clothes_under, unlikeness
-from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES, assign
+from topview.people.association import CLOTHES_WEIGHT, SAME_CLOTHES
 from topview.people.bodies import own_mask
 from topview.people.existence import TOLD, Existence
 from topview.people.height import HeightEstimate, measured_height

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
@@ -97,11 +97,11 @@ class Step:
             for track, told_camera in after
         ]
 
-    def with_evidence(self, tracks: Sequence[Track], is_time: bool) -> list[Track]:
-        """The tracks, with what tells whether they are people; `is_time` to look again at the
-        shape of those who are confirmed."""
+    def with_evidence(self, tracks: Sequence[Track], known: Set[int]) -> list[Track]:
+        """The tracks, with what tells whether they are people; `known` are the keys of those whose
+        shape is not looked at again."""
         after = []
-        looked_at = {track.key for track in tracks if is_time or not track.id}
+        looked_at = {track.key for track in tracks if track.key not in known}
         nearest = nearest_body(self.scene, tracks if looked_at else ())
         for track in tracks:
             evidence = track.evidence

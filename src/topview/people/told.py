@@ -109,6 +109,10 @@ class Told:
         """[J, 3] of a person, None where none is told."""
         return next((person.joints_camera for person in self.people if person.id == id), None)
 
+    def tells_of(self, track: Track) -> bool:
+        """Whether the network was asked about a track."""
+        return track.told_as in self.heads
+
     def head_of(self, track: Track, tracks: Sequence[Track], elapsed_s: float) -> Vector | None:
         """[3] a track's head, if the network knows it and it is not another's; now, as the track
         has gone on for so long."""

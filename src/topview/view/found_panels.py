@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import Pyramid
 from topview.people.existence import TOO_NEAR
-from topview.people.finder import Found
+from topview.people.output import Found
 from topview.people.users import User
 from topview.records import Frame
 from topview.room.scene import Scene

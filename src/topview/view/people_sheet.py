@@ -7,7 +7,7 @@ from typing import BinaryIO, Final
 
 import numpy as np
 
-from topview.people.finder import Found
+from topview.people.output import Found
 from topview.records import Frame, InputError, Person
 from topview.view.drawing import Image, draw_text, png_of
 from topview.view.even_choice import EvenChoice

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from dressed_scenes import BLUE, GROUND_Y, RED, ROOM, UP, dressed, scene_of, track_at
 from people_scenes import box, head_of, render, standing_person
 from topview.detect.heads import HeadCandidate
+from topview.filter.assignment import assign
 from topview.people.appearance import clothes_under
-from topview.people.association import assign, associate
+from topview.people.association import associate
 from topview.people.motion import Motion
 from topview.people.track import Track
 from topview.room.scene import Scene

@@ -242,7 +242,7 @@ def test_what_was_said_of_another_place_does_not_count_at_the_head() -> None:
     said = replace(IN_DOUBT, evidence=IN_DOUBT.evidence.with_network(-3.0, 0.3, 0.0))
     told = told_of(IN_DOUBT.told_as, head_of(0.2, 3.0, GROUND_Y))
     step = Step(A_FRAME_LATER, STANDING, told, PeopleSettings())
-    [moved] = step.with_evidence(step.moved([said], {0: said.head}), True)
+    [moved] = step.with_evidence(step.moved([said], {0: said.head}), set())
     assert moved.evidence.network == pytest.approx(told.heads[IN_DOUBT.told_as].log_odds)
     assert moved.evidence.is_to_be_asked(A_FRAME_LATER.time_s)
 
@@ -272,7 +272,7 @@ def test_who_lies_has_no_upright_head() -> None:
     ):
         step = Step(STANDING, STANDING, told_of(BOTTOM.id, here, trunk), PeopleSettings())
         known = replace(before, evidence=track.evidence)
-        [track] = step.with_evidence([known], is_time=False)
+        [track] = step.with_evidence([known], {known.key})
         assert track.evidence.by_body == is_by_body
 
 

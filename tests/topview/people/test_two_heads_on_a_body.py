@@ -141,8 +141,8 @@ def test_the_likelier_of_two_that_are_not_confirmed_keeps_its_body(order):
     )
     step = Step(scene, None, NOTHING_TOLD, PeopleSettings())
     tracks = [(head, shoulder)[index] for index in order]
-    after = {track.key: track for track in step.with_evidence(tracks, is_time=True)}
-    alone = step.with_evidence([head], is_time=True)[0]
+    after = {track.key: track for track in step.with_evidence(tracks, set())}
+    alone = step.with_evidence([head], set())[0]
     odds = {
         key: step.likelihood.log_odds_of_shape(track.evidence.features[:-1])
         for key, track in {**after, 0: alone}.items()

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import LEFT_FOREARM, LEFT_UPPER_ARM, RIGHT_FOREARM, RIGHT_UPPER_ARM
+from topview.filter.assignment import assign
 from topview.geometry.rotations import unit
-from topview.people.association import assign
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 
