@@ -37,6 +37,8 @@ WALK_WINDOW_S: Final = 14 / 30
 MOST_SIGMAS: Final = 3.0  # what is further off is wrong altogether
 STILL_SHARE: Final = 0.1  # of the log likelihood in `FRAME_S`: frames in a row err alike
 
+NO_WAY: Final = np.zeros(3)
+
 
 @dataclass(frozen=True, slots=True)
 class Before:
@@ -75,9 +77,17 @@ class YawCues:
         self._with_feet = with_feet
         self._heads: deque[tuple[float, Array]] = deque()  # when, and [3] where
 
-    def log_likelihood(self, evidence: Evidence, stature_m: float, frames: float = 1.0) -> Array:
-        """[N_YAWS] for `YAWS_RAD`, of what `frames` of `FRAME_S` tell; zeros without a cue."""
-        front_camera = WALK_LOG_WEIGHT * self._walk(evidence)
+    def log_likelihood(
+        self,
+        evidence: Evidence,
+        stature_m: float,
+        frames: float = 1.0,
+        usual_camera: Array = NO_WAY,
+    ) -> Array:
+        """[N_YAWS] for `YAWS_RAD`, of what `frames` of `FRAME_S` tell; zeros without a cue.
+        `usual_camera` [3] is the front of the body as it was, as long as half the log-odds that its
+        limbs tell of that."""
+        front_camera = WALK_LOG_WEIGHT * self._walk(evidence) + STILL_SHARE * usual_camera
         if evidence.face_share is not None:
             to_camera = -unit(evidence.head_camera)
             front_camera += FACE_LOG_WEIGHT * (2.0 * evidence.face_share - 1.0) * to_camera
@@ -93,12 +103,12 @@ class YawCues:
         """[3] unit vector along the way walked; zeros for who stands or is not seen."""
         if not evidence.head_is_seen:
             self._heads.clear()
-            return np.zeros(3)
+            return NO_WAY
         self._heads.append((evidence.timestamp_s, evidence.head_camera))
         while evidence.timestamp_s - self._heads[0][0] > WALK_WINDOW_S + 0.1 * FRAME_S:
             self._heads.popleft()
         way = horizontal(evidence.head_camera - self._heads[0][1], evidence.up_camera)
-        return unit(way) if np.linalg.norm(way) > WALK_M else np.zeros(3)
+        return unit(way) if np.linalg.norm(way) > WALK_M else NO_WAY
 
 
 def head_before(evidence: Evidence, stature_m: float) -> Array | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from math import log
 from typing import Final
 
 import numpy as np
@@ -24,6 +25,13 @@ from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 Array = NDArray[np.float64]
 
 AKIN: Final = 30  # poses whose mean is taken; ours
+# Front and back are as likely where the nearest captured pose is farther, by this factor in
+# squares, from a body turned half round, its limbs where they are, than from the body as it is; by
+# so much the log-odds of the front grow with the factor's logarithm (`scripts/fit_usual_front.py`
+# on one, turn and sit of seeds 0 to 14).
+FRONT_RATIO, FRONT_WEIGHT = 3.0, 4.7
+# Ours. Less than so far, in squares, is a captured pose; and log-odds count no more than so much.
+SAME_POSE, MOST_LOG_ODDS = 0.05, 4.0
 
 # Of the axes of a pose, for `squared_distances`.
 _NOTHING_HIDDEN: Final = np.eye(3 * len(PARTS), dtype=np.float32)
@@ -52,10 +60,7 @@ class UsualPoses:
     def towards(self, pose: Pose, share: float) -> Pose:
         """A pose whose limbs and head are turned by this share of the way to the mean of those that
         are like it; the neck and the upper torso stay."""
-        axes = _axes_in_torso(pose.Rs[None])[0].astype(np.float32)
-        squares = np.empty(len(self.Rs_relative), np.float32)
-        squared_distances(self.axes, _NOTHING_HIDDEN, axes, squares)
-        squares = np.maximum(squares + (axes * axes).sum(), 0.0)
+        squares = self._squares(pose)
         like = np.argpartition(squares, AKIN)[:AKIN]
         weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
         weights = weights.astype(np.float64) / weights.sum()
@@ -64,6 +69,28 @@ class UsualPoses:
         Rs = nearest_rotations((1.0 - share) * own + share * mean)
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
         return Pose.from_relative(pose.neck_camera, Rs)
+
+    def front_log_odds(self, pose: Pose) -> float:
+        """That the front of a pose is the front, and not the back, as limbs are where people
+        usually have them."""
+        own, other = self.front_distances(pose)
+        log_odds = FRONT_WEIGHT * log(other / (own * FRONT_RATIO))
+        return min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+
+    def front_distances(self, pose: Pose) -> tuple[float, float]:
+        """Squares of how far the nearest captured pose is from a pose, and from that turned half
+        round."""
+        own, other = (
+            max(float(self._squares(each).min()), SAME_POSE) for each in (pose, pose.turned_round())
+        )
+        return own, other
+
+    def _squares(self, pose: Pose) -> NDArray[np.float32]:
+        """[P] squared distances of the axes of a pose to those of each captured one."""
+        axes = _axes_in_torso(pose.Rs[None])[0].astype(np.float32)
+        squares = np.empty(len(self.Rs_relative), np.float32)
+        squared_distances(self.axes, _NOTHING_HIDDEN, axes, squares)
+        return np.maximum(squares + (axes * axes).sum(), 0.0)
 
 
 def _axes_in_torso(Rs: Array) -> Array:

@@ -17,6 +17,7 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.yaw_cues import YawCues
+from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr.descent import LEAST_DESCENT_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
 from topview.track.methods.utvr.particles import Particles, elsewhere, turns_rad
@@ -104,7 +105,8 @@ class UtvrTracker:
     def _propose_torso(self, evidence: Evidence, frames: float) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
         its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
-        told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames)
+        usual_camera = self._usual_front()
+        told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames, usual_camera)
         self._torso.yaw.fuse(told)
         R = self._torso.update(self.model, evidence, frames).R_camera_torso
         turn_rad = float(turns_rad(self._particles[UPPER_TORSO].Rs[0], R[None])[0])
@@ -120,6 +122,14 @@ class UtvrTracker:
         for part in TORSO_PARTS:
             self._particles[part] = self._particles[part].turned(R_turn)
         self._particles[UPPER_TORSO] = self._particles[UPPER_TORSO].with_one(R)
+
+    def _usual_front(self) -> Array:
+        """[3] the front of the last pose, as long as half the log-odds of it by what people usually
+        do."""
+        if self._last is None or not self.settings.usual:
+            return np.zeros(3)
+        log_odds = usual_poses().front_log_odds(self._last)
+        return 0.5 * log_odds * self._last.Rs[UPPER_TORSO][:, 2]
 
     def _roughly_standing(self, evidence: Evidence) -> list[Particles]:
         """Upright below the head, facing the camera: where every filter starts."""
