@@ -29,7 +29,7 @@ AKIN: Final = 30  # poses whose mean is taken; ours
 # squares, from a body turned half round, its limbs where they are, than from the body as it is; by
 # so much the log-odds of the front grow with the factor's logarithm (`scripts/fit_usual_front.py`
 # on one, turn and sit of seeds 0 to 14).
-FRONT_RATIO, FRONT_WEIGHT = 3.0, 4.7
+FRONT_RATIO, FRONT_WEIGHT = 3.6, 2.9
 # Ours. Less than so far, in squares, is a captured pose; and log-odds count no more than so much.
 SAME_POSE, MOST_LOG_ODDS = 0.05, 4.0
 
