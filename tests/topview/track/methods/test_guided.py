@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from rendered_bodies import MODEL, UP, at_frame, evidence_of, joints_of, standing_pose, subject
+from rendered_bodies import (
+    MODEL,
+    UP,
+    at_frame,
+    evidence_in,
+    evidence_of,
+    joints_of,
+    render,
+    standing_pose,
+    subject,
+)
 from topview.body.parts import JOINT_NAMES
 from topview.detect.joints import JointProposals
 from topview.geometry.rotations import rotations_from_angles
@@ -116,6 +126,23 @@ def test_a_person_goes_on_where_proposals_end(evidence):
     found = tracker.update(at_frame(evidence, 1))
     assert tracker.model is model
     assert errors_m(found, model).max() < 0.1
+
+
+def test_of_whom_next_to_nothing_is_left_to_see_the_pose_is_kept_below_the_head(evidence):
+    """A foot is no ground to look for a whole body, once joints have been proposed."""
+    tracker = TopviewSettings().tracker(subject())
+    given = proposals([joints_of(TRUTH)], (1.0,))
+    before = tracker.update(replace(evidence, proposals=given))
+    depth_m = render(TRUTH)
+    rows = np.arange(depth_m.shape[0])[:, None]
+    lowest = rows > np.flatnonzero((depth_m > 0.0).any(1)).max() - 8
+    head_camera = evidence.head_camera + np.array([0.1, 0.0, 0.0])
+    foot = at_frame(evidence_in(depth_m, (depth_m > 0.0) & lowest, head_camera), 1)
+    assert len(foot.points_camera) > 30
+    kept = tracker.update(replace(foot, head_is_seen=False))
+    np.testing.assert_allclose(kept.Rs, before.Rs)
+    head = joints_of(kept, tracker.model)[JOINT_NAMES.index("head")]
+    np.testing.assert_allclose(head, head_camera, atol=0.02)
 
 
 def test_modes_that_hardly_count_are_no_hypotheses():

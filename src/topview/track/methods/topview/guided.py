@@ -116,6 +116,11 @@ class Guide:
         """Of the last frame with proposals."""
         return self._familiarity.now
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether there were any proposals yet."""
+        return self._last_s is not None
+
     def elapsed_s(self, time_s: float) -> float:
         """Since the last frame with proposals, at the time of the next one; 0 of the first."""
         last_s, self._last_s = self._last_s, time_s

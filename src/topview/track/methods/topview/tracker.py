@@ -14,6 +14,7 @@ from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LE
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import FRAME_S, begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
+from topview.people.bodies import SHOWN_M2
 from topview.records import InputError
 from topview.timing import StageClock
 from topview.track.body_tracker import Needs, Subject
@@ -170,7 +171,7 @@ class TopviewTracker:
             self._stature.tell(stature_m)
             self._scale_to(self._stature.stature_m)
         elapsed_s = 0.0 if self._last_s is None else max(evidence.timestamp_s - self._last_s, 0.0)
-        if len(evidence.points_camera) < LEAST_BODY_POINTS:
+        if self._is_out_of_sight(evidence):
             pose = self._hidden(evidence)
         else:
             look = FrameContext(self.model, evidence, self.subject.clock, elapsed_s)
@@ -196,6 +197,14 @@ class TopviewTracker:
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
             self.model = dressed_body(stature_m)
+
+    def _is_out_of_sight(self, evidence: Evidence) -> bool:
+        """Whether too little is seen to look for a pose: of whom joints have been proposed, and are
+        no more, no less than somebody is found by."""
+        points = len(evidence.points_camera)
+        if evidence.proposals is None and self._guide.has_begun:
+            return points * evidence.point_area_m2 < SHOWN_M2
+        return points < LEAST_BODY_POINTS
 
     def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""
