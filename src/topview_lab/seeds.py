@@ -128,6 +128,14 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         (range(9600, 9631), 9700, 9701), "the report's --seed 36 and 37",
         "Tables 6.1, 6.2 and 6.4; of 37 Table 6.4 alone", Knowledge.NUMBERS_READ, "measured once",
     ),
+    SeedUse(
+        (range(9800, 9831), range(9870, 9873), range(9880, 9886)), "the report's --seed 38",
+        "Tables 6.1 to 6.4, users, rivals", Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
+        (3040, 3041), "four_users", "why hidden people are lost without a network",
+        Knowledge.LOOKED_AT, "read frame by frame; nothing that was tried is kept",
+    ),
     SeedUse((100,), "all", "held out by train-hands", Knowledge.NUMBERS_READ),
     SeedUse(
         (range(101, 112),), "who is hidden (returns); two_users 105",
