@@ -47,6 +47,8 @@ ROOM_S, ROOM_BELOW = 5.0, 0.5
 MOST_REMEMBERED: Final = 20
 # Somebody is put out while near to the place that is told with this probability.
 TOLD: Final = 0.9
+# Whoever was put out less than so long ago may have moved so fast since, as who falls does.
+AGAIN_S, FALL_M_PER_S = 1.0, 2.0
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, TOO_NEAR = "on somebody's body", "just come", "too near to another head"
 
@@ -110,15 +112,33 @@ class Existence:
     def _are_there(self, ids: Set[int]) -> None:
         """These people are known to be somewhere: nobody else is to be one of them."""
         self._was = {key: own for key, own in self._was.items() if own not in ids}
+        self._remembered = [
+            replace(track, id=0) if track.id in ids else track for track in self._remembered
+        ]
 
     def _identities(self, ready: Sequence[Track]) -> dict[int, int]:
         """By key, of those who come to be people: the one of before of whoever was put out for a
         while, new ones of all others."""
         again = {track.key: self._was.pop(track.key) for track in ready if track.key in self._was}
+        for track in ready:
+            put_out = self._put_out_near(track)
+            if track.key not in again and put_out is not None:
+                again[track.key] = put_out.id
+                self._are_there({put_out.id})
         others = [track.key for track in ready if track.key not in again]
         first = self._next_id
         self._next_id += len(others)
         return again | {key: first + number for number, key in enumerate(others)}
+
+    def _put_out_near(self, track: Track) -> Track | None:
+        """Whoever was put out a moment ago, so near that the track may be the same."""
+        for ended in self._remembered:
+            gone_s = track.time_s - ended.time_s
+            away_m = dist(ended.place_camera.tolist(), track.place_camera.tolist())
+            is_near = away_m < HEADS_APART_M + FALL_M_PER_S * gone_s
+            if ended.id and gone_s < AGAIN_S and is_near:
+                return ended
+        return None
 
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):

@@ -291,6 +291,33 @@ def test_who_was_put_out_for_a_while_has_the_same_identity(is_elsewhere: bool) -
     assert ids == {first: person.id, second: person.id + 1}
 
 
+@pytest.mark.parametrize(
+    ("away_m", "gone_s", "is_there", "is_same"),
+    [
+        (0.8, 0.5, False, True),
+        (2.0, 0.5, False, False),  # too far
+        (0.8, 1.2, False, False),  # too long ago
+        (0.8, 0.5, True, False),  # and is known to be elsewhere
+    ],
+)
+def test_who_falls_is_the_same_though_put_out_for_a_moment(
+    away_m: float, gone_s: float, is_there: bool, is_same: bool
+) -> None:
+    """Another track begins where nothing is as it was."""
+    existence = Existence(None, LIKE_A_PERSON)
+    (person,) = existence.confirmed([track_with(4.0, key=7)], FIRST, {7}, True)
+    evidence = replace(person.evidence, network=-9.0, still=0.0)
+    since_s = LATER.time_s - gone_s
+    doubted = replace(person, seen_s=since_s, time_s=since_s, body_m=BODY_M, evidence=evidence)
+    assert existence.going_on([doubted], LATER) == []
+    place_camera = HEAD + np.array([away_m, 0.0, 0.0])
+    seen = replace(BORN.evidence, network=4.0, asked_s=0.1)
+    fallen = replace(track_at(LATER, place_camera), key=9, id=0, evidence=seen, born_s=since_s)
+    tracks = [fallen, replace(person, key=8)] if is_there else [fallen]
+    after = {t.key: t.id for t in existence.confirmed(tracks, LATER, {9}, True)}
+    assert after[9] == (person.id if is_same else person.id + 1)
+
+
 def test_a_refusal_names_what_speaks_most_against_a_person() -> None:
     worst = "too low"
     likelihood = Likelihood(
