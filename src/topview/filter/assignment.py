@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def assign(scores: NDArray[np.float64], unmatched: float = 0.0) -> dict[int, int]:
-    """Row to column of the assignment with the highest sum of [tracks, heads] scores; pairs whose
+    """Row to column of the assignment with the highest sum of [rows, columns] scores; pairs whose
     score is -inf are never made, but count as `unmatched`."""
     if not scores.size or not np.isfinite(scores).any():
         return {}

@@ -199,8 +199,8 @@ class TopviewTracker:
             self.model = dressed_body(stature_m)
 
     def _is_out_of_sight(self, evidence: Evidence) -> bool:
-        """Whether too little is seen to look for a pose: of whom joints have been proposed, and are
-        no more, no less than somebody is found by."""
+        """Whether too little is seen to look for a pose. Of whom joints have been proposed before,
+        but not in this frame, that is less than somebody is found by."""
         points = len(evidence.points_camera)
         if evidence.proposals is None and self._guide.has_begun:
             return points * evidence.point_area_m2 < SHOWN_M2
