@@ -32,7 +32,7 @@ AKIN: Final = 30  # poses whose mean is taken; ours
 # 14, and UTD-MHAD's subjects 1 and 2).
 FRONT_RATIO, FRONT_WEIGHT = 1.4, 2.9
 # Ours. Less than so far, in squares, is a captured pose; and log-odds count no more than so much.
-SAME_POSE, MOST_LOG_ODDS = 0.05, 4.0
+SAME_POSE, SUREST_FRONT = 0.05, 4.0
 
 # Of the axes of a pose, for `squared_distances`.
 _NOTHING_HIDDEN: Final = np.eye(3 * len(PARTS), dtype=np.float32)
@@ -76,7 +76,7 @@ class UsualPoses:
         usually have them."""
         own, other = self.front_distances(pose)
         log_odds = FRONT_WEIGHT * log(other / (own * FRONT_RATIO))
-        return min(max(log_odds, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+        return min(max(log_odds, -SUREST_FRONT), SUREST_FRONT)
 
     def front_distances(self, pose: Pose) -> tuple[float, float]:
         """Squares of how far the nearest captured pose is from a pose, and from that turned half
