@@ -1,1 +1,2 @@
-"""The particle filter, and filters over time; it knows no bodies."""
+"""The particle filter, filters over time, and the assignment of rows to columns; it knows no
+bodies."""

@@ -47,7 +47,7 @@ ROOM_S, ROOM_BELOW = 5.0, 0.5
 MOST_REMEMBERED: Final = 20
 # Somebody is put out while near to the place that is told with this probability.
 TOLD: Final = 0.9
-# Whoever was put out less than so long ago may have moved so fast since, as who falls does.
+# A person whose track ended less than so long ago may have moved so fast since, as who falls does.
 AGAIN_S, FALL_M_PER_S = 1.0, 2.0
 # Why heads are refused, besides what their bodies lack.
 OWN_HEAD, NEW, TOO_NEAR = "on somebody's body", "just come", "too near to another head"
@@ -121,22 +121,23 @@ class Existence:
         while, new ones of all others."""
         again = {track.key: self._was.pop(track.key) for track in ready if track.key in self._was}
         for track in ready:
-            put_out = self._put_out_near(track)
-            if track.key not in again and put_out is not None:
-                again[track.key] = put_out.id
-                self._are_there({put_out.id})
+            before = None if track.key in again else self._just_ended_near(track)
+            if before is not None:
+                again[track.key] = before.id
+                self._are_there({before.id})
         others = [track.key for track in ready if track.key not in again]
         first = self._next_id
         self._next_id += len(others)
         return again | {key: first + number for number, key in enumerate(others)}
 
-    def _put_out_near(self, track: Track) -> Track | None:
-        """Whoever was put out a moment ago, so near that the track may be the same."""
+    def _just_ended_near(self, track: Track) -> Track | None:
+        """The person whose track ended a moment ago, so near that the track may go on with it."""
         for ended in self._remembered:
             gone_s = track.time_s - ended.time_s
+            if not ended.id or gone_s >= AGAIN_S:
+                continue
             away_m = dist(ended.place_camera.tolist(), track.place_camera.tolist())
-            is_near = away_m < HEADS_APART_M + FALL_M_PER_S * gone_s
-            if ended.id and gone_s < AGAIN_S and is_near:
+            if away_m < HEADS_APART_M + FALL_M_PER_S * gone_s:
                 return ended
         return None
 

@@ -16,7 +16,7 @@ from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
-from topview.track.methods.btvr.yaw_cues import YawCues
+from topview.track.methods.btvr.yaw_cues import NO_WAY, YawCues
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr.descent import LEAST_DESCENT_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
@@ -127,7 +127,7 @@ class UtvrTracker:
         """[3] the front of the last pose, as long as half the log-odds of it by what people usually
         do."""
         if self._last is None or not self.settings.usual:
-            return np.zeros(3)
+            return NO_WAY
         log_odds = usual_poses().front_log_odds(self._last)
         return 0.5 * log_odds * self._last.Rs[UPPER_TORSO][:, 2]
 
