@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from topview.body import JOINT_NAMES
-from topview.body.proportions import ANATOMICAL, THESIS
+from topview.body.proportions import THESIS
 from topview.geometry.rotations import unit
 from topview.track.methods.utvr import AS_PRINTED, UtvrSettings
 from topview_lab.datasets import EvaluatedRecording, FolderRecording
@@ -57,11 +57,11 @@ VARIANTS: Final[Mapping[str, UtvrSettings]] = {
     "without the free neck": UtvrSettings(neck=None),
     "without the torso of Sec. 5.1": UtvrSettings(torso_turn_rad=None),
     "without the torso's lean": UtvrSettings(torso_lean_rad=None),
-    "with the hips of Table 3.1": UtvrSettings(proportions=THESIS, torso_below_hips=0.0),
-    "with anatomical arms": UtvrSettings(proportions=ANATOMICAL),
+    "with the cylinders of Table 3.1": UtvrSettings(proportions=THESIS, torso_below_hips=0.0),
     "each part of a limb by itself": UtvrSettings(limbs_as_one=False),
     "without the descent": UtvrSettings(descent=0),
     "without usual poses": UtvrSettings(usual=0.0),
+    "without bodies looked up": UtvrSettings(looks_up=False),
     "without stances": UtvrSettings(searches_anew=False),
     "with the stature as measured": UtvrSettings(weighs_stature=False),
     "torso_lean_rad 0.35": UtvrSettings(torso_lean_rad=0.35),

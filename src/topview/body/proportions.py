@@ -88,11 +88,3 @@ ANATOMICAL: Final = replace(
     upper_leg=0.245,
     lower_leg=0.285,
 )
-
-# Table 3.1 with the joints of the legs where anatomy has them; its torso ends where the trunk does.
-THESIS_ABOVE_HIPS: Final = replace(
-    THESIS,
-    torso=ANATOMICAL.torso,
-    upper_leg=ANATOMICAL.upper_leg,
-    lower_leg=ANATOMICAL.lower_leg,
-)

@@ -9,12 +9,20 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from rendered_bodies import CAMERA, MODEL, UP, evidence_of, joints_of
+from rendered_bodies import CAMERA, MODEL, UP, evidence_in, evidence_of, joints_of
+from topview.body.parts import UPPER_TORSO
+from topview.filter.turning import N_YAWS, YAWS_RAD
 from topview.kernels.lookup import project, squared_distances
 from topview.track.methods.topview import lookup
-from topview.track.methods.topview.lookup import packed, shipped_poses, turned, unpacked
+from topview.track.methods.topview.lookup import (
+    FACING_GRID,
+    packed,
+    shipped_poses,
+    turned,
+    unpacked,
+)
 from topview.track.pose import Pose
-from topview.track.stances import STANDING, stand
+from topview.track.stances import STANDING, facing, heading, stand
 
 HEAD = np.array([0.05, -0.6, 2.6])
 
@@ -52,16 +60,41 @@ def test_the_table_holds_poses_and_each_turned_pose_once():
 @pytest.mark.parametrize("yaw_deg", [0.0, 60.0, 120.0, 180.0, 240.0, 300.0])
 def test_who_stands_is_found_whichever_way_they_face(yaw_deg):
     pose = stand(MODEL, HEAD, STANDING, np.radians(yaw_deg), UP)
-    found = shipped_poses().look_up(evidence_of(pose), MODEL, 20)
+    found = shipped_poses().likeness(evidence_of(pose), MODEL.stature_m).poses(MODEL, 20)
     errors = [np.linalg.norm(joints_of(own) - joints_of(pose), axis=1).mean() for own in found]
     assert min(errors) < 0.15
+
+
+@pytest.mark.parametrize("aside_m", [0.0, -0.9])
+@pytest.mark.parametrize("yaw_deg", [0.0, 45.0, -90.0, 180.0])
+def test_all_that_looks_alike_tells_how_somebody_faces(yaw_deg, aside_m):
+    """Wherever in the image they are. Somebody who stands at ease looks nearly alike from both
+    sides, so it is a likelihood."""
+    table, told = shipped_poses(), np.zeros(N_YAWS)
+    for index in range(100, 4800, 400):
+        R = facing(np.radians(yaw_deg), UP) @ FACING_GRID.T @ table.Rs[index]
+        pose = Pose.below_head(HEAD + np.array([aside_m, 0.0, 0.0]), R, MODEL)
+        true_rad = heading(pose.Rs[UPPER_TORSO], UP)
+        own = table.likeness(evidence_of(pose), MODEL.stature_m).yaw_log_likelihood()
+        told += np.interp(YAWS_RAD + true_rad, YAWS_RAD, own, period=2.0 * np.pi)
+    assert abs(YAWS_RAD[np.argmax(told)]) < np.radians(15)
+    assert told[N_YAWS // 2] > told[0] + 3.0
+
+
+def test_nothing_that_is_seen_tells_no_yaw():
+    wall = np.full((CAMERA.height, CAMERA.width), 1.0, np.float32)
+    is_users = np.zeros_like(wall, bool)
+    is_users[0, 0] = True
+    hidden = evidence_in(wall, is_users, HEAD)
+    told = shipped_poses().likeness(hidden, MODEL.stature_m).yaw_log_likelihood()
+    assert np.ptp(told) < 0.1
 
 
 def test_the_trunk_is_found_where_the_legs_are_outside_of_the_image():
     pose = stand(MODEL, HEAD, STANDING, 0.3, UP)
     evidence = evidence_of(pose, camera=replace(CAMERA, height=70))
     assert lookup.hidden_cells(evidence, MODEL.stature_m).any()
-    found = shipped_poses().look_up(evidence, MODEL, 10)
+    found = shipped_poses().likeness(evidence, MODEL.stature_m).poses(MODEL, 10)
     trunk = slice(0, 4)
     errors = [
         np.linalg.norm(joints_of(own)[trunk] - joints_of(pose)[trunk], axis=1).mean()
@@ -72,7 +105,7 @@ def test_the_trunk_is_found_where_the_legs_are_outside_of_the_image():
 
 def test_what_is_found_differs():
     pose = stand(MODEL, HEAD, STANDING, 0.3, UP)
-    found = shipped_poses().look_up(evidence_of(pose), MODEL, 8)
+    found = shipped_poses().likeness(evidence_of(pose), MODEL.stature_m).poses(MODEL, 8)
     assert len(found) == 8
     for index, one in enumerate(found):
         for other in found[:index]:

@@ -42,6 +42,8 @@ from topview_lab.sim.bodies import SIM_PART_NAMES
 
 CAMERA = Camera(fx=200, fy=200, cx=119.5, cy=159.5, width=240, height=320)
 MODEL = BodyModel.of(1.7, THESIS)
+# The default, for bodies of cylinders like `MODEL`, and not of people in clothes.
+CYLINDERS = UtvrSettings(proportions=THESIS, torso_below_hips=0.0)
 HEAD_CAMERA = np.array([0.0, -0.7, 2.5])
 UPPER_LEGS = [index for index, name in enumerate(PART_NAMES) if name.endswith("upper_leg")]
 ARMS = [index for index, name in enumerate(JOINT_NAMES) if name.endswith(("elbow", "hand"))]
@@ -63,7 +65,7 @@ def tracked(
     threads: int = 1,
     settings: UtvrSettings | None = None,
 ) -> Pose:
-    tracker = UtvrTracker(subject(seed, threads), settings or UtvrSettings())
+    tracker = UtvrTracker(subject(seed, threads), settings or CYLINDERS)
     evidence = evidence_of(truth, MODEL, CAMERA)
     return [tracker.update(at_frame(evidence, index)) for index in range(frames)][-1]
 
@@ -93,8 +95,8 @@ def test_every_pose_is_rigid_and_what_the_filters_find_is_within_the_limits(arm,
     """To the descent, leaving the limits is a cost."""
     truth = posed(left_upper_arm=arm, left_forearm=(bend, 0.0, 0.0))
     found, moved = (
-        tracked(truth, frames=2, seed=seed, settings=UtvrSettings(descent=steps))
-        for steps in (0, UtvrSettings().descent)
+        tracked(truth, frames=2, seed=seed, settings=replace(CYLINDERS, descent=steps))
+        for steps in (0, CYLINDERS.descent)
     )
     assert_rigid(found)
     assert_rigid(moved)
@@ -182,7 +184,7 @@ def test_the_head_that_is_told_faces_where_the_torso_does(yaw_rad):
     """Its axis goes from the measured centre to the neck; the descent moves both by little."""
     truth = stand(MODEL, HEAD_CAMERA, STANDING, yaw_rad, CAMERA_UP)
     evidence = evidence_of(truth, MODEL, CAMERA)
-    pose = tracked(truth, frames=6, settings=UtvrSettings(descent=0))
+    pose = tracked(truth, frames=6, settings=replace(CYLINDERS, descent=0))
     np.testing.assert_allclose(
         pose.Rs[HEAD, :, 1], unit(pose.neck_camera - evidence.head_camera), atol=1e-9
     )
@@ -201,7 +203,7 @@ def test_an_upper_arm_is_judged_together_with_its_forearm():
     """Of two directions, the one with which the forearm also fits is taken."""
     truth = posed(left_upper_arm=(0, 0, 80), left_forearm=(60, 0, 0))
     evidence = evidence_of(truth, MODEL, CAMERA)
-    recipe = UtvrSettings(proportions=THESIS, torso_below_hips=0.0)
+    recipe = CYLINDERS
     body = PlacedBody(MODEL, evidence, recipe)
     before = [Particles(R[None], np.ones(1), 1.0) for R in truth.Rs]
     filters = PartFilters(subject(), recipe, evidence, body, before, 1.0, starts=True)
@@ -236,7 +238,7 @@ def test_what_is_added_to_the_recipe_earns_its_place():
 def test_the_descent_brings_a_body_nearer():
     """A cylinder contains the most points where it stands before the surface that they are on."""
     truth = stand(MODEL, HEAD_CAMERA, STANDING, 0.0, CAMERA_UP)
-    settings = UtvrSettings(proportions=THESIS, torso_below_hips=0.0, usual=0.0)
+    settings = replace(CYLINDERS, usual=0.0)
     found_m, moved_m = (
         np.linalg.norm(joints_of(pose, MODEL) - joints_of(truth, MODEL), axis=1).mean()
         for pose in (

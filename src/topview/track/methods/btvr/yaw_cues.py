@@ -77,17 +77,9 @@ class YawCues:
         self._with_feet = with_feet
         self._heads: deque[tuple[float, Array]] = deque()  # when, and [3] where
 
-    def log_likelihood(
-        self,
-        evidence: Evidence,
-        stature_m: float,
-        frames: float = 1.0,
-        usual_camera: Array = NO_WAY,
-    ) -> Array:
-        """[N_YAWS] for `YAWS_RAD`, of what `frames` of `FRAME_S` tell; zeros without a cue.
-        `usual_camera` [3] is the front of the body as it was, as long as half the log-odds that its
-        limbs tell of that."""
-        front_camera = WALK_LOG_WEIGHT * self._walk(evidence) + STILL_SHARE * usual_camera
+    def log_likelihood(self, evidence: Evidence, stature_m: float, frames: float = 1.0) -> Array:
+        """[N_YAWS] for `YAWS_RAD`, of what `frames` of `FRAME_S` tell; zeros without a cue."""
+        front_camera = WALK_LOG_WEIGHT * self._walk(evidence)
         if evidence.face_share is not None:
             to_camera = -unit(evidence.head_camera)
             front_camera += FACE_LOG_WEIGHT * (2.0 * evidence.face_share - 1.0) * to_camera

@@ -4,14 +4,13 @@ A table holds poses of people, each turned in several directions, and what each 
 cells of an upright grid round the head it covers, and how far before or behind the head its surface
 lies there, as a few numbers (the principal components of all). What is seen of a person becomes the
 same numbers, and the nearest entries are whole-body hypotheses: front and back, left and right, and
-arms that lie before the trunk are told by all of the body at once, from one frame alone. In the
-spirit of Baak et al. 2011 and Ye, Wang, Yang, Ren, Pollefeys 2011; `topview train-poses` makes the
-table.
+arms that lie before the trunk are told by all of the body at once, from one frame alone. All
+entries together tell how likely somebody faces which way. In the spirit of Baak et al. 2011 and Ye,
+Wang, Yang, Ren, Pollefeys 2011; `topview train-poses` makes the table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
@@ -21,11 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
+from topview.body.parts import UPPER_TORSO
 from topview.files import read_archive
+from topview.filter.turning import N_YAWS, YAWS_RAD, normalised
 from topview.geometry.rotations import unit
 from topview.kernels.lookup import project, squared_distances
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
+from topview.track.stances import heading
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -46,9 +48,13 @@ HIDDEN_BEHIND: Final = (
 
 POSES_FILE: Final = "data/poses.npz"
 SHARES: Final = 4  # of the table, of which one is looked through at a time
-RARELY: Final = 0.05  # a cell that fewer bodies cover tells nothing by being hidden
 EXAMINED: Final = 100  # nearest entries of which different ones are chosen
 DIFFERENT: Final = 0.035  # of the stature: joints of entries that count as different, on average
+# So much less likely, as a power of e, is a pose that is farther by 1, in squares; in this share of
+# frames the table tells no yaw (`scripts/fit_likeness.py`: one, turn and sit of seeds 0 to 14).
+LIKE_BY_SQUARE: Final = 0.5
+UNLIKE_SHARE: Final = 0.05
+FACING_GRID: Final = np.diag([-1.0, 1.0, -1.0])  # rotation of who faces the camera, in its axes
 
 
 def descriptors(covered: Floats, depth: Floats) -> Floats:
@@ -134,7 +140,7 @@ class PoseTable:
         axes: [F, C] their principal axes.
         components: of each share of the table [C, N], of each turned pose.
         entries: of each share [N], which turned poses it holds.
-        may_be_covered: [F] cells that bodies cover.
+        yaw_bins: [P Y] which of `YAWS_RAD` each turned pose's torso faces, 0 for the camera.
     """
 
     Rs: Array
@@ -143,25 +149,46 @@ class PoseTable:
     axes: Floats
     components: tuple[Floats, ...]
     entries: tuple[NDArray[np.int64], ...]
-    may_be_covered: NDArray[np.bool_]
+    yaw_bins: NDArray[np.int64]
 
-    def look_up(
-        self, evidence: Evidence, model: BodyModel, count: int, share: int | None = None
-    ) -> list[Pose]:
-        """Up to `count` different poses that look most like what is seen, the likest first.
-
-        Args:
-            evidence: of the frame.
-            model: the person's body.
-            count: how many.
-            share: which share of the table is looked through, 0 to `SHARES` - 1; all of it if None.
-        """
+    def likeness(self, evidence: Evidence, stature_m: float, share: int | None = None) -> Likeness:
+        """How like what is seen of somebody of this stature the turned poses are; those of one
+        share of the table, 0 to `SHARES` - 1, or of all of it. What is hidden tells nothing."""
         shares = range(SHARES) if share is None else [share]
-        distances = self._distances(evidence, model.stature_m, shares)
+        seen = seen_descriptor(evidence, stature_m) - self.mean
+        is_hidden = hidden_cells(evidence, stature_m)
+        C = self.axes.shape[1]
+        gram, place = np.empty((C, C), np.float32), np.empty(C, np.float32)
+        project(seen, is_hidden, self.axes, gram, place)
+        found = [np.empty(len(self.entries[own]), np.float32) for own in shares]
+        for own, squares in zip(shares, found, strict=True):
+            squared_distances(self.components[own], gram, place, squares)
         entries = np.concatenate([self.entries[own] for own in shares])
-        nearest = np.argpartition(distances, EXAMINED)[:EXAMINED]
-        nearest = entries[nearest[np.argsort(distances[nearest], kind="stable")]]
-        poses = self._poses(nearest, evidence, model)
+        return Likeness(self, evidence, entries, np.concatenate(found))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Likeness:
+    """How like what is seen of somebody the turned poses of a table are.
+
+    Attributes:
+        table: the table.
+        evidence: of the frame.
+        entries: [N] which turned poses were compared.
+        distances: [N] how far each is from what is seen, in squares, up to a constant.
+    """
+
+    table: PoseTable
+    evidence: Evidence
+    entries: NDArray[np.int64]
+    distances: Floats
+
+    def poses(self, model: BodyModel, count: int) -> list[Pose]:
+        """Up to `count` different poses of a body that are most like what is seen, the likest
+        first."""
+        nearest = np.argpartition(self.distances, EXAMINED)[:EXAMINED]
+        nearest = self.entries[nearest[np.argsort(self.distances[nearest], kind="stable")]]
+        poses = self._below_head(nearest, model)
         ends = poses.origins(model) + poses.Rs[..., 1] * model.lengths_m[:, None, None]
         chosen: list[int] = []
         for index in range(len(nearest)):
@@ -175,25 +202,30 @@ class PoseTable:
             for index in chosen
         ]
 
-    def _distances(self, evidence: Evidence, stature_m: float, shares: Sequence[int]) -> Floats:
-        """[N] how far each entry of these shares is from what is seen, up to a constant; what is
-        hidden tells nothing."""
-        seen = seen_descriptor(evidence, stature_m) - self.mean
-        is_hidden = hidden_cells(evidence, stature_m) & self.may_be_covered
-        C = self.axes.shape[1]
-        gram, place = np.empty((C, C), np.float32), np.empty(C, np.float32)
-        project(seen, is_hidden, self.axes, gram, place)
-        found = [np.empty(len(self.entries[share]), np.float32) for share in shares]
-        for share, squares in zip(shares, found, strict=True):
-            squared_distances(self.components[share], gram, place, squares)
-        return np.concatenate(found)
+    def yaw_log_likelihood(self) -> Array:
+        """[N_YAWS] of `YAWS_RAD`; the table may tell nothing."""
+        likelihood = self.yaw_likelihood(LIKE_BY_SQUARE)
+        return np.log((1.0 - UNLIKE_SHARE) * likelihood + UNLIKE_SHARE / N_YAWS)
 
-    def _poses(self, entries: NDArray[np.intp], evidence: Evidence, model: BodyModel) -> Pose:
+    def yaw_likelihood(self, like_by_square: float) -> Array:
+        """[N_YAWS] of `YAWS_RAD`, with a sum of 1: the mean over the poses whose torsos face so,
+        each of which is less likely by this power of e where it is farther by 1, in squares."""
+        squares = self.distances.astype(np.float64)
+        weights = np.exp(-like_by_square * (squares - squares.min()))
+        bins = self.table.yaw_bins[self.entries]
+        total, count = np.bincount(bins, weights, N_YAWS), np.bincount(bins, minlength=N_YAWS)
+        R_camera_facing = upright_axes(self.evidence).T @ FACING_GRID
+        to_camera_rad = heading(R_camera_facing, self.evidence.up_camera)
+        means = total / np.maximum(count, 1)
+        return normalised(np.interp(YAWS_RAD - to_camera_rad, YAWS_RAD, means, period=2.0 * np.pi))
+
+    def _below_head(self, entries: NDArray[np.intp], model: BodyModel) -> Pose:
         """Many poses at once, their heads where the person's is."""
-        who = entries // self.yaws_rad.shape[1]
-        turn = upright_axes(evidence).T @ turned(self.yaws_rad.ravel()[entries])
-        Rs = np.swapaxes(turn[:, None] @ self.Rs[who], 0, 1)
-        return Pose.below_head(evidence.head_camera, Rs, model)
+        table = self.table
+        who = entries // table.yaws_rad.shape[1]
+        turn = upright_axes(self.evidence).T @ turned(table.yaws_rad.ravel()[entries])
+        Rs = np.swapaxes(turn[:, None] @ table.Rs[who], 0, 1)
+        return Pose.below_head(self.evidence.head_camera, Rs, model)
 
 
 @cache
@@ -207,13 +239,17 @@ def shipped_poses() -> PoseTable:
     share_of = np.repeat(np.arange(len(Rs)) % SHARES, directions)
     entries = tuple(np.flatnonzero(share_of == share) for share in range(SHARES))
     mean = arrays["mean"].astype(np.float32)
-    may_be_covered = np.tile(mean[: len(mean) // 2] > RARELY, 2)
+    yaws_rad = arrays["yaws"].astype(np.float64) * (2.0 * np.pi / 256.0)
+    faces_rad = (
+        np.array([heading(R, -FACING_GRID[1]) for R in Rs[:, UPPER_TORSO]])[:, None] + yaws_rad
+    )
+    steps = np.round((faces_rad.ravel() - YAWS_RAD[0]) * (N_YAWS / (2.0 * np.pi)))
     return PoseTable(
         Rs,
-        arrays["yaws"].astype(np.float64) * (2.0 * np.pi / 256.0),
+        yaws_rad,
         mean,
         arrays["axes"].astype(np.float32),
         tuple(np.ascontiguousarray(components[own].T) for own in entries),
         entries,
-        may_be_covered,
+        steps.astype(np.int64) % N_YAWS,
     )

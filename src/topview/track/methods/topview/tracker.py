@@ -274,7 +274,8 @@ class TopviewTracker:
         evidence = look.evidence
         first_look = replace(look, model=found.model, evidence=evidence.thinned())
         with look.clock.stage("lookup"):
-            poses = shipped_poses().look_up(evidence, found.model, LOOKED_UP, self._share)
+            alike = shipped_poses().likeness(evidence, found.model.stature_m, self._share)
+            poses = alike.poses(found.model, LOOKED_UP)
             self._share = (self._share + 1) % SHARES
         with look.clock.stage("body"):
             refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)

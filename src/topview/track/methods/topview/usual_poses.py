@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from math import log
 from typing import Final
 
 import numpy as np
@@ -25,15 +24,6 @@ from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 Array = NDArray[np.float64]
 
 AKIN: Final = 30  # poses whose mean is taken; ours
-# Where the nearest captured pose is farther, by this factor in squares, from a body turned half
-# round, its limbs where they are, than from the body as it is, front and back are as likely: nine
-# in ten people of a real sensor who face right are above it. By so much the log-odds of the front
-# grow with the factor's logarithm (`scripts/fit_usual_front.py`: one, turn and sit of seeds 0 to
-# 14, and UTD-MHAD's subjects 1 and 2).
-FRONT_RATIO, FRONT_WEIGHT = 1.4, 2.9
-# Ours. Less than so far, in squares, is a captured pose; and log-odds count no more than so much.
-SAME_POSE, SUREST_FRONT = 0.05, 4.0
-
 # Of the axes of a pose, for `squared_distances`.
 _NOTHING_HIDDEN: Final = np.eye(3 * len(PARTS), dtype=np.float32)
 
@@ -70,21 +60,6 @@ class UsualPoses:
         Rs = nearest_rotations((1.0 - share) * own + share * mean)
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
         return Pose.from_relative(pose.neck_camera, Rs)
-
-    def front_log_odds(self, pose: Pose) -> float:
-        """That the front of a pose is the front, and not the back, as limbs are where people
-        usually have them."""
-        own, other = self.front_distances(pose)
-        log_odds = FRONT_WEIGHT * log(other / (own * FRONT_RATIO))
-        return min(max(log_odds, -SUREST_FRONT), SUREST_FRONT)
-
-    def front_distances(self, pose: Pose) -> tuple[float, float]:
-        """Squares of how far the nearest captured pose is from a pose, and from that turned half
-        round."""
-        own, other = (
-            max(float(self._squares(each).min()), SAME_POSE) for each in (pose, pose.turned_round())
-        )
-        return own, other
 
     def _squares(self, pose: Pose) -> NDArray[np.float32]:
         """[P] squared distances of the axes of a pose to those of each captured one."""

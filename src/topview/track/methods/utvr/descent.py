@@ -9,7 +9,7 @@ unexplained, it is searched anew from stances, and other statures are tried.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from topview.body.model import BodyModel
 from topview.body.parts import UPPER_TORSO
 from topview.track.evidence import Evidence
+from topview.track.methods.topview.lookup import Likeness
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.utvr.settings import UtvrSettings
@@ -28,10 +29,7 @@ from topview.track.stature import StatureBelief
 
 Array = NDArray[np.float64]
 
-# All ours. The surface of rendered people's torsos, clothes and all, is an ellipse of 10 to 12 % of
-# the stature across and 8 to 11 % from back to front, about a point 1 to 2 % before the spine
-# (seeds 100 to 103 of `turn`); these semi-axes are at its lower end.
-TORSO_SURFACE: Final = (0.098, 0.09)
+# All ours.
 HOLD: Final = 0.5  # against `RefinementSettings`' priors
 LEAST_DESCENT_POINTS: Final = 30  # of fewer, parts stay where the filters have them
 # A cost is the share of points that a pose leaves unexplained, and of its axes in free space.
@@ -39,6 +37,7 @@ NEWS_COST: Final = 0.02  # by which another pose than the last must cost less
 # From this on a pose is searched anew, round the yaw of its torso, as `topview` does.
 LOST_COST: Final = 0.3
 LOST_TURNS_RAD: Final = (0.0, -0.7, 0.7)
+ALIKE: Final = 4  # captured bodies that are tried at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,14 +64,25 @@ class Descent:
         self.settings = settings
         self.stature = StatureBelief(stature_is_given)
 
-    def end_frame(self, found: Pose, last: Pose | None, evidence: Evidence) -> Pose:
-        """The pose that was found, the last frame's, or a stance, whichever explains more once all
-        of its parts are moved onto the points together."""
+    def end_frame(
+        self,
+        found: Pose,
+        last: Pose | None,
+        evidence: Evidence,
+        alike: Likeness | None = None,
+    ) -> Pose:
+        """The pose that was found, the last frame's, a captured one or a stance: whichever explains
+        more once all of its parts are moved onto the points together."""
         stature_m = self.stature.stature_m
         poses = [found] if last is None else [found, Pose(found.neck_camera, last.Rs)]
         poses, costs = self._descended(self._held(poses), stature_m, evidence)
         costs[1:] -= NEWS_COST
         pose, cost = poses[int(costs.argmin())], float(costs.min())
+        if alike is not None:
+            starts = self._held(alike.poses(self.settings.body(stature_m), ALIKE))
+            other, other_cost = self._best_start(starts, stature_m, evidence)
+            if other_cost < cost - NEWS_COST:
+                pose, cost = other, other_cost
         is_lost = cost > LOST_COST
         if is_lost and self.settings.searches_anew:
             other, other_cost = self._best_stance(found, stature_m, evidence, LOST_TURNS_RAD)
@@ -95,9 +105,8 @@ class Descent:
     def _best_stance(
         self, pose: Pose, stature_m: float, evidence: Evidence, turns_rad: Sequence[float]
     ) -> tuple[Pose, float]:
-        """The stance below the head that explains most at a first look, turned so far from where
-        the torso of a pose faces, once it is moved onto all points; and what it costs."""
-        model, up_camera = BodyModel.of(stature_m, self.settings.proportions), evidence.up_camera
+        """The best stance below the head, turned so far from where the torso of a pose faces."""
+        model, up_camera = self.settings.body(stature_m), evidence.up_camera
         yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
         stances = [
             _stance_held_to_usual(
@@ -110,7 +119,14 @@ class Descent:
             for turn_rad in turns_rad
             for stance in STANCES
         ]
-        poses, costs = self._descended(stances, stature_m, evidence.thinned())
+        return self._best_start(stances, stature_m, evidence)
+
+    def _best_start(
+        self, starts: Sequence[Held], stature_m: float, evidence: Evidence
+    ) -> tuple[Pose, float]:
+        """The start that explains most at a first look, once it is moved onto all points; and what
+        it costs."""
+        poses, costs = self._descended(starts, stature_m, evidence.thinned())
         best = [poses[int(costs.argmin())]]
         (moved,), (cost,) = self._descended(self._held(best), stature_m, evidence)
         return moved, float(cost)
@@ -123,12 +139,7 @@ class Descent:
         self, starts: Sequence[Held], stature_m: float, evidence: Evidence
     ) -> tuple[list[Pose], Array]:
         """The poses after the Gauss-Newton steps, and [M] what they cost."""
-        surface = replace(
-            self.settings.proportions,
-            upper_torso_radii=TORSO_SURFACE,
-            lower_torso_radii=TORSO_SURFACE,
-        )
-        model, steps = BodyModel.of(stature_m, surface), self.settings.descent
+        model, steps = self.settings.body(stature_m), self.settings.descent
         poses, priors = [held.pose for held in starts], [held.prior for held in starts]
         moved = refine(poses, priors, model, evidence, RefinementSettings(), steps, HOLD)
         return moved.poses, moved.unexplained + moved.in_free_space

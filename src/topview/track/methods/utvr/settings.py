@@ -7,7 +7,8 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from topview.body.proportions import THESIS, THESIS_ABOVE_HIPS, Proportions
+from topview.body.model import BodyModel
+from topview.body.proportions import THESIS, Proportions
 from topview.records import InputError, check_range, shown
 from topview.score.utvr import FACTORS, Factor
 from topview.track.body_tracker import BodyTracker, Needs, Subject
@@ -61,8 +62,10 @@ class UtvrSettings:
             sitting ones that face where the torso does, where it leaves much unexplained.
         weighs_stature: whether other statures are tried, too, where it does, and while none is
             measured.
-        proportions: of the body. Table 3.1's torso ends where the trunk does, but the joints of the
-            hips lie higher, and knees with them.
+        looks_up: whether captured bodies that look like what is seen tell the torso's yaw, and are
+            where the descent begins, too.
+        proportions: of a body of cylinders. None for the bones that the default tracker begins
+            with, and for the descent the surface of people in clothes.
 
     Raises:
         InputError: a value out of range, or no factors.
@@ -86,7 +89,8 @@ class UtvrSettings:
     usual: float = 0.4
     searches_anew: bool = True
     weighs_stature: bool = True
-    proportions: Proportions = THESIS_ABOVE_HIPS
+    looks_up: bool = True
+    proportions: Proportions | None = None
 
     needs: ClassVar[Needs] = Needs()
 
@@ -117,6 +121,14 @@ class UtvrSettings:
     def name(self) -> str:
         return "utvr"
 
+    def body(self, stature_m: float) -> BodyModel:
+        """The body of somebody of this stature."""
+        from topview.track.bone_lengths import dressed_body
+
+        if self.proportions is None:
+            return dressed_body(stature_m)
+        return BodyModel.of(stature_m, self.proportions)
+
     def tracker(self, subject: Subject) -> BodyTracker:
         from topview.track.methods.utvr.tracker import UtvrTracker
 
@@ -144,6 +156,7 @@ AS_PRINTED: Final = UtvrSettings(
     usual=0.0,
     searches_anew=False,
     weighs_stature=False,
+    looks_up=False,
     proportions=THESIS,
 )
 """The recipe of Sec. 5.2 and 5.3, but for what docs/method.md names."""

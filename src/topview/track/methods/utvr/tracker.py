@@ -8,16 +8,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import BodyModel
 from topview.body.parts import HEAD, PARTS, UPPER_TORSO
-from topview.filter.over_time import Pace
+from topview.filter.over_time import Pace, Turns
 from topview.geometry.rotations import rotations_from_angles
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.torso import TorsoFilter, TorsoSettings
-from topview.track.methods.btvr.yaw_cues import NO_WAY, YawCues
-from topview.track.methods.topview.usual_poses import usual_poses
+from topview.track.methods.btvr.yaw_cues import STILL_SHARE, YawCues
+from topview.track.methods.topview.lookup import Likeness, shipped_poses
 from topview.track.methods.utvr.descent import LEAST_DESCENT_POINTS, Descent
 from topview.track.methods.utvr.part_filters import WIDEST, PartFilters
 from topview.track.methods.utvr.particles import Particles, elsewhere, turns_rad
@@ -30,6 +29,7 @@ Array = NDArray[np.float64]
 
 # All ours.
 START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
+LOOK_S: Final = 0.1  # from one look through captured bodies to the next
 
 
 class UtvrTracker:
@@ -38,14 +38,15 @@ class UtvrTracker:
     def __init__(self, subject: Subject, settings: UtvrSettings) -> None:
         self.subject = subject
         self.settings = settings
-        self.model = BodyModel.of(PRIOR_HEIGHT_M, settings.proportions)
+        self.model = settings.body(PRIOR_HEIGHT_M)
         self._particles: list[Particles] = []
         self._torso = TorsoFilter(
             TorsoSettings(is_coarse=settings.coarse_first, any_first_yaw=True), subject.threads
         )
         self._yaw_cues = YawCues(with_feet=True)
         self._descent = Descent(settings, subject.stature_is_given)
-        self._pace = Pace()
+        self._pace, self._look_pace = Pace(), Pace()
+        self._looks = Turns(LOOK_S)
         self._first_s = 0.0
         self._last: Pose | None = None
 
@@ -54,14 +55,14 @@ class UtvrTracker:
         if evidence.stature_m is not None:
             self._descent.stature.tell(evidence.stature_m)
         if self._descent.stature.stature_m != self.model.stature_m:
-            stature_m = self._descent.stature.stature_m
-            self.model = BodyModel.of(stature_m, self.settings.proportions)
+            self.model = self.settings.body(self._descent.stature.stature_m)
         if not self._particles:
             self._first_s = evidence.timestamp_s
             self._particles = self._roughly_standing(evidence)
         frames = self._pace.frames(evidence.timestamp_s)
+        alike = self._alike(evidence)
         if self.settings.torso_turn_rad is not None and len(evidence.all_points_camera):
-            self._propose_torso(evidence, frames)
+            self._propose_torso(evidence, frames, alike)
         if self.settings.neck is not None:
             self._particles[HEAD] = self._roughly_standing(evidence)[HEAD]
         with self.subject.clock.stage("parts"):
@@ -71,7 +72,7 @@ class UtvrTracker:
         pose = Pose(body.origins[UPPER_TORSO], body.Rs)
         if self.settings.descent and len(evidence.all_points_camera) >= LEAST_DESCENT_POINTS:
             with self.subject.clock.stage("descent"):
-                pose = self._descent.end_frame(pose, self._last, evidence)
+                pose = self._descent.end_frame(pose, self._last, evidence, alike)
             self._particles = [  # the next frame is searched around it
                 kept if part == HEAD else kept.headed_by(pose.Rs[part], len(kept.Rs))
                 for part, kept in enumerate(self._particles)
@@ -102,12 +103,24 @@ class UtvrTracker:
             left = body.left_by(part, body.Rs[part, None], left)
         return body
 
-    def _propose_torso(self, evidence: Evidence, frames: float) -> None:
+    def _alike(self, evidence: Evidence) -> Likeness | None:
+        """How like what is seen captured bodies are; None where it is not time to look."""
+        if len(evidence.all_points_camera) < LEAST_DESCENT_POINTS or not self.settings.looks_up:
+            return None
+        if not self._looks.due(evidence.timestamp_s):
+            return None
+        with self.subject.clock.stage("lookup"):
+            return shipped_poses().likeness(evidence, self.model.stature_m)
+
+    def _propose_torso(self, evidence: Evidence, frames: float, alike: Likeness | None) -> None:
         """The torso of Sec. 5.1 is one more hypothesis, and all are turned about their own axes to
-        its yaw, as its ellipses tell that. If front and back change places, so do the limbs."""
-        usual_camera = self._usual_front()
-        told = self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames, usual_camera)
-        self._torso.yaw.fuse(told)
+        its yaw, as its ellipses tell that, and how captured bodies face that are like what is seen.
+        If front and back change places, so do the limbs."""
+        yaw = self._torso.yaw
+        yaw.fuse(self._yaw_cues.log_likelihood(evidence, self.model.stature_m, frames))
+        if alike is not None:
+            share = min(STILL_SHARE * self._look_pace.frames(evidence.timestamp_s), 1.0)
+            yaw.fuse(share * alike.yaw_log_likelihood())
         R = self._torso.update(self.model, evidence, frames).R_camera_torso
         turn_rad = float(turns_rad(self._particles[UPPER_TORSO].Rs[0], R[None])[0])
         if cos(turn_rad) < 0.0:
@@ -122,14 +135,6 @@ class UtvrTracker:
         for part in TORSO_PARTS:
             self._particles[part] = self._particles[part].turned(R_turn)
         self._particles[UPPER_TORSO] = self._particles[UPPER_TORSO].with_one(R)
-
-    def _usual_front(self) -> Array:
-        """[3] the front of the last pose, as long as half the log-odds of it by what people usually
-        do."""
-        if self._last is None or not self.settings.usual:
-            return NO_WAY
-        log_odds = usual_poses().front_log_odds(self._last)
-        return 0.5 * log_odds * self._last.Rs[UPPER_TORSO][:, 2]
 
     def _roughly_standing(self, evidence: Evidence) -> list[Particles]:
         """Upright below the head, facing the camera: where every filter starts."""
