@@ -34,7 +34,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
-from topview.detect.joints.proposers import NOTHING
+from topview.detect.joints.proposers import NOTHING, OF_NO_BODY
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.skeletons import TrackedFrame
 from topview.track.backwards import Partners, partners
@@ -113,7 +113,7 @@ def looked_at_both_ways(
     `topview.track.backwards` tracked them; whoever was missed forward, and not so backward, is
     told of, too.
     """
-    lasting_m = LASTING_M if settings.get("proposals", NOTHING) != NOTHING else np.inf
+    lasting_m = LASTING_M if settings.get("proposals", NOTHING) not in OF_NO_BODY else np.inf
     held: list[_BothWays] = []
     done = 0  # of the held ones
     for own in _side_by_side(frames, backward):

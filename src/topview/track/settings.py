@@ -9,6 +9,7 @@ from typing import Any, Final
 from topview.body.known_body import bodies_as_json, check_stature
 from topview.detect.detectors import DETECTORS, DetectorName
 from topview.detect.joints.proposers import (
+    FINDER,
     NETWORK,
     ProposalsName,
     check_proposals,
@@ -42,7 +43,8 @@ class TrackerSettings:
         seed: of every random number; the same recording and seed give bit-identical output.
         threads: for the kernels, 0 for all cores; the output does not depend on it.
         proposals: what proposes joints to the methods that ask for it: "network" has seen rendered
-            people, "forest" is a rival's, "none" leaves the method alone.
+            people, "forest" is a rival's; "finder" has the network tell the people finder alone who
+            is there, with any method, and "none" leaves both alone.
         people: at most so many are tracked at the same time; not given, any number.
         region: people are looked for here only: corners of a polygon in the image, in pixels, like
             "0,0 320,0 320,200", or a box on the floor, in metres to the right and ahead of the
@@ -143,7 +145,7 @@ class TrackerSettings:
         }  # fmt: skip
         named |= {name: value for name, value in chosen.items() if value}
         needs = needs or method_by_name(self.method).needs
-        if needs.joints:
+        if needs.joints or self.proposals == FINDER:
             named |= proposals_as_json(self.proposals, self.weights)
         if self.smoothing_s > 0.0:
             named["smoothing_s"] = self.smoothing_s

@@ -16,7 +16,7 @@ from topview.body.known_body import KnownBody, read_bodies
 from topview.camera.pyramid import Pyramid
 from topview.detect.color_view import Light
 from topview.detect.joints.proposals import JointProposals, JointProposer
-from topview.detect.joints.proposers import NOTHING, proposer_by_name
+from topview.detect.joints.proposers import FINDER, OF_NO_BODY, proposer_by_name
 from topview.detect.joints.windows import cut_windows
 from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
@@ -168,14 +168,14 @@ class Tracker:
         return {**self.settings.as_json(needs), **named}
 
     def _chosen_proposer(self, given: JointProposer | None) -> JointProposer | None:
-        """What proposes joints to this method; None for one that does not ask."""
+        """What proposes joints to this method, or to the finder alone; None where neither asks."""
         settings, needs = self.settings, self.body.needs
-        if needs.joints:
-            if needs.joints_only and settings.proposals == NOTHING and given is None:
-                raise InputError(
-                    f"proposals is {NOTHING}; method {self.body.name} needs proposed joints: "
-                    "leave it out, or take another method"
-                )
+        if needs.joints_only and settings.proposals in OF_NO_BODY and given is None:
+            raise InputError(
+                f"proposals is {settings.proposals}; method {self.body.name} needs proposed "
+                "joints: leave it out, or take another method"
+            )
+        if needs.joints or settings.proposals == FINDER:
             return given or proposer_by_name(settings.proposals, settings.weights)
         if settings.weights is not None:
             raise InputError(
@@ -241,7 +241,7 @@ class Tracker:
         self, image: Pyramid, labels: NDArray[np.int32], users: Sequence[User]
     ) -> dict[int, JointProposals]:
         """Of each user's joints, by id; those of somebody in doubt, and those whose head is
-        another's, are only for the finder."""
+        another's, are only for the finder, and all where they are to be."""
         self._proposed = {}
         doubtful = self.finder.doubtful
         asked = [user.id for user in [*users, *doubtful[:1]]]
@@ -262,6 +262,8 @@ class Tracker:
             for index, person in enumerate(asked)
             if proposals.weights[index].any()
         }
+        if self.settings.proposals == FINDER:
+            return {}
         return {
             user.id: own
             for user in users

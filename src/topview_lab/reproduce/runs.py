@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rich.console import Console
 
-from topview.detect.joints.proposers import NETWORK, NOTHING, ProposalsName
+from topview.detect.joints.proposers import FINDER, NETWORK, NOTHING, ProposalsName
 from topview.records import Recording
 from topview.track import Tracker, TrackerSettings, TrackingResult, track_recording
 from topview.track.body_tracker import BodyMethod
@@ -43,6 +43,7 @@ DEFAULT_VARIANT = Variant(TopviewSettings())
 WITHOUT_NETWORK = Variant(TopviewSettings(), NOTHING)
 NETWORK_ALONE = Variant(JointsSettings())
 THESIS_RECIPE = Variant(UtvrSettings())
+RECIPE_AND_NETWORK = Variant(UtvrSettings(), FINDER)
 
 
 @dataclass(frozen=True, slots=True)

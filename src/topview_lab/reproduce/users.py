@@ -18,6 +18,7 @@ from topview_lab.metrics import (
 from topview_lab.reproduce.context import QUICK_FRAMES, Context
 from topview_lab.reproduce.runs import (
     DEFAULT_VARIANT,
+    RECIPE_AND_NETWORK,
     THESIS_RECIPE,
     Counterpart,
     Measured,
@@ -41,6 +42,7 @@ THESIS_FPS = (3.0, 4.0)
 USERS_METHODS: Final[dict[str, Variant]] = {
     "topview, the default": DEFAULT_VARIANT,
     "utvr, the recipe of Sec. 5.3": THESIS_RECIPE,
+    "utvr, its people found with the network": RECIPE_AND_NETWORK,
 }
 USERS_HEADER: Final = (
     "sequence, method", "frames", "μE, cm", "offsets out", "A, 10 cm", "occluded: μE, cm",
@@ -90,8 +92,9 @@ def users(context: Context, measured: Measured) -> Section:
         title="Section 6.2, Figures 6.5 to 6.7: one, two and four users",
         text=(
             "Sequences as long as the thesis's, which are shown in its Figs. 6.5 to 6.7 without "
-            "numbers. Both methods track the same people: the people finder is the same, and "
-            "differs only by the bodies that it separates touching users by.",
+            "numbers. The people finder is the same, but the default method's asks the network who "
+            "is there, the thesis's does not (`--proposals finder` lets it), and it separates "
+            "touching users by the bodies of the method.",
             "Exchanges: somebody continues under another identity, or appears under one that was "
             "somebody else's. Lost: somebody who was tracked before is matched by no track for "
             f"{LOST_AFTER_S:g} s or more, though in view and to be seen by {LEAST_SEEN:.0%} or "

@@ -92,8 +92,10 @@ class People:
     hands: tuple[()] = ()
     doubtful: tuple[()] = ()
     head_y_m: float = 0.1
+    told: Any = None
 
     def update(self, image: Pyramid, told: Any = None) -> list[User]:
+        self.told = told
         return [self.user(person, image.full.depth_m) for person in self.order]
 
     def user(self, person: int, depth_m: np.ndarray) -> User:
@@ -198,6 +200,26 @@ def test_who_does_not_ask_costs_nothing() -> None:
     assert not {"windows", "joints"} & tracker.clock.seconds.keys()
 
 
+@pytest.mark.parametrize("method", [Asking, NotAsking])
+def test_the_finder_alone_can_be_told(method: type) -> None:
+    Asking.given.clear()
+    settings = TrackerSettings(threads=1, proposals="finder")
+    finder, proposer = people([3, 8]), Middles()
+    tracker = Tracker(settings, body=method(), finder=finder, proposer=proposer)
+    for index in range(2):
+        tracker.update(frame_of(index))
+    assert len(proposer.seen) == 2
+    assert finder.told.has_network
+    assert set(finder.told.heads) == {3, 8}
+    assert Asking.given == {3: [None, None], 8: [None, None]}
+
+
+def test_the_settings_say_that_the_finder_is_told() -> None:
+    kept = TrackerSettings(method="utvr", proposals="finder").as_json()
+    assert kept["proposals"] == "finder"
+    assert kept["weights"]
+
+
 def test_the_network_s_proposals_come_with_a_given_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -228,7 +250,7 @@ def test_what_a_method_does_not_ask_for_is_not_told() -> None:
     [
         (
             {"proposals": "wood"},
-            "proposals is 'wood'; it must be one of network, forest, none",
+            "proposals is 'wood'; it must be one of network, forest, finder, none",
         ),
         ({"weights": Path("w"), "proposals": "none"}, "weights is 'w' with proposals none; "),
         ({"weights": Path("w"), "proposals": "forest"}, "weights is 'w' with proposals forest; "),
@@ -246,10 +268,11 @@ def test_weights_that_nothing_reads_are_refused() -> None:
 
 def test_all_that_proposes_can_be_made(tmp_path: Path) -> None:
     write_network(tmp_path / "w.onnx")
-    made = {name: proposer_by_name(name) for name in PROPOSALS if name != "network"}
+    made = {name: proposer_by_name(name) for name in ("forest", "none")}
     assert made.pop("none") is None
     assert list(map(type, made.values())).count(type(None)) == 0
-    assert proposer_by_name("network", tmp_path / "w.onnx") is not None
+    for name in set(PROPOSALS) - {"forest", "none"}:
+        assert proposer_by_name(name, tmp_path / "w.onnx") is not None
 
 
 @pytest.mark.usefixtures("compiled")
@@ -275,5 +298,8 @@ def test_the_command_line_says_in_one_line_what_is_wrong_with_weights(
 def test_the_network_is_asked_unless_told_otherwise() -> None:
     """By the methods that ask for joints; `joints` cannot do without."""
     assert TrackerSettings().proposals == "network"
-    with pytest.raises(InputError, match="proposals is none; method joints needs proposed joints"):
-        Tracker(TrackerSettings(method="joints", proposals="none"))
+    for proposals in ("none", "finder"):
+        with pytest.raises(
+            InputError, match=f"proposals is {proposals}; method joints needs proposed joints"
+        ):
+            Tracker(TrackerSettings(method="joints", proposals=proposals))

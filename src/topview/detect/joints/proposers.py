@@ -10,8 +10,10 @@ from topview import laboratory
 from topview.detect.joints.proposals import JointProposer
 from topview.records import InputError, shown
 
-ProposalsName = Literal["network", "forest", "none"]
+ProposalsName = Literal["network", "forest", "finder", "none"]
 NETWORK: Final = "network"
+FINDER: Final = "finder"
+"""The network's, which tell the people finder alone who is there: no body is fitted to them."""
 NOTHING: Final = "none"
 
 # Name of each: what makes it, called without arguments, and a sentence about it.
@@ -22,7 +24,9 @@ PROPOSERS: Final[dict[str, tuple[str, str]]] = {
     ),
     **laboratory.RIVAL_PROPOSERS,
 }
-PROPOSALS: Final = (*PROPOSERS, NOTHING)
+PROPOSALS: Final = (*PROPOSERS, FINDER, NOTHING)
+OF_NETWORK: Final = (NETWORK, FINDER)
+OF_NO_BODY: Final = (FINDER, NOTHING)
 
 
 def check_proposals(name: str, weights: Path | None) -> None:
@@ -33,7 +37,7 @@ def check_proposals(name: str, weights: Path | None) -> None:
     """
     if not isinstance(name, str) or name not in PROPOSALS:
         raise InputError(f"proposals is {shown(name)}; it must be one of {', '.join(PROPOSALS)}")
-    if weights is not None and name != NETWORK:
+    if weights is not None and name not in OF_NETWORK:
         raise InputError(
             f"weights is {shown(str(weights))} with proposals {name}; weights are the network's"
         )
@@ -50,11 +54,12 @@ def proposer_by_name(name: str, weights: Path | None = None) -> JointProposer | 
         InputError: there is no such thing, or the weights cannot be used.
     """
     check_proposals(name, weights)
-    if name not in PROPOSERS:
+    if name == NOTHING:
         return None
-    module, _, attribute = PROPOSERS[name][0].partition(":")
+    is_network = name in OF_NETWORK
+    module, _, attribute = PROPOSERS[NETWORK if is_network else name][0].partition(":")
     make = getattr(import_module(module), attribute)
-    return make(weights) if name == NETWORK else make()
+    return make(weights) if is_network else make()
 
 
 def proposals_as_json(name: str, weights: Path | None) -> dict[str, object]:
@@ -63,7 +68,7 @@ def proposals_as_json(name: str, weights: Path | None) -> dict[str, object]:
     Raises:
         InputError: the weights cannot be read.
     """
-    if name != NETWORK:
+    if name not in OF_NETWORK:
         return {"proposals": name}
     from topview.detect.joints.network import weights_as_json
 
