@@ -3,9 +3,11 @@
 Two systems, or a system and a reference, rarely agree on what "the shoulder" is. A joint's
 constant offset is that difference of definition: one vector per joint, in the frame of the part
 that carries it and in shares of the stature, the same in every frame. It is the mean of reference
-minus prediction over the frames in which the joint is in view, or over all where it never is: where
-a joint is hidden, what is wrong is not the definition. The predicted joints are corrected by it in
-all frames, and distances and angles are told of the joints as they are and as they are corrected.
+minus prediction over the frames in which the joint is in view: where a joint is hidden, what is
+wrong is not the definition. Where the joint is hardly ever in view (ankles hide themselves in their
+shoes) it is the mean over all frames: the few that show it may be of one wrong pose. The predicted
+joints are corrected by it in all frames, and distances and angles are told of the joints as they
+are and as they are corrected.
 
 `offsets="set"` estimates one offset for all recordings and people pooled; `offsets="person"` one
 for each person of each recording, which also takes out what a system gets constantly wrong about
@@ -30,6 +32,8 @@ Offsets = Literal["set", "person"]
 
 IN_VIEW_SHARE: Final = 0.05
 """Of a joint; where less of it is hidden, by whatever, its constant offset is told (ours)."""
+KNOWN_SHARE: Final = 0.1
+"""Of the person-frames; a joint that is in view in fewer is hardly ever in view (ours)."""
 _JOINT_PARTS: Final = [joint.part for joint in JOINTS]
 _END_PARTS: Final = [joint.part for joint in END_JOINTS]
 
@@ -137,7 +141,10 @@ def _corrected(
     errors_part = np.einsum("njab,nja->njb", Rs_camera_part, errors_camera) / stature_m
     is_in_view = np.nan_to_num(total_share(hidden)) < IN_VIEW_SHARE
     in_view_means = group_means(np.where(is_in_view[..., None], errors_part, np.nan), group)
-    offsets = np.where(np.isfinite(in_view_means), in_view_means, group_means(errors_part, group))
+    is_told = np.isfinite(errors_part).all(-1)
+    in_view_share = group_means(np.where(is_told, is_in_view, np.nan), group)
+    is_known = in_view_share[..., None] >= KNOWN_SHARE
+    offsets = np.where(is_known, in_view_means, group_means(errors_part, group))
     offsets_part_m = offsets[group] * stature_m
     return offsets, predicted_camera + np.einsum("njab,njb->nja", Rs_camera_part, offsets_part_m)
 
