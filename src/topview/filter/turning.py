@@ -21,8 +21,15 @@ YAWS_RAD: Array = np.linspace(-np.pi, np.pi, N_YAWS, endpoint=False, dtype=np.fl
 RATES_RAD: Array = np.linspace(-0.135, 0.135, 7)  # by which somebody may turn within `FRAME_S`
 CHANGE_SHARE: Final = 0.1  # of how often, within `FRAME_S`, the next faster or slower one follows
 STEP_RAD: Final = 0.03  # standard deviation of how far somebody turns besides, within `FRAME_S`
+FRONTAL_LOG_ODDS: Final = 0.4  # of somebody new, that they face the camera and not away from it
 FORGOTTEN_SHARE: Final = 1e-3  # of the belief within `FRAME_S`: it may be wrong altogether
 EVIDENCE_SHARE: Final = 0.2  # of the log likelihood in `FRAME_S`: frames in a row err alike
+
+
+def of_somebody_new() -> Array:
+    """[rates, yaws] the belief before anything is seen: a little likelier to face the camera."""
+    yaws = np.exp(0.5 * FRONTAL_LOG_ODDS * np.cos(YAWS_RAD))
+    return normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))
 
 
 def turned_on(belief: Array, frames: float) -> Array:

@@ -1,8 +1,6 @@
-"""Front or back: the twin that is turned round, and what tells which of the two is true."""
+"""Which way somebody faces: the twin that is turned round, and which of the two is true."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,20 +9,28 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from rendered_bodies import MODEL, UP, evidence_of, standing_pose
-from topview.body.parts import LEFT_FOREARM, RIGHT_FOREARM
-from topview.geometry.rotations import rotations_from_angles
-from topview.track.methods.topview.facing import Facing, FacingSettings
+from topview.body.parts import UPPER_TORSO
+from topview.track.methods.topview.facing import FacingBelief
+from topview.track.methods.topview.lookup import FACING_GRID, Likeness, shipped_poses
 from topview.track.pose import OTHER_SIDE, Pose
-from topview.track.run import track_recording
-from topview_lab.datasets.simulated import RecordingWithTruth
-from topview_lab.sim import scene_by_name
+from topview.track.stances import facing, heading
 
 yaws = st.floats(-np.pi, np.pi)
+HEAD_CAMERA = np.array([0.1, -0.5, 2.6])
+FRAME_S = 1 / 30
 
 
-def walking(pose: Pose, direction: np.ndarray, metres: float, facing: Facing) -> None:
-    for way_m in np.linspace(0.0, metres, 30):
-        facing.step(Pose(pose.neck_camera + way_m * direction, pose.Rs), UP)
+def alike(pose: Pose) -> Likeness:
+    return shipped_poses().likeness(evidence_of(pose), MODEL.stature_m)
+
+
+def captured(yaw_rad: float, index: int = 1100) -> Pose:
+    """One of the table, which faces so."""
+    R = shipped_poses().Rs[index]
+    to_camera_rad = heading(R[UPPER_TORSO], -FACING_GRID[1])
+    return Pose.below_head(
+        HEAD_CAMERA, facing(yaw_rad - to_camera_rad, UP) @ FACING_GRID.T @ R, MODEL
+    )
 
 
 @given(yaws)
@@ -42,78 +48,31 @@ def test_turned_round_twice_is_as_before(yaw_rad):
     assert_allclose(pose.turned_round().turned_round().Rs, pose.Rs)
 
 
-@given(yaws)
-def test_people_walk_to_their_front(yaw_rad):
-    pose = standing_pose(yaw_rad)
-    front, right = pose.Rs[1][:, 2], pose.Rs[1][:, 0]
-    facing, reversed_facing, aside = (Facing(FacingSettings()) for _ in range(3))
-    walking(pose, front, 1.0, facing)
-    walking(pose, -front, 1.0, reversed_facing)
-    walking(pose, right, 1.0, aside)
-    assert facing.belief > 1.0
-    assert reversed_facing.belief < -1.0
-    assert aside.belief == 0.0
+@pytest.mark.parametrize("yaw_rad", [0.0, 1.2, np.pi, -2.0])
+def test_who_is_seen_for_a_while_is_believed_to_face_where_they_do(yaw_rad):
+    belief, pose = FacingBelief(), captured(yaw_rad)
+    for _ in range(45):
+        belief.update(alike(pose), FRAME_S)
+    assert np.cos(belief.likeliest_rad - yaw_rad) > np.cos(np.radians(30))
+    assert belief.cost(pose, UP) + 0.01 < belief.cost(pose.turned_round(), UP)
 
 
-def test_joints_that_would_bend_the_wrong_way_tell_the_front():
-    """With elbows bent to the front, and the head over the trunk."""
-    pose = standing_pose(0.0)
-    Rs = pose.relative()
-    for forearm in (LEFT_FOREARM, RIGHT_FOREARM):
-        Rs[forearm] = rotations_from_angles(np.radians([80.0, 0.0, 0.0]))
-    pose = Pose.from_relative(pose.neck_camera, Rs)
-    evidence = evidence_of(pose)
-    right, wrong = Facing(FacingSettings(frontal=0.0)), Facing(FacingSettings(frontal=0.0))
-    right.look(pose, pose.turned_round(), MODEL, evidence)
-    wrong.look(pose.turned_round(), pose, MODEL, evidence)
-    assert right.belief > wrong.belief + 1.0
+def test_who_turns_round_is_followed():
+    belief = FacingBelief()
+    for yaw_rad in np.linspace(0.0, np.pi, 60):
+        belief.update(alike(captured(yaw_rad)), FRAME_S)
+    assert np.cos(belief.likeliest_rad - np.pi) > np.cos(np.radians(30))
 
 
-def test_the_head_is_carried_before_the_trunk():
-    pose = standing_pose(0.0)
-    evidence = evidence_of(pose)
-    beliefs = []
-    for before_m in (-0.06, 0.0, 0.06):
-        head = evidence.head_camera + before_m * pose.Rs[1][:, 2]
-        facing = Facing(FacingSettings())
-        facing.look(pose, pose.turned_round(), MODEL, replace(evidence, head_camera=head))
-        beliefs.append(facing.belief)
-    assert beliefs[0] < beliefs[1] < beliefs[2]
+def test_a_yaw_that_was_known_a_moment_ago_outweighs_a_frame():
+    belief, pose = FacingBelief(), captured(0.5)
+    belief.begin(0.5 + np.pi)
+    belief.update(alike(pose), FRAME_S)
+    assert belief.cost(pose.turned_round(), UP) < belief.cost(pose, UP)
 
 
-def test_a_face_that_is_seen_tells_who_faces_the_camera():
-    evidence = evidence_of(standing_pose(0.0))
-    beliefs = {}
-    for yaw_rad in (0.0, np.pi):
-        pose = standing_pose(yaw_rad)
-        for share in (0.0, None, 1.0):
-            facing = Facing(FacingSettings())
-            seen = replace(evidence, face_share=share, head_is_seen=False)
-            facing.look(pose, pose.turned_round(), MODEL, seen)
-            beliefs[yaw_rad, share] = facing.belief
-    assert beliefs[0.0, 0.0] < beliefs[0.0, None] < beliefs[0.0, 1.0]
-    assert beliefs[np.pi, 0.0] > beliefs[np.pi, None] > beliefs[np.pi, 1.0]
-
-
-@given(st.lists(st.sampled_from([-1.0, 1.0]), max_size=40))
-def test_belief_stays_within_what_can_be_overturned(ways):
-    settings = FacingSettings()
-    facing, pose = Facing(settings), standing_pose(0.0)
-    facing.step(pose, UP)
-    for way in ways:
-        pose = Pose(pose.neck_camera + way * 0.3 * pose.Rs[1][:, 2], pose.Rs)
-        facing.step(pose, UP)
-        assert abs(facing.belief) <= settings.surest
-
-
-@pytest.mark.slow
-def test_somebody_first_seen_in_profile_is_turned_round():
-    """He walks along behind; the start takes him to face the other way."""
-    recording = RecordingWithTruth(scene_by_name("walk", seed=503, frames=45))
-    skeletons = track_recording(recording).skeletons
-    left, right = (skeletons.joint_names.index(f"{side}_shoulder") for side in ("left", "right"))
-    across = skeletons.joints_camera[-1, 0, right] - skeletons.joints_camera[-1, 0, left]
-    truth = recording.reference()
-    columns = [truth.joint_names.index(f"{side}_shoulder") for side in ("left", "right")]
-    true_left, true_right = truth.joints_camera[-1, 0, columns]
-    assert across @ (true_right - true_left) > 0.0
+def test_who_is_new_may_face_any_way_and_the_first_frame_tells_the_most():
+    belief, pose = FacingBelief(), captured(-2.0)
+    assert belief.cost(pose, UP) < 0.005
+    belief.update(alike(pose), 0.0)
+    assert belief.cost(pose, UP) + 0.02 < belief.cost(pose.turned_round(), UP)

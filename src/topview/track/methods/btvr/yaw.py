@@ -20,6 +20,7 @@ from topview.filter.turning import (
     YAWS_RAD,
     evidence_share,
     normalised,
+    of_somebody_new,
     turned_on,
     wrapped,
 )
@@ -30,7 +31,6 @@ Array = NDArray[np.float64]
 
 # All ours.
 FIRST_YAW_SIGMA_RAD: Final = 1.2  # of somebody new, from facing the camera
-FRONTAL_LOG_ODDS: Final = 0.4  # of somebody new, where any yaw is possible
 OUTLIER_LIKELIHOOD: Final = 1e-4  # added to every yaw's: the evidence may be wrong altogether
 MEAN_WITHIN_RAD: Final = 0.6  # the mean is taken over the yaws this near to the likeliest
 LEAST_SECTION_POINTS: Final = 15  # fewer tell nothing
@@ -64,9 +64,8 @@ class YawFilter:
 
     def __init__(self, any_first_yaw: bool = False) -> None:
         yaws = np.exp(-0.5 * (YAWS_RAD / FIRST_YAW_SIGMA_RAD) ** 2)
-        if any_first_yaw:
-            yaws = np.exp(0.5 * FRONTAL_LOG_ODDS * np.cos(YAWS_RAD))
-        self._belief = normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))  # [rates, yaws]
+        facing_camera = normalised(np.repeat(yaws[None], len(RATES_RAD), axis=0))
+        self._belief = of_somebody_new() if any_first_yaw else facing_camera  # [rates, yaws]
 
     @property
     def yaw_rad(self) -> float:

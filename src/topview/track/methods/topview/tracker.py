@@ -22,13 +22,13 @@ from topview.track.bone_lengths import BoneLengths, dressed_body
 from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
 from topview.track.joint_fit import JointTargets
-from topview.track.methods.topview.facing import Facing, FacingSettings
+from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
-from topview.track.methods.topview.lookup import SHARES, shipped_poses
+from topview.track.methods.topview.lookup import SHARES, Likeness, shipped_poses
 from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
 from topview.track.methods.topview.usual_poses import usual_poses
-from topview.track.pose import HALF_ROUND, OTHER_SIDE, Pose
+from topview.track.pose import Pose
 from topview.track.stances import STANDING, heading, stand, stand_all
 from topview.track.stature import StatureBelief
 
@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 HEIGHT_STEP_M: Final = 0.01  # a body is rebuilt when its height estimate moves by this
 LEAST_BODY_POINTS: Final = 30  # with fewer the person counts as not seen, and keeps the pose
 STATURE_S: Final = 0.5  # with the person in sight, in which statures are tried
-LIMB_SEARCH_S: Final = 1 / 15  # from one search of the limbs to the next
+LOOK_S: Final = 1 / 15  # from one look for poses elsewhere, and for limbs, to the next
 STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
@@ -47,29 +47,23 @@ FREE_SPACE_COST: Final = 1.0  # of the share of the body in free space
 DEPARTURE_COST: Final = 0.3  # of the mean squared turn away from the prior, per square radian
 VELOCITY_S: Final = 0.0295  # after which 63 % of a velocity is gone
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
-# A person is searched anew at first, and when the pose is lost: its cost is above `LOST_COST`, to
-# which the second is added in proportion to the occluded share. A recovery must be better by
-# `LOST_MARGIN`.
-START_YAWS_RAD: Final = (0.0, -0.7, 0.7, -1.4, 1.4)  # from facing the camera
-START_ITERATIONS: Final = 10  # of refinement, of each candidate
-SEARCHED: Final = 3  # best candidates whose limbs are searched
+# A pose is lost, and searched anew from stances, where its cost is above the first, to which the
+# second is added in proportion to the occluded share.
 LOST_COST: Final = 0.3
 LOST_COST_OCCLUDED: Final = 0.5
-LOST_MARGIN: Final = 0.02
-LOST_YAWS_RAD: Final = (0.0, -0.7, 0.7)  # from that of the torso
-LOST_ITERATIONS: Final = 8
-TURNED: Final = 12  # candidates whose torso is turned at random
-TURN_SIGMA_RAD: Final = (0.5, 0.5, 0.25)  # about its x, y and z
-# Bodies of the pose table that are refined whenever the limbs are searched; of one that costs no
-# more than this above what there is, the limbs are searched, too.
+# Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
+# once more. One is taken that is cheaper by so much than the pose that has moved on, and of which
+# no more is hidden than a share of the body.
 LOOKED_UP: Final = 6
 LOOKED_UP_ITERATIONS: Final = 5
-LOOKED_UP_HIDDEN: Final = 0.05  # share of a body; one of which more is hidden is not taken
-PROMISING: Final = 0.02
-# It is asked whether the front is the back, up to this share of head and torso out of sight, and
-# this cost.
-FACING_OCCLUSION: Final = 0.3
-FACING_COST: Final = 0.28
+LOOKED_AT_AGAIN: Final = 2
+NEWS_MARGIN: Final = 0.02
+LOOKED_UP_HIDDEN: Final = 0.05
+# Of so many bodies of the table each limb is tried in the pose, refined in so many steps, and taken
+# where all of it is cheaper by so much.
+LENDERS: Final = 5
+LENT_ITERATIONS: Final = 3
+LIMB_MARGIN: Final = 0.005
 # Occlusion beyond the tolerated share scales the prior, per share, and from the last on stops the
 # predicted motion: what was estimated of it from the rest that was seen runs away.
 TOLERATED_OCCLUSION: Final = 0.15
@@ -82,7 +76,7 @@ class TopviewSettings:
     """The default method.
 
     Attributes:
-        limbs, refinement, facing, guide: of these steps.
+        limbs, refinement, guide: of these steps.
         statures_m: tried while nobody could measure one, 0.3 to 3 metres; the first is assumed
             until then.
 
@@ -92,7 +86,6 @@ class TopviewSettings:
 
     limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
-    facing: FacingSettings = field(default_factory=FacingSettings)
     guide: GuideSettings = field(default_factory=GuideSettings)
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
 
@@ -125,13 +118,14 @@ class FrameContext:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
     """A pose and the limb hypotheses that go on with it, the body it was found for, its cost,
-    and the share of it that is occluded, beyond what is tolerated."""
+    the share of it that is occluded, and whether it has not moved on from the last one."""
 
     pose: Pose
     kept: Kept
     model: BodyModel
     cost: float
     hidden: float
+    is_new: bool = False
 
 
 class TopviewTracker:
@@ -142,7 +136,7 @@ class TopviewTracker:
         self.settings = settings
         self.pose: Pose | None = None
         self._limbs = LimbSearch(settings.limbs, subject.threads)
-        self._facing = Facing(settings.facing)
+        self._facing = FacingBelief()
         self._before: Pose | None = None
         self._last_s: float | None = None  # when the pose was
         self._step_s = 0.0  # from the one before to it
@@ -180,14 +174,13 @@ class TopviewTracker:
             self._in_sight_s += FRAME_S * frames_in(elapsed_s)
             if evidence.proposals is not None:
                 found = self._guided(look, evidence.proposals)
-            elif self.pose is None:
-                found = self._start(look, statures_m)
+                self._facing.begin(heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera))
             else:
-                found = self._follow(self.pose, look, statures_m)
-            if evidence.proposals is None:
-                found = self._facing_front(found, look)
+                found = self._searched(look, statures_m)
             pose, self._kept, self.model = found.pose, found.kept, found.model
             self._hidden_share = found.hidden
+            if found.is_new:
+                self.pose = None  # no motion leads from the one to the other
             if is_open:
                 self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
@@ -212,36 +205,159 @@ class TopviewTracker:
             return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         return Pose.below_head(evidence.head_camera, self.pose.Rs, self.model)
 
-    def _follow(self, last: Pose, look: FrameContext, statures_m: Sequence[float]) -> _Found:
-        """Predict, refine, search the limbs, refine; if that does not explain the person, look
-        wider."""
-        hidden, moving = self._hidden_now(look), self._predicted(last, look)
+    def _searched(self, look: FrameContext, statures_m: Sequence[float]) -> _Found:
+        """The cheapest of the last pose as it has moved on, captured bodies that look like what is
+        seen, poses with limbs of these, and with limbs that were searched."""
+        evidence = look.evidence
+        with look.clock.stage("lookup"):
+            share = None if self.pose is None else self._share
+            alike = shipped_poses().likeness(evidence, look.model.stature_m, share)
+            self._share = (self._share + 1) % SHARES
+            self._facing.update(alike, look.elapsed_s)
+        found = None if self.pose is None else self._moved_on(self.pose, look)
+        is_due = begins_turn(evidence.timestamp_s, self._last_s, LOOK_S)
+        if found is None or is_due:
+            with look.clock.stage("body"):
+                found = self._or_alike(found, alike, look, statures_m)
+                if found.hidden == 0.0:
+                    found = self._or_with_lent_limbs(found, alike, look)
+            found = self._or_with_searched_limbs(found, look)
+        hidden = min(found.hidden, 2.0 * self._trunk_hidden(found, look))
+        hidden = _beyond_tolerance(max(hidden, evidence.hidden_share))
+        found = replace(found, hidden=hidden)
+        is_lost = found.cost > LOST_COST + LOST_COST_OCCLUDED * hidden
+        if is_due and not found.is_new and self._stature.is_doubted(is_lost):
+            return self._with_stature(found, is_lost, look)
+        return found
+
+    def _moved_on(self, last: Pose, look: FrameContext) -> _Found:
+        """The last pose, or where it has moved to, refined."""
+        hidden = self._hidden_now(look)
+        prior_scale = _firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
+        starts = [last, self._predicted(last, look)]
         with look.clock.stage("body"):
-            prior_scale = _firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
-            refined = self._refined([last, moving], last, look, prior_scale=prior_scale)
-            pose = refined.poses[int(np.argmin(self._costs(refined)))]
-        torso = moving if hidden > 0.0 else None
-        if self._limbs_are_due(look):
-            found = self._with_limbs(pose, moving, self._kept, look, torso, prior_scale)
-        else:
-            found = self._refined_whole(pose, self._kept, look, torso, prior_scale)
-        if found.hidden == 0.0 and self._limbs_are_due(look):
-            found = self._or_looked_up(found, look)
-        is_lost = found.cost > LOST_COST + LOST_COST_OCCLUDED * found.hidden
-        if self._limbs_are_due(look) and self._stature.is_doubted(is_lost):
-            found = self._with_stature(found, is_lost, look)
-        if not is_lost:
+            founds = self._founds(starts, look, last, prior_scale=prior_scale)
+        best = min(founds, key=lambda found: found.cost)
+        return replace(best, kept=self._kept)
+
+    def _or_alike(
+        self,
+        found: _Found | None,
+        alike: Likeness,
+        look: FrameContext,
+        statures_m: Sequence[float],
+    ) -> _Found:
+        """What was found, that turned half round, or a body that looks like what is seen; where the
+        pose is lost, or there is none, a stance, too. What is seen of whom much is hidden may look
+        like a smaller body: of them stances alone are tried."""
+        is_lost = found is None or self._is_lost(found, look)
+        is_hidden = found is not None and self._hidden_now(look) > 0.0
+        if found is not None and is_hidden and not is_lost:
             return found
-        with look.clock.stage("body"):
-            up = look.evidence.up_camera
-            yaw = heading(last.Rs[UPPER_TORSO], up)
-            yaws = [yaw + turn for turn in LOST_YAWS_RAD]
-            trials = [(look.model, self._turned(moving, look))]
-            trials += self._stances(yaws, look, statures_m)
-        others = self._best_with_limbs(trials, LOST_ITERATIONS, look)
-        gain = found.cost + self._lift_cost(found, look.evidence)
-        gain -= others.cost + self._lift_cost(others, look.evidence)
-        return others if gain > LOST_MARGIN else found
+        evidence = look.evidence
+        others: list[_Found] = []
+        for stature_m in statures_m:
+            model, own = look.model, alike
+            if stature_m != model.stature_m:
+                model = dressed_body(stature_m)
+                own = shipped_poses().likeness(evidence, stature_m)
+            starts = [] if is_hidden else own.poses(model, LOOKED_UP if found else 2 * LOOKED_UP)
+            if found is not None:
+                starts.append(found.pose.turned_round())
+            if is_lost:
+                yaws_rad = [self._facing.likeliest_rad]
+                starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
+            others += self._best_of(starts, replace(look, model=model))
+        if len(statures_m) > 1:
+            others = [self._with_stature_cost(other, evidence) for other in others]
+            found = found and self._with_stature_cost(found, evidence)
+        best = min(others, key=lambda other: other.cost)
+        if found is None:
+            return replace(best, is_new=True)
+        is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
+        if is_doubtful or best.cost > found.cost - NEWS_MARGIN:
+            return found
+        return replace(best, is_new=True)
+
+    def _best_of(self, starts: list[Pose], look: FrameContext) -> list[_Found]:
+        """The best poses at a first look, refined once more."""
+        thinned = replace(look, evidence=look.evidence.thinned())
+        first = self._founds(starts, thinned, None, LOOKED_UP_ITERATIONS)
+        first.sort(key=lambda found: found.cost)
+        return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look, None)
+
+    def _or_with_lent_limbs(self, found: _Found, alike: Likeness, look: FrameContext) -> _Found:
+        """What was found, or that with limbs of bodies that look like what is seen, where all of it
+        is cheaper."""
+        look = replace(look, model=found.model)
+        own = found.pose.relative()
+        starts = [found.pose]
+        for lender in alike.poses(found.model, LENDERS):
+            lent = lender.relative()
+            for upper in LIMBS:
+                mixed = own.copy()
+                mixed[upper : upper + 2] = lent[upper : upper + 2]
+                starts.append(Pose.from_relative(found.pose.neck_camera, mixed))
+        thinned = replace(look, evidence=look.evidence.thinned())
+        as_it_is, *tried = self._founds(starts, thinned, None, LENT_ITERATIONS)
+        together, is_better = as_it_is.pose.relative(), False
+        for index, upper in enumerate(LIMBS):
+            best = min(tried[index :: len(LIMBS)], key=lambda other: other.cost)
+            if best.cost < as_it_is.cost - LIMB_MARGIN:
+                together[upper : upper + 2] = best.pose.relative()[upper : upper + 2]
+                is_better = True
+        if not is_better:
+            return found
+        mixed_pose = Pose.from_relative(as_it_is.pose.neck_camera, together)
+        before, after = self._founds([found.pose, mixed_pose], look, None)
+        return _cheaper(found, after, before.cost - after.cost)
+
+    def _or_with_searched_limbs(self, found: _Found, look: FrameContext) -> _Found:
+        """What was found, or that with its limbs searched by their own scores, where all of it is
+        cheaper."""
+        look = replace(look, model=found.model)
+        kept = {} if found.is_new else found.kept
+        with look.clock.stage("limbs"):
+            rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
+            pose, kept = self._limbs.search(
+                found.pose, found.pose, look.model, look.evidence, rngs, kept
+            )
+        with look.clock.stage("refinement"):
+            before, after = self._founds([found.pose, pose], look, None)
+        return replace(_cheaper(found, after, before.cost - after.cost), kept=kept)
+
+    def _founds(
+        self,
+        starts: list[Pose],
+        look: FrameContext,
+        prior: Pose | None,
+        iterations: int | None = None,
+        prior_scale: float = 1.0,
+    ) -> list[_Found]:
+        """Poses, refined, and all that speaks against each."""
+        evidence = look.evidence
+        refined = self._refined(starts, prior, look, iterations, prior_scale)
+        found = [
+            _Found(pose, {}, look.model, float(cost), float(hidden))
+            for pose, cost, hidden in zip(
+                refined.poses, self._costs(refined), refined.hidden, strict=True
+            )
+        ]
+        return [
+            replace(
+                own,
+                cost=own.cost
+                + self._facing.cost(own.pose, evidence.up_camera)
+                + self._lift_cost(own, evidence),
+            )
+            for own in found
+        ]
+
+    def _is_lost(self, found: _Found, look: FrameContext) -> bool:
+        return found.cost > LOST_COST + LOST_COST_OCCLUDED * self._hidden_now(look)
+
+    def _with_stature_cost(self, found: _Found, evidence: Evidence) -> _Found:
+        return replace(found, cost=found.cost + self._stature_cost(found.model, evidence))
 
     def _with_stature(self, found: _Found, is_lost: bool, look: FrameContext) -> _Found:
         """What was found, or a pose of another stature if that is believed from now on."""
@@ -251,7 +367,7 @@ class TopviewTracker:
         self._stature.judge(cost, tried_cost)
         if self._stature.stature_m == believed_m:
             return found
-        return self._with_limbs(pose, pose, {}, replace(look, model=dressed_body(tried_m)))
+        return replace(found, pose=pose, model=dressed_body(tried_m))
 
     def _of_stature(
         self, found: _Found, stature_m: float, is_lost: bool, look: FrameContext
@@ -268,30 +384,6 @@ class TopviewTracker:
             refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)
             costs = self._costs(refined)
         return refined.poses[int(np.argmin(costs))], float(costs.min())
-
-    def _or_looked_up(self, found: _Found, look: FrameContext) -> _Found:
-        """What was found, or a body of the table that looks like what is seen and costs less."""
-        evidence = look.evidence
-        first_look = replace(look, model=found.model, evidence=evidence.thinned())
-        with look.clock.stage("lookup"):
-            alike = shipped_poses().likeness(evidence, found.model.stature_m, self._share)
-            poses = alike.poses(found.model, LOOKED_UP)
-            self._share = (self._share + 1) % SHARES
-        with look.clock.stage("body"):
-            refined = self._refined(poses, None, first_look, LOOKED_UP_ITERATIONS)
-            costs = self._costs(refined)
-        best = int(np.argmin(costs))
-        if costs[best] > found.cost + PROMISING or refined.hidden[best] > LOOKED_UP_HIDDEN:
-            return found
-        pose = refined.poses[best]
-        other = self._with_limbs(pose, pose, {}, replace(look, model=found.model))
-        gain = found.cost + self._lift_cost(found, evidence)
-        gain -= other.cost + self._lift_cost(other, evidence)
-        if gain < LOST_MARGIN:
-            return found
-        if found.pose.Rs[UPPER_TORSO][:, 2] @ other.pose.Rs[UPPER_TORSO][:, 2] < 0.0:
-            self._facing.turn_round()
-        return other
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> _Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with
@@ -324,33 +416,6 @@ class TopviewTracker:
         hidden = float(refined.hidden[best])
         return _Found(refined.poses[best], self._kept, look.model, float(costs[best]), hidden)
 
-    def _start(self, look: FrameContext, statures_m: Sequence[float]) -> _Found:
-        """Try every stance in several directions."""
-        trials = self._stances(START_YAWS_RAD, look, statures_m)
-        return self._best_with_limbs(trials, START_ITERATIONS, look)
-
-    def _facing_front(self, found: _Found, look: FrameContext) -> _Found:
-        """What was found, or that turned round where its back is the front."""
-        self._facing.step(found.pose, look.evidence.up_camera)
-        is_clear = found.cost < FACING_COST and self._trunk_hidden(found, look) < FACING_OCCLUSION
-        if not is_clear or not self._facing.is_due(look.evidence.timestamp_s):
-            return found
-        look = replace(look, model=found.model)
-        with look.clock.stage("facing"):
-            refined = self._refined([found.pose.turned_round()], None, look)
-            twin = refined.poses[0]
-            self._facing.look(found.pose, twin, found.model, look.evidence)
-        if not self._facing.is_reversed():
-            return found
-        kept = {upper: found.kept[OTHER_SIDE[upper]] @ HALF_ROUND for upper in found.kept}
-        turned = self._with_limbs(twin, twin, kept, look, holds_hidden=False)
-        if turned.cost > found.cost + LOST_MARGIN:
-            self._facing.forget()
-            return found
-        self._facing.turn_round()
-        self.pose = None  # no motion leads from the one to the other
-        return turned
-
     def _trunk_hidden(self, found: _Found, look: FrameContext) -> float:
         """Share of the axes of head and torso that is out of sight."""
         trunk = [HEAD, UPPER_TORSO, LOWER_TORSO]
@@ -358,40 +423,6 @@ class TopviewTracker:
         places = found.pose.origins(found.model)[trunk] + along * found.pose.Rs[trunk, :, 1]
         radius_m = found.model.radii_m[trunk].min()
         return float(look.evidence.out_of_sight(places.reshape(-1, 3), radius_m).mean())
-
-    def _stances(
-        self, yaws_rad: Sequence[float], look: FrameContext, statures_m: Sequence[float]
-    ) -> list[tuple[BodyModel, list[Pose]]]:
-        """Every stance in these directions, for every stature that the person may have."""
-        head, up = look.evidence.head_camera, look.evidence.up_camera
-        models = [dressed_body(m) for m in statures_m]
-        return [(model, stand_all(model, head, yaws_rad, up)) for model in models]
-
-    def _best_with_limbs(
-        self, trials: list[tuple[BodyModel, list[Pose]]], iterations: int, look: FrameContext
-    ) -> _Found:
-        """Refine candidates that know nothing of the frames before, search the limbs of the most
-        promising ones, and give the best."""
-        with look.clock.stage("body"):
-            looks = [replace(look, model=model) for model, _ in trials]
-            tried: list[tuple[float, int, Pose]] = []
-            for index, (_, poses) in enumerate(trials):
-                refined = self._refined(poses, None, looks[index], iterations)
-                costs = self._costs(refined) + self._stature_cost(looks[index].model, look.evidence)
-                tried += [(float(c), index, p) for c, p in zip(costs, refined.poses, strict=True)]
-            tried.sort(key=lambda trial: trial[0])
-        founds = []
-        for _, index, pose in tried[:SEARCHED]:
-            found = self._with_limbs(pose, pose, {}, looks[index])
-            founds.append(self._with_limbs(found.pose, found.pose, found.kept, looks[index]))
-        return min(
-            founds,
-            key=lambda found: (
-                found.cost
-                + self._stature_cost(found.model, look.evidence)
-                + self._lift_cost(found, look.evidence)
-            ),
-        )
 
     def _stature_cost(self, model: BodyModel, evidence: Evidence) -> float:
         """What speaks against a stature before any pose: people stand more often than they sit,
@@ -412,50 +443,6 @@ class TopviewTracker:
         soles = soles + found.pose.Rs[legs, :, 1] * found.model.lengths_m[legs, None]
         lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
         return LIFT_WEIGHT_PER_M * max(0.0, lowest_m - LIFT_M)
-
-    def _limbs_are_due(self, look: FrameContext) -> bool:
-        """Whether to search the limbs: at the same moments whatever the rate of frames; refinement
-        alone follows them in between."""
-        return begins_turn(look.evidence.timestamp_s, self._last_s, LIMB_SEARCH_S)
-
-    def _with_limbs(
-        self,
-        pose: Pose,
-        predicted: Pose,
-        kept: Kept,
-        look: FrameContext,
-        torso: Pose | None = None,
-        prior_scale: float = 1.0,
-        *,
-        holds_hidden: bool = True,
-    ) -> _Found:
-        """The pose with its limbs searched and all of it refined."""
-        with look.clock.stage("limbs"):
-            rngs = {upper: self.subject.rng(upper, look.evidence) for upper in LIMBS}
-            pose, kept = self._limbs.search(
-                pose, predicted, look.model, look.evidence, rngs, kept, holds_hidden=holds_hidden
-            )
-        return self._refined_whole(pose, kept, look, torso, prior_scale)
-
-    def _refined_whole(
-        self,
-        pose: Pose,
-        kept: Kept,
-        look: FrameContext,
-        torso: Pose | None,
-        prior_scale: float,
-    ) -> _Found:
-        """The pose with all parts refined, and what it costs; head and torso are held to those of
-        `torso` where much is hidden."""
-        with look.clock.stage("refinement"):
-            prior = pose if torso is None else _with_torso_of(torso, pose)
-            refined = self._refined([pose], prior, look, prior_scale=prior_scale)
-        cost = float(self._costs(refined)[0])
-        found = _Found(refined.poses[0], kept, look.model, cost, 0.0)
-        # Legs out of view say nothing of a trunk that is seen.
-        hidden = min(float(refined.hidden[0]), 2.0 * self._trunk_hidden(found, look))
-        hidden = _beyond_tolerance(max(hidden, look.evidence.hidden_share))
-        return replace(found, hidden=hidden)
 
     def _refined(
         self,
@@ -504,23 +491,6 @@ class TopviewTracker:
             now @ rotations_from_vectors(share * turn),
         )
 
-    def _turned(self, pose: Pose, look: FrameContext) -> list[Pose]:
-        """Candidates whose torso is turned about the neck, or about the pelvis, by turns; the
-        limbs keep their directions in the room."""
-        rng = self.subject.rng(UPPER_TORSO, look.evidence)
-        vectors = rng.standard_normal((TURNED, 3)) * TURN_SIGMA_RAD
-        to_pelvis = pose.Rs[UPPER_TORSO][:, 1] * look.model.lengths_m[UPPER_TORSO]
-        to_pelvis += pose.Rs[LOWER_TORSO][:, 1] * look.model.lengths_m[LOWER_TORSO]
-        poses = []
-        for index, turn in enumerate(rotations_from_vectors(vectors)):
-            Rs = pose.Rs.copy()
-            turn_camera = Rs[UPPER_TORSO] @ turn @ Rs[UPPER_TORSO].T
-            for part in (UPPER_TORSO, LOWER_TORSO):
-                Rs[part] = turn_camera @ Rs[part]
-            shift = to_pelvis - turn_camera @ to_pelvis if index % 2 else np.zeros(3)
-            poses.append(Pose(pose.neck_camera + shift, Rs))
-        return poses
-
 
 def _firmness(elapsed_s: float) -> float:
     """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
@@ -532,8 +502,8 @@ def _beyond_tolerance(hidden_share: float) -> float:
     return max(0.0, hidden_share - TOLERATED_OCCLUSION)
 
 
-def _with_torso_of(torso: Pose, limbs: Pose) -> Pose:
-    """Head and torso of one pose, the limbs' directions of another."""
-    Rs = limbs.Rs.copy()
-    Rs[: LOWER_TORSO + 1] = torso.Rs[: LOWER_TORSO + 1]
-    return Pose(torso.neck_camera, Rs)
+def _cheaper(found: _Found, other: _Found, gain: float) -> _Found:
+    """What was found, or the other one, if that costs so much less."""
+    if gain < LIMB_MARGIN:
+        return found
+    return replace(found, pose=other.pose, cost=found.cost - gain)

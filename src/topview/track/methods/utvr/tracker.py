@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 # All ours.
 START_S: Final = 0.3  # from a person's first frame, while limbs are searched anywhere as well
-LOOK_S: Final = 0.1  # from one look through captured bodies to the next
+LOOK_UP_S: Final = 0.1  # from one look through captured bodies to the next
 
 
 class UtvrTracker:
@@ -46,7 +46,7 @@ class UtvrTracker:
         self._yaw_cues = YawCues(with_feet=True)
         self._descent = Descent(settings, subject.stature_is_given)
         self._pace, self._look_pace = Pace(), Pace()
-        self._looks = Turns(LOOK_S)
+        self._looks = Turns(LOOK_UP_S)
         self._first_s = 0.0
         self._last: Pose | None = None
 
