@@ -66,7 +66,7 @@ def test_who_turns_round_is_followed():
 
 def test_a_yaw_that_was_known_a_moment_ago_outweighs_a_frame():
     belief, pose = FacingBelief(), captured(0.5)
-    belief.begin(0.5 + np.pi)
+    belief.begin(pose.turned_round(), UP)
     belief.update(alike(pose), FRAME_S)
     assert belief.cost(pose.turned_round(), UP) < belief.cost(pose, UP)
 

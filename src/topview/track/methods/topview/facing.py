@@ -48,8 +48,9 @@ class FacingBelief:
         """The yaw that is believed in most."""
         return float(YAWS_RAD[np.argmax(self._belief.sum(0))])
 
-    def begin(self, yaw_rad: float) -> None:
-        """From a yaw that is known."""
+    def begin(self, pose: Pose, up_camera: Array) -> None:
+        """From the yaw of a pose that is known."""
+        yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
         near = np.exp(-0.5 * (wrapped(YAWS_RAD - yaw_rad) / KNOWN_SIGMA_RAD) ** 2)
         self._belief = normalised(np.tile(near, (len(RATES_RAD), 1)))
         self._has_begun = True

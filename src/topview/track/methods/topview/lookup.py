@@ -50,10 +50,11 @@ POSES_FILE: Final = "data/poses.npz"
 SHARES: Final = 4  # of the table, of which one is looked through at a time
 EXAMINED: Final = 100  # nearest entries of which different ones are chosen
 DIFFERENT: Final = 0.035  # of the stature: joints of entries that count as different, on average
-# So much less likely, as a power of e, is a pose that is farther by 1, in squares; in this share of
-# frames the table tells no yaw (`scripts/fit_likeness.py`: one, turn and sit of seeds 0 to 14).
+# So much less likely, as a power of e, is a pose that is farther by 1, in squares: true yaws are
+# likeliest with 0.7 for rendered people and 1.0 for UTD-MHAD, and less so by 1 % and 5 % with this,
+# which tells fronts from backs more often (`scripts/fit_likeness.py`).
 LIKE_BY_SQUARE: Final = 0.5
-UNLIKE_SHARE: Final = 0.05
+UNLIKE_SHARE: Final = 0.05  # of frames, in which the table tells no yaw
 FACING_GRID: Final = np.diag([-1.0, 1.0, -1.0])  # rotation of who faces the camera, in its axes
 
 

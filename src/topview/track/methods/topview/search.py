@@ -1,0 +1,337 @@
+"""Bodies of people of whom no joints are proposed: candidates from everywhere, one cost (ours).
+
+A candidate is the last pose as it has moved on, a captured body that looks like what is seen, a
+stance where the pose is lost, a pose with limbs of captured bodies, or one with limbs that were
+searched by their own scores. What is taken is what the whole body costs least with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
+from topview.filter.over_time import FRAME_S, share_after
+from topview.track.body_tracker import Subject
+from topview.track.bone_lengths import dressed_body
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.facing import FacingBelief
+from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
+from topview.track.methods.topview.lookup import SHARES, Likeness, shipped_poses
+from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
+from topview.track.methods.topview.usual_poses import usual_poses
+from topview.track.methods.topview.whole_body import (
+    Found,
+    FrameContext,
+    beyond_tolerance,
+    costs_of,
+    firmness,
+)
+from topview.track.pose import Pose
+from topview.track.stances import heading, stand_all
+from topview.track.stature import StatureBelief
+
+Array = NDArray[np.float64]
+
+# All ours.
+LOOK_S: Final = 1 / 15  # from one look for poses elsewhere, and for limbs, to the next
+STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
+LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
+LIFT_M: Final = 0.15
+USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
+OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
+# A pose is lost where its cost is above the first, to which the second is added in proportion to
+# the hidden share.
+LOST_COST: Final = 0.3
+LOST_COST_OCCLUDED: Final = 0.5
+# Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
+# once more. One is taken that is cheaper by so much than the pose that has moved on, and of which
+# no more is hidden than a share of the body.
+LOOKED_UP: Final = 6
+LOOKED_UP_ITERATIONS: Final = 5
+LOOKED_AT_AGAIN: Final = 2
+NEWS_MARGIN: Final = 0.02
+LOOKED_UP_HIDDEN: Final = 0.05
+# Of so many captured bodies each limb is tried in the pose, refined in so many steps, and taken
+# where all of it is cheaper by so much.
+LENDERS: Final = 5
+LENT_ITERATIONS: Final = 3
+LIMB_MARGIN: Final = 0.005
+
+
+class Search:
+    """One person's poses over time.
+
+    Attributes:
+        facing: which yaw is believed.
+    """
+
+    def __init__(
+        self,
+        refinement: RefinementSettings,
+        limbs: LimbSettings,
+        subject: Subject,
+        stature: StatureBelief,
+    ) -> None:
+        """`stature`: which one is believed; it is judged here where it is doubted."""
+        self.facing = FacingBelief()
+        self._refinement = refinement
+        self._limbs = LimbSearch(limbs, subject.threads)
+        self._kept: Kept = {}  # hypotheses of limbs that go on
+        self._subject = subject
+        self._stature = stature
+        self._share = 0  # of the table, which is looked through next
+
+    def update(
+        self,
+        look: FrameContext,
+        moved_on: tuple[Pose, Pose] | None,
+        hidden: float,
+        statures_m: Sequence[float],
+        is_due: bool,
+    ) -> Found:
+        """The cheapest pose of the next frame.
+
+        Args:
+            look: the frame.
+            moved_on: the last pose, and where it is thought to be by now; None if there is none.
+            hidden: share of the body, beyond what is tolerated.
+            statures_m: that the person may have.
+            is_due: whether it is time to look elsewhere.
+        """
+        evidence = look.evidence
+        with look.clock.stage("lookup"):
+            share = self._share if moved_on else None
+            alike = shipped_poses().likeness(evidence, look.model.stature_m, share)
+            self._share = (self._share + 1) % SHARES
+            self.facing.update(alike, look.elapsed_s)
+        found = self._followed(moved_on, hidden, look) if moved_on else None
+        if found is None or is_due:
+            with look.clock.stage("body"):
+                found = self._or_elsewhere(found, alike, hidden, statures_m, look)
+                if found.hidden == 0.0:
+                    found = self._or_with_lent_limbs(found, alike, look)
+            found = self._or_with_searched_limbs(found, look)
+        # Legs out of view say nothing of a trunk that is seen.
+        seen_hidden = min(found.hidden, 2.0 * _trunk_hidden(found, evidence))
+        found = replace(found, hidden=beyond_tolerance(max(seen_hidden, evidence.hidden_share)))
+        is_lost = _is_lost(found, found.hidden)
+        if is_due and not found.is_new and self._stature.is_doubted(is_lost):
+            return self._with_stature(found, is_lost, look)
+        return found
+
+    def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
+        """The last pose, or where it has moved to, refined; held to the last one, whose limbs and
+        head are drawn to what bodies usually do."""
+        share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
+        prior = usual_poses().towards(moved_on[0], share)
+        hold = firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
+        with look.clock.stage("body"):
+            founds = self._founds(moved_on, look, prior=prior, hold=hold)
+        return min(founds, key=_cost)
+
+    def _or_elsewhere(
+        self,
+        found: Found | None,
+        alike: Likeness,
+        hidden: float,
+        statures_m: Sequence[float],
+        look: FrameContext,
+    ) -> Found:
+        """What was found, that turned half round, or a body that looks like what is seen; where the
+        pose is lost, or there is none, a stance, too. What is seen of whom much is hidden may look
+        like a smaller body: of them stances alone are tried."""
+        is_lost = found is None or _is_lost(found, hidden)
+        is_hidden = found is not None and hidden > 0.0
+        if found is not None and is_hidden and not is_lost:
+            return found
+        evidence = look.evidence
+        others: list[Found] = []
+        for stature_m in statures_m:
+            model, own = look.model, alike
+            if stature_m != model.stature_m:
+                model = dressed_body(stature_m)
+                own = shipped_poses().likeness(evidence, stature_m)
+            starts = [] if is_hidden else own.poses(model, LOOKED_UP if found else 2 * LOOKED_UP)
+            if found is not None:
+                starts.append(found.pose.turned_round())
+            if is_lost:
+                yaws_rad = [self.facing.likeliest_rad]
+                starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
+            others += self._best_of(starts, replace(look, model=model))
+        if len(statures_m) > 1:
+            others = [_with_stature_cost(other, evidence) for other in others]
+            found = found and _with_stature_cost(found, evidence)
+        best = min(others, key=_cost)
+        if found is not None:
+            is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
+            if is_doubtful or best.cost > found.cost - NEWS_MARGIN:
+                return found
+        self._kept = {}
+        return replace(best, is_new=True)
+
+    def _best_of(self, starts: Sequence[Pose], look: FrameContext) -> list[Found]:
+        """The best poses at a first look, refined once more."""
+        first = self._founds(starts, _thinned(look), LOOKED_UP_ITERATIONS)
+        first.sort(key=_cost)
+        return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
+
+    def _or_with_lent_limbs(self, found: Found, alike: Likeness, look: FrameContext) -> Found:
+        """What was found, or that with limbs of bodies that look like what is seen, where all of it
+        is cheaper."""
+        look = replace(look, model=found.model)
+        own = found.pose.relative()
+        starts = [found.pose]
+        for lender in alike.poses(found.model, LENDERS):
+            lent = lender.relative()
+            for upper in LIMBS:
+                mixed = own.copy()
+                mixed[upper : upper + 2] = lent[upper : upper + 2]
+                starts.append(Pose.from_relative(found.pose.neck_camera, mixed))
+        as_it_is, *tried = self._founds(starts, _thinned(look), LENT_ITERATIONS)
+        together, is_better = as_it_is.pose.relative(), False
+        for index, upper in enumerate(LIMBS):
+            best = min(tried[index :: len(LIMBS)], key=_cost)
+            if best.cost < as_it_is.cost - LIMB_MARGIN:
+                together[upper : upper + 2] = best.pose.relative()[upper : upper + 2]
+                is_better = True
+        if not is_better:
+            return found
+        return self._cheaper(found, Pose.from_relative(as_it_is.pose.neck_camera, together), look)
+
+    def _or_with_searched_limbs(self, found: Found, look: FrameContext) -> Found:
+        """What was found, or that with its limbs searched by their own scores, where all of it is
+        cheaper."""
+        look = replace(look, model=found.model)
+        with look.clock.stage("limbs"):
+            rngs = {upper: self._subject.rng(upper, look.evidence) for upper in LIMBS}
+            pose, self._kept = self._limbs.search(
+                found.pose, found.pose, look.model, look.evidence, rngs, self._kept
+            )
+        with look.clock.stage("refinement"):
+            return self._cheaper(found, pose, look)
+
+    def _cheaper(self, found: Found, other: Pose, look: FrameContext) -> Found:
+        """What was found, or another pose, if both are refined and that is cheaper."""
+        before, after = self._founds([found.pose, other], look)
+        gain = before.cost - after.cost
+        if gain < LIMB_MARGIN:
+            return found
+        return replace(found, pose=after.pose, cost=found.cost - gain)
+
+    def _founds(
+        self,
+        starts: Sequence[Pose],
+        look: FrameContext,
+        iterations: int | None = None,
+        prior: Pose | None = None,
+        hold: float = 1.0,
+    ) -> list[Found]:
+        """Poses, refined, each held to a prior or to where it starts, and all that speaks against
+        it."""
+        evidence = look.evidence
+        refined = self._refined(starts, look, iterations, prior, hold)
+        founds = [
+            Found(pose, look.model, float(cost), float(hidden))
+            for pose, cost, hidden in zip(
+                refined.poses, costs_of(refined), refined.hidden, strict=True
+            )
+        ]
+        return [
+            replace(
+                found,
+                cost=found.cost
+                + self.facing.cost(found.pose, evidence.up_camera)
+                + _lift_cost(found, evidence),
+            )
+            for found in founds
+        ]
+
+    def _refined(
+        self,
+        starts: Sequence[Pose],
+        look: FrameContext,
+        iterations: int | None = None,
+        prior: Pose | None = None,
+        hold: float = 1.0,
+    ) -> Refined:
+        return refine(starts, prior, look.model, look.evidence, self._refinement, iterations, hold)
+
+    def _with_stature(self, found: Found, is_lost: bool, look: FrameContext) -> Found:
+        """What was found, or a pose of another stature if that is believed from now on."""
+        believed_m, tried_m = self._stature.stature_m, self._stature.next_m()
+        _, cost = self._of_stature(found, found.model.stature_m, is_lost, look)
+        pose, tried_cost = self._of_stature(found, tried_m, is_lost, look)
+        self._stature.judge(cost, tried_cost)
+        if self._stature.stature_m == believed_m:
+            return found
+        return replace(found, pose=pose, model=dressed_body(tried_m))
+
+    def _of_stature(
+        self, found: Found, stature_m: float, is_lost: bool, look: FrameContext
+    ) -> tuple[Pose, float]:
+        """The pose that was found, or a stance if it is lost, of a body of another stature, and
+        what it costs."""
+        model, evidence = dressed_body(stature_m), look.evidence
+        poses = [found.pose]
+        with look.clock.stage("body"):
+            if is_lost:
+                yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
+                poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
+            first_look = _thinned(replace(look, model=model))
+            refined = self._refined(poses, first_look, LOOKED_UP_ITERATIONS)
+            costs = costs_of(refined)
+        return refined.poses[int(np.argmin(costs))], float(costs.min())
+
+
+def _cost(found: Found) -> float:
+    return found.cost
+
+
+def _is_lost(found: Found, hidden: float) -> bool:
+    return found.cost > LOST_COST + LOST_COST_OCCLUDED * hidden
+
+
+def _thinned(look: FrameContext) -> FrameContext:
+    """The frame with fewer points, for a first look."""
+    return replace(look, evidence=look.evidence.thinned())
+
+
+def _trunk_hidden(found: Found, evidence: Evidence) -> float:
+    """Share of the axes of head and torso that is out of sight."""
+    trunk = [HEAD, UPPER_TORSO, LOWER_TORSO]
+    along = ((np.arange(4) + 0.5) / 4)[:, None, None] * found.model.lengths_m[trunk, None]
+    places = found.pose.origins(found.model)[trunk] + along * found.pose.Rs[trunk, :, 1]
+    radius_m = found.model.radii_m[trunk].min()
+    return float(evidence.out_of_sight(places.reshape(-1, 3), radius_m).mean())
+
+
+def _with_stature_cost(found: Found, evidence: Evidence) -> Found:
+    return replace(found, cost=found.cost + _stature_cost(found.model, evidence))
+
+
+def _stature_cost(model: BodyModel, evidence: Evidence) -> float:
+    """What speaks against a stature before any pose: people stand more often than they sit, and
+    nobody is shorter than the head is high above the floor."""
+    floor, head = evidence.floor, evidence.head_camera
+    if not floor.any():
+        return 0.0
+    top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * model.lengths_m[HEAD]
+    stoop = np.log(model.stature_m / max(top_m, 0.3))
+    return float(STOOP_WEIGHT * abs(stoop))
+
+
+def _lift_cost(found: Found, evidence: Evidence) -> float:
+    """What speaks against a pose whose feet are both off the floor."""
+    if not evidence.floor.any():
+        return 0.0
+    legs = [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
+    soles = found.pose.origins(found.model)[legs]
+    soles = soles + found.pose.Rs[legs, :, 1] * found.model.lengths_m[legs, None]
+    lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
+    return LIFT_WEIGHT_PER_M * max(0.0, lowest_m - LIFT_M)

@@ -1,0 +1,66 @@
+"""One frame of a person, and a whole body that was found in it, with its cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.filter.over_time import frames_in
+from topview.timing import StageClock
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.refinement import Refined
+from topview.track.pose import Pose
+
+Array = NDArray[np.float64]
+
+# All ours. A pose's cost is the share of the person's points that it leaves unexplained, and what
+# is added to that; all costs, margins and weights are in that unit.
+FREE_SPACE_COST: Final = 1.0  # of the share of the body in free space
+DEPARTURE_COST: Final = 0.3  # of the mean squared turn away from the prior, per square radian
+TOLERATED_OCCLUSION: Final = 0.15  # share of a body whose occlusion changes nothing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameContext:
+    """One frame, as every step of a tracker needs it."""
+
+    model: BodyModel
+    evidence: Evidence
+    clock: StageClock
+    elapsed_s: float  # since the frame before
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A pose, the body it was found for, its cost, the share of it that is occluded, and whether it
+    has not moved on from the last one."""
+
+    pose: Pose
+    model: BodyModel
+    cost: float
+    hidden: float
+    is_new: bool = False
+
+
+def costs_of(refined: Refined) -> Array:
+    """[M] what refined poses cost."""
+    return (
+        refined.unexplained
+        + FREE_SPACE_COST * refined.in_free_space
+        + DEPARTURE_COST * refined.departure
+    )
+
+
+def firmness(elapsed_s: float) -> float:
+    """Factor on a prior's weight after so long: the longer ago a pose was seen, the less it tells
+    of the present one; its variance grows with the time, as a random walk's does."""
+    return 1.0 / max(frames_in(elapsed_s), 0.25)
+
+
+def beyond_tolerance(hidden_share: float) -> float:
+    """What of a hidden share is beyond what is tolerated."""
+    return max(0.0, hidden_share - TOLERATED_OCCLUSION)
