@@ -72,13 +72,15 @@ def test_the_quick_form_reproduces_everything(tmp_path):
     for picture in pictures:
         assert (tmp_path / "pictures" / f"figure-{picture}.png").stat().st_size > 5000
     numbers = msgspec.json.decode((tmp_path / NUMBERS_FILE).read_bytes())
-    # The few frames of the quick form gave 3.2 and 4.5 cm, 99.8 and 98.2 % within 10 cm; the bounds
-    # of the means are a fifth over that.
-    default, thesis = (method["raw"] for method in numbers["table-6.1"]["numbers"].values())
-    assert 2.0 < default["mean"] < 3.9
-    assert default["within_10"] > 0.98
-    assert default["mean"] < thesis["mean"] < 5.4
-    assert thesis["within_10"] > 0.96
+    # The few frames of the quick form gave 3.5 cm, 99.8 % within 10 cm, and by the recipe 6.3 cm and
+    # with offsets out 3.2 cm, 96.4 %: it has the bones of people in clothes, not the simulator's.
+    # The bounds of the means are a tenth to a fifth over that.
+    default, thesis = numbers["table-6.1"]["numbers"].values()
+    assert 2.0 < default["raw"]["mean"] < 3.9
+    assert default["raw"]["within_10"] > 0.98
+    assert default["raw"]["mean"] < thesis["raw"]["mean"] < 7.0
+    assert thesis["offset_out"]["mean"] < 3.8
+    assert thesis["offset_out"]["within_10"] > 0.95
     torso = numbers["table-6.3"]["numbers"]["all (f_uTVR)"]
     assert all(torso[level]["count"] > 20 for level in ("0 %", "30 %", "60 %"))
     for by_sequence in numbers["users"]["numbers"].values():

@@ -221,8 +221,6 @@ class LimbSearch:
         evidence: Evidence,
         generators: Mapping[int, np.random.Generator],
         kept: Kept,
-        *,
-        holds_hidden: bool = True,
     ) -> tuple[Pose, Kept]:
         """The pose with every limb replaced for which something clearly better was found, and
         the hypotheses that go on to the next frame.
@@ -231,7 +229,6 @@ class LimbSearch:
             pose, predicted: what is searched around.
             model, evidence, generators: of the frame, and by upper part.
             kept: hypotheses of the frame before.
-            holds_hidden: whether a limb that is hidden is where it was.
         """
         s = self.settings
         origins = pose.origins(model)
@@ -251,7 +248,7 @@ class LimbSearch:
                 Rs[[upper, upper + 1]] = self._judged(limb, rest[None], evidence)[0][0]
                 continue
             memory = kept[upper] @ limb.R_camera_parent.T if upper in kept else limb.predicted[None]
-            needed = self._needed(limb, current, evidence) if holds_hidden else 0.0
+            needed = self._needed(limb, current, evidence)
             if needed > len(limb.exclusive_points):
                 best_of[upper] = memory @ limb.R_camera_parent
                 continue

@@ -23,7 +23,7 @@ from topview.track.evidence import Evidence
 from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, Likeness, shipped_poses
-from topview.track.methods.topview.refinement import Refined, RefinementSettings, refine
+from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import (
     Found,
@@ -62,6 +62,7 @@ LOOKED_UP_HIDDEN: Final = 0.05
 LENDERS: Final = 5
 LENT_ITERATIONS: Final = 3
 LIMB_MARGIN: Final = 0.005
+STARTING_ROUNDS: Final = 3  # of both, for a first pose
 
 
 class Search:
@@ -114,9 +115,10 @@ class Search:
         if found is None or is_due:
             with look.clock.stage("body"):
                 found = self._or_elsewhere(found, alike, hidden, statures_m, look)
+            for _ in range(1 if moved_on else STARTING_ROUNDS):
                 if found.hidden == 0.0:
                     found = self._or_with_lent_limbs(found, alike, look)
-            found = self._or_with_searched_limbs(found, look)
+                found = self._or_with_searched_limbs(found, look)
         # Legs out of view say nothing of a trunk that is seen.
         seen_hidden = min(found.hidden, 2.0 * _trunk_hidden(found, evidence))
         found = replace(found, hidden=beyond_tolerance(max(seen_hidden, evidence.hidden_share)))
@@ -235,7 +237,7 @@ class Search:
         """Poses, refined, each held to a prior or to where it starts, and all that speaks against
         it."""
         evidence = look.evidence
-        refined = self._refined(starts, look, iterations, prior, hold)
+        refined = refine(starts, prior, look.model, evidence, self._refinement, iterations, hold)
         founds = [
             Found(pose, look.model, float(cost), float(hidden))
             for pose, cost, hidden in zip(
@@ -251,16 +253,6 @@ class Search:
             )
             for found in founds
         ]
-
-    def _refined(
-        self,
-        starts: Sequence[Pose],
-        look: FrameContext,
-        iterations: int | None = None,
-        prior: Pose | None = None,
-        hold: float = 1.0,
-    ) -> Refined:
-        return refine(starts, prior, look.model, look.evidence, self._refinement, iterations, hold)
 
     def _with_stature(self, found: Found, is_lost: bool, look: FrameContext) -> Found:
         """What was found, or a pose of another stature if that is believed from now on."""
@@ -283,8 +275,9 @@ class Search:
             if is_lost:
                 yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
                 poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
-            first_look = _thinned(replace(look, model=model))
-            refined = self._refined(poses, first_look, LOOKED_UP_ITERATIONS)
+            refined = refine(
+                poses, None, model, evidence.thinned(), self._refinement, LOOKED_UP_ITERATIONS
+            )
             costs = costs_of(refined)
         return refined.poses[int(np.argmin(costs))], float(costs.min())
 
