@@ -72,7 +72,7 @@ def test_the_quick_form_reproduces_everything(tmp_path):
     for picture in pictures:
         assert (tmp_path / "pictures" / f"figure-{picture}.png").stat().st_size > 5000
     numbers = msgspec.json.decode((tmp_path / NUMBERS_FILE).read_bytes())
-    # The few frames of the quick form gave 3.5 cm, 99.8 % within 10 cm, and by the recipe 6.3 cm and
+    # The few frames of the quick form gave 3.5 cm, 99.8 % within 10 cm, by the recipe 6.3 cm and
     # with offsets out 3.2 cm, 96.4 %: it has the bones of people in clothes, not the simulator's.
     # The bounds of the means are a tenth to a fifth over that.
     default, thesis = numbers["table-6.1"]["numbers"].values()
