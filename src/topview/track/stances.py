@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
@@ -30,6 +30,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.geometry.rotations import horizontal, rotations_from_angles, unit
+from topview.records import read_only
 from topview.track.pose import Pose
 
 Array = NDArray[np.float64]
@@ -65,10 +66,16 @@ STANCES: Final = (
 
 def facing(yaw_rad: float, up_camera: Array) -> Array:
     """[3, 3] rotation of somebody upright, turned by `yaw_rad` from facing the camera."""
-    y = -unit(up_camera)
+    return _facing_camera(*up_camera.tolist()) @ rotations_from_angles(
+        np.array([0.0, yaw_rad, 0.0])
+    )
+
+
+@lru_cache(maxsize=64)  # a room's is the same in every frame
+def _facing_camera(*up_camera: float) -> Array:
+    y = -unit(np.array(up_camera))
     z = unit(np.array([0.0, 0.0, -1.0]) + y * y[2])
-    upright = np.stack([np.cross(y, z), y, z], axis=1)
-    return upright @ rotations_from_angles(np.array([0.0, yaw_rad, 0.0]))
+    return read_only(np.stack([np.cross(y, z), y, z], axis=1))
 
 
 def heading(R_camera_torso: Array, up_camera: Array) -> float:
@@ -76,7 +83,7 @@ def heading(R_camera_torso: Array, up_camera: Array) -> float:
     front, up = R_camera_torso[:, 2], R_camera_torso[:, 1]
     # Of a torso that is bent over by more than 90 degrees, the front points backwards.
     level = horizontal(front, up_camera) + up * (front @ up_camera)
-    upright = facing(0.0, up_camera).T @ level
+    upright = _facing_camera(*up_camera.tolist()).T @ level
     return float(np.arctan2(upright[0], upright[2]))
 
 

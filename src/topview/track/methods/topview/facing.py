@@ -8,6 +8,7 @@ on, in those before. What a pose is less likely than another by its yaw, it cost
 
 from __future__ import annotations
 
+from math import pi
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from topview.body.parts import UPPER_TORSO
 from topview.filter.over_time import frames_in
 from topview.filter.turning import (
+    N_YAWS,
     RATES_RAD,
     YAWS_RAD,
     normalised,
@@ -40,7 +42,7 @@ class FacingBelief:
     """One person's yaw over time, 0 for facing the camera."""
 
     def __init__(self) -> None:
-        self._belief = of_somebody_new()
+        self._believe(of_somebody_new())
         self._has_begun = False
 
     @property
@@ -52,7 +54,7 @@ class FacingBelief:
         """From the yaw of a pose that is known."""
         yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
         near = np.exp(-0.5 * (wrapped(YAWS_RAD - yaw_rad) / KNOWN_SIGMA_RAD) ** 2)
-        self._belief = normalised(np.tile(near, (len(RATES_RAD), 1)))
+        self._believe(normalised(np.tile(near, (len(RATES_RAD), 1))))
         self._has_begun = True
 
     def update(self, alike: Likeness, elapsed_s: float) -> None:
@@ -60,11 +62,16 @@ class FacingBelief:
         frames = frames_in(elapsed_s)
         share = min(NEW_SHARE * frames, 1.0) if self._has_begun else 1.0
         told, self._has_begun = share * alike.yaw_log_likelihood(), True
-        self._belief = normalised(turned_on(self._belief, frames) * np.exp(told))
+        self._believe(normalised(turned_on(self._belief, frames) * np.exp(told)))
 
     def cost(self, pose: Pose, up_camera: Array) -> float:
         """What speaks against a pose's yaw."""
-        log_belief = np.log(self._belief.sum(0) + LEAST_YAW_BELIEF)
         yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
-        own = np.interp(yaw_rad, YAWS_RAD, log_belief, period=2.0 * np.pi)
-        return YAW_COST * float(log_belief.max() - own)
+        step = (yaw_rad - float(YAWS_RAD[0])) * (N_YAWS / (2.0 * pi)) % N_YAWS
+        before = int(step) % N_YAWS
+        after, share = (before + 1) % N_YAWS, step - int(step)
+        return float((1.0 - share) * self._costs[before] + share * self._costs[after])
+
+    def _believe(self, belief: Array) -> None:
+        log_belief = np.log(belief.sum(0) + LEAST_YAW_BELIEF)
+        self._belief, self._costs = belief, YAW_COST * (log_belief.max() - log_belief)
