@@ -133,6 +133,11 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "Tables 6.1 to 6.4, users, rivals", Knowledge.NUMBERS_READ, "measured once",
     ),
     SeedUse(
+        (range(9900, 9931), range(9970, 9973)), "the report's --seed 39",
+        "Tables 6.1 to 6.3, users", Knowledge.NUMBERS_READ,
+        "measured once; Fig. 6.7 looked at after the last change",
+    ),
+    SeedUse(
         (3040, 3041), "four_users", "why hidden people are lost without a network",
         Knowledge.LOOKED_AT, "read frame by frame; nothing that was tried is kept",
     ),

@@ -22,7 +22,7 @@ from topview.track.bone_lengths import dressed_body
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
-from topview.track.methods.topview.lookup import SHARES, Likeness, shipped_poses
+from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import (
@@ -114,10 +114,11 @@ class Search:
         found = self._followed(moved_on, hidden, look) if moved_on else None
         if found is None or is_due:
             with look.clock.stage("body"):
-                found = self._or_elsewhere(found, alike, hidden, statures_m, look)
+                bodies = alike.poses(look.model, LOOKED_UP if found else 2 * LOOKED_UP)
+                found = self._or_elsewhere(found, bodies, hidden, statures_m, look)
             for _ in range(1 if moved_on else STARTING_ROUNDS):
                 if found.hidden == 0.0:
-                    found = self._or_with_lent_limbs(found, alike, look)
+                    found = self._or_with_lent_limbs(found, bodies[:LENDERS], look)
                 found = self._or_with_searched_limbs(found, look)
         # Legs out of view say nothing of a trunk that is seen.
         seen_hidden = min(found.hidden, 2.0 * _trunk_hidden(found, evidence))
@@ -140,14 +141,14 @@ class Search:
     def _or_elsewhere(
         self,
         found: Found | None,
-        alike: Likeness,
+        bodies: list[Pose],
         hidden: float,
         statures_m: Sequence[float],
         look: FrameContext,
     ) -> Found:
-        """What was found, that turned half round, or a body that looks like what is seen; where the
-        pose is lost, or there is none, a stance, too. What is seen of whom much is hidden may look
-        like a smaller body: of them stances alone are tried."""
+        """What was found, that turned half round, or one of the bodies that look like what is seen;
+        where the pose is lost, or there is none, a stance, too. What is seen of whom much is hidden
+        may look like a smaller body: none are taken, and nothing is tried but where it is lost."""
         is_lost = found is None or _is_lost(found, hidden)
         is_hidden = found is not None and hidden > 0.0
         if found is not None and is_hidden and not is_lost:
@@ -155,11 +156,11 @@ class Search:
         evidence = look.evidence
         others: list[Found] = []
         for stature_m in statures_m:
-            model, own = look.model, alike
+            model, alike = look.model, bodies
             if stature_m != model.stature_m:
                 model = dressed_body(stature_m)
-                own = shipped_poses().likeness(evidence, stature_m)
-            starts = [] if is_hidden else own.poses(model, LOOKED_UP if found else 2 * LOOKED_UP)
+                alike = shipped_poses().likeness(evidence, stature_m).poses(model, len(bodies))
+            starts = [] if is_hidden else alike.copy()
             if found is not None:
                 starts.append(found.pose.turned_round())
             if is_lost:
@@ -183,13 +184,15 @@ class Search:
         first.sort(key=_cost)
         return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
 
-    def _or_with_lent_limbs(self, found: Found, alike: Likeness, look: FrameContext) -> Found:
+    def _or_with_lent_limbs(
+        self, found: Found, lenders: Sequence[Pose], look: FrameContext
+    ) -> Found:
         """What was found, or that with limbs of bodies that look like what is seen, where all of it
         is cheaper."""
         look = replace(look, model=found.model)
         own = found.pose.relative()
         starts = [found.pose]
-        for lender in alike.poses(found.model, LENDERS):
+        for lender in lenders:
             lent = lender.relative()
             for upper in LIMBS:
                 mixed = own.copy()
