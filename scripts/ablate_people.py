@@ -139,7 +139,6 @@ VARIANTS: Final[Variants] = {
     "who comes back": lambda: {"people.finder.ReturningPeople": always_new},
     "better heads on a body": lambda: {"people.finder.rejoined": as_they_are},
     "heads that the network corrects": lambda: {"people.track.Track.corrected": first},
-    "what follows another's": lambda: {"people.existence.SHADOW_S": inf},
     "what was refused": lambda: {"people.existence.Existence.remembered_at": nothing},
     "loose pieces": lambda: {"people.pieces.Pieces.join_to": nothing},
     "pieces far from the joints": lambda: {"people.bodies._leave_out_far": nothing},

@@ -39,8 +39,6 @@ UNSEEN_S: Final = 0.3
 # was asked, where it would not be confirmed again. Nor is anybody put out who is not seen and is
 # less likely there.
 NEW_S, DOUBTED = 0.5, 0.5
-# One that follows what belongs to another ends after so long.
-SHADOW_S: Final = 0.25
 # What is probably no person, and has neither moved nor been confirmed for so long, is the room's.
 ROOM_S, ROOM_BELOW = 5.0, 0.5
 # So many tracks are remembered that have ended.
@@ -166,8 +164,6 @@ class Existence:
         """Whether it is too unlikely to be followed."""
         if not track.id and track.unseen_s(scene.time_s) > UNSEEN_S:
             return True
-        if track.shadow_since_s is not None and scene.time_s - track.shadow_since_s > SHADOW_S:
-            return True
         is_asked = track.evidence.asked_s > 0.0
         if not track.id:
             # What was refused and stands still is kept, so that it is not asked about as if new.
@@ -233,7 +229,7 @@ class Existence:
 def _is_there(track: Track) -> bool:
     """Whether what has ended is a thing that the network was asked about and that has not gone."""
     is_there = track.is_seen or not track.id
-    return is_there and track.evidence.asked_s > 0.0 and track.shadow_since_s is None
+    return is_there and track.evidence.asked_s > 0.0
 
 
 def is_too_near(head_camera: Vector, tracks: Sequence[Track], scene: Scene) -> bool:

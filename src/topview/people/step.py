@@ -115,8 +115,7 @@ class Step:
                 evidence = replace(evidence, by_body=True)
             elif is_upright and track.confidence >= SURE_HEAD:
                 evidence = replace(evidence, by_body=False, was_upright=True)
-            is_shadow = self.told.is_shadow(track, tracks)
-            after.append(track.shadowed(is_shadow, self.scene.time_s, evidence))
+            after.append(replace(track, evidence=evidence))
         return after
 
     def body_under(self, head: HeadCandidate) -> NDArray[np.float32]:

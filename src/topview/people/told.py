@@ -141,11 +141,6 @@ class Told:
             return None
         return float(head.trunk_camera @ up_camera) >= UPRIGHT_SHARE
 
-    def is_shadow(self, track: Track, tracks: Sequence[Track]) -> bool:
-        """Whether what is followed as a head belongs to somebody whose head is seen elsewhere."""
-        head = self.heads.get(track.told_as)
-        return track.is_seen and head is not None and self._is_anothers(head, track, tracks)
-
     def claims(self, head_camera: Vector, tracks: Sequence[Track]) -> bool:
         """Whether a head at [3] is, for the network, that of one of the people."""
         told = (self.heads.get(track.id) for track in tracks if track.id)

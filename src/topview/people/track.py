@@ -58,7 +58,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         body_m2: area of what is seen of it.
         rival_since_s: since when something else on the body has looked more like its head.
         off_since_s: since when the joint network has said that the head is elsewhere.
-        shadow_since_s: since when what is followed has belonged to another.
     """
 
     key: int
@@ -83,7 +82,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     body_m2: float = 0.0
     rival_since_s: float | None = None
     off_since_s: float | None = None
-    shadow_since_s: float | None = None
 
     @classmethod
     def born(cls, key: int, cloud: Cloud, head: HeadCandidate, features: Features) -> Track:
@@ -176,11 +174,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             return self
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(scene, head), off_since_s=None)
-
-    def shadowed(self, is_shadow: bool, time_s: float, evidence: Evidence) -> Track:
-        """With new evidence, and whether what is followed belongs to another."""
-        since_s = time_s if self.shadow_since_s is None else self.shadow_since_s
-        return replace(self, evidence=evidence, shadow_since_s=since_s if is_shadow else None)
 
     def found_by_body(self) -> Track:
         """Without an upright head: what the network says of the body counts from now on."""

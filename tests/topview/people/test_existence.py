@@ -20,7 +20,6 @@ from topview.people.existence import (
     NEW_TRACK_S,
     REFUSED,
     ROOM_S,
-    SHADOW_S,
     TOLD,
     UNSEEN_S,
     Existence,
@@ -179,13 +178,9 @@ def test_what_may_be_a_part_of_somebody_is_not_confirmed() -> None:
         ({}, False),
         ({"seen_s": LATER.time_s - 2.0 * UNSEEN_S}, True),
         ({"id": 1, "seen_s": LATER.time_s - 2.0 * UNSEEN_S}, False),
-        ({"id": 1, "shadow_since_s": LATER.time_s - 0.5 * SHADOW_S}, False),
-        ({"id": 1, "shadow_since_s": LATER.time_s - 2.0 * SHADOW_S}, True),
     ],
 )
-def test_what_is_lost_before_it_was_somebody_ends_and_so_does_anothers_shadow(
-    changes: dict[str, Any], ends: bool
-) -> None:
+def test_what_is_lost_before_it_was_somebody_ends(changes: dict[str, Any], ends: bool) -> None:
     track = track_with(4.0, **{"seen_s": LATER.time_s, **changes})
     assert Existence(None, LIKE_A_PERSON).has_ended(track, LATER) == ends
 

@@ -87,16 +87,14 @@ def unseen(track: Track) -> Track:
     return replace(track.coasted(SCENE), seen_s=SCENE.time_s - 0.1)
 
 
-def test_who_is_followed_on_the_body_of_another_is_the_others_shadow() -> None:
+def test_who_is_followed_on_the_body_of_another_is_nobody() -> None:
     other = near(ONE)
-    shadow = told_of(1, other.place_camera)
-    assert shadow.is_shadow(ONE, [ONE, other])
-    assert shadow.log_odds_of(ONE, [ONE, other]) == ELSEWHERE
-    assert shadow.head_of(ONE, [ONE, other], 0.0) is None
-    assert not told_of(1, PLACE).is_shadow(ONE, [ONE, other])
-    assert not shadow.is_shadow(ONE, [ONE, replace(other, id=0)])
-    assert not shadow.is_shadow(ONE, [ONE, unseen(other)])
-    assert not shadow.is_shadow(unseen(ONE), [ONE, other])
+    anothers = told_of(1, other.place_camera)
+    assert anothers.log_odds_of(ONE, [ONE, other]) == ELSEWHERE
+    assert anothers.head_of(ONE, [ONE, other], 0.0) is None
+    for others in ([ONE, replace(other, id=0)], [ONE, unseen(other)]):
+        assert anothers.head_of(ONE, others, 0.0) is not None
+    assert told_of(1, PLACE).head_of(ONE, [ONE, other], 0.0) is not None
 
 
 @given(st.floats(0.0, 0.35))
@@ -107,7 +105,6 @@ def test_two_who_hug_are_two_where_the_network_sees_two_heads(apart_m: float) ->
     own = ToldHead(0.95, other.place_camera - apart_m * RIGHT, True)
     told = Told((), {1: own, 2: theirs}, True)
     is_same = apart_m < min(HEAD_RADIUS_M, abs(0.3 - apart_m))
-    assert told.is_shadow(ONE, [ONE, other]) == is_same
     assert (told.head_of(ONE, [ONE, other], 0.0) is None) == is_same
 
 
