@@ -138,6 +138,10 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "measured once; Fig. 6.7 looked at after the last change",
     ),
     SeedUse(
+        (range(10070, 10073),), "the report's --seed 40", "users", Knowledge.NUMBERS_READ,
+        "measured once",
+    ),
+    SeedUse(
         (3040, 3041), "four_users", "why hidden people are lost without a network",
         Knowledge.LOOKED_AT, "read frame by frame; nothing that was tried is kept",
     ),
