@@ -119,6 +119,28 @@ def set_up(
             is_inner_right[column] &= abs(z - left_m[column]) <= law_at(z, jump)
 
 
+@njit(cache=True, nogil=True)
+def gather_standing(
+    standing_px: NDArray[np.int64],
+    plan_m: NDArray[np.float32],
+    heights_m: NDArray[np.float32],
+    points_camera: NDArray[np.float32],
+    is_bulky: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """[7, N] of flat pixels: right, forward and height; x, y and z; and 1 where [h, w] is bulky, or
+    else 0. What each of many heads is compared with is so beside each other."""
+    right_of, forward_of, height_of = plan_m[0].ravel(), plan_m[1].ravel(), heights_m.ravel()
+    point_of, is_bulk = points_camera.reshape(-1, 3), is_bulky.ravel()
+    standing = np.empty((7, len(standing_px)), np.float32)
+    for k in range(len(standing_px)):
+        pixel = np.uint32(standing_px[k])
+        standing[0, k], standing[1, k] = right_of[pixel], forward_of[pixel]
+        standing[2, k], standing[6, k] = height_of[pixel], is_bulk[pixel]
+        for axis in range(3):
+            standing[3 + axis, k] = point_of[pixel, axis]
+    return standing
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def find_cores(
     inset_px: NDArray[np.float32],

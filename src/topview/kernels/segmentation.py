@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from topview.kernels.noise import Law, law_at
 
-# Whether ways may lead over a pixel, and whether it waits to tell its neighbours.
-FORBIDDEN, ALLOWED, QUEUED = range(3)
+# Below 1 by more than single precision rounds the length of a step and a way to it.
+SHORTER = 0.999
 
 
 @njit(cache=True, nogil=True)
@@ -36,30 +36,18 @@ def geodesic_distance(
             where no way may lead; replaced by the distances, infinity where there is no way.
     """
     height, width = depth_m.shape
-    queue, state = np.empty(depth_m.size, np.int32), np.empty(depth_m.size, np.uint8)
-    count = 0
+    queue, count = np.empty(depth_m.size, np.int32), 0
     for row in range(height):
+        start_m, starts = out_m[row], 0
+        # Without branches, so that several pixels are looked at together.
         for column in range(width):
-            pixel, start_m = row * width + column, out_m[row, column]
-            state[pixel] = FORBIDDEN if start_m < 0.0 else ALLOWED
-            if 0.0 <= start_m <= limit_m:
-                if _may_tell(out_m, row, column):
-                    queue[count] = pixel
-                    count += 1
-            else:
-                out_m[row, column] = np.inf
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
-
-
-@njit(nogil=True)
-def _may_tell(out_m: NDArray[np.float32], row: int, column: int) -> bool:
-    """Whether a seed is nearer than one of its 8 neighbours."""
-    height, width = out_m.shape
-    farthest_m = out_m[row, column]
-    for i in range(max(row - 1, 0), min(row + 2, height)):
-        for j in range(max(column - 1, 0), min(column + 2, width)):
-            farthest_m = max(farthest_m, out_m[i, j])
-    return farthest_m > out_m[row, column]
+            starts += (start_m[column] >= 0.0) & (start_m[column] <= limit_m)
+            is_far = start_m[column] > limit_m
+            start_m[column] = np.float32(np.inf) if is_far else start_m[column]
+        for column in range(width if starts else 0):
+            queue[count] = row * width + column
+            count += (start_m[column] >= 0.0) & (start_m[column] <= limit_m)
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
 
 
 @njit(error_model="numpy", nogil=True)
@@ -70,59 +58,57 @@ def _spread(
     limit_m: float,
     queue: NDArray[np.int32],
     count: int,
-    state: NDArray[np.uint8],
     out_m: NDArray[np.float32],
 ) -> None:
-    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w];
-    `state` [h * w] says which pixels are allowed."""
+    """The ways of `geodesic_distance` from the first `count` pixels, flat, of a queue [h * w]."""
     width = depth_m.shape[1]
     size = depth_m.size
-    z_of, told = depth_m.ravel(), out_m.ravel()
+    z_of, told, is_queued = depth_m.ravel(), out_m.ravel(), np.zeros(size, np.bool_)
     for k in range(count):
-        state[queue[k]] = QUEUED
+        is_queued[queue[k]] = True
+    # Even straight ahead no step is shorter than these times the nearer depth, even if rounded.
+    straight = np.float32(SHORTER / focal_px)
+    diagonal = np.float32(SHORTER * np.sqrt(2.0) / focal_px)
     head = 0
     while count > 0:
-        pixel = queue[head]
+        pixel = np.int64(queue[np.uint32(head)])
         head = head + 1 if head + 1 < size else 0
         count -= 1
-        state[pixel] = ALLOWED
-        z = z_of[pixel]
-        start = told[pixel]
+        is_queued[pixel] = False
+        z, start = z_of[pixel], told[pixel]
         column = pixel % width
         left, right = int(column > 0), int(column < width - 1)
         above = pixel - width if pixel >= width else pixel
         below = pixel + width if pixel + width < size else pixel
-        for middle in range(above, below + 1, width):
-            for other in range(middle - left, middle + right + 1):
-                known = told[other]
-                if start >= known or state[other] == FORBIDDEN:
-                    continue
-                nearer = min(z, z_of[other])
-                across = nearer / focal_px
-                # Even straight ahead it would be no shorter.
-                if start + across >= known:
+        # The pixel itself, which is among them, and at the border is so again, is told nothing.
+        for middle in (above, pixel, below):
+            for place in (middle - left, middle, middle + right):
+                other = np.uint32(place)
+                known, nearer = told[other], min(z, z_of[other])
+                steps = (middle != pixel) + (place != middle)
+                # Most neighbours know a way that is as short, or none may lead over them.
+                if start + nearer * (diagonal if steps == 2 else straight) >= known:
                     continue
                 dz = z_of[other] - z
                 if abs(dz) > law_at(float(nearer), jump):
                     continue
-                square = across * across * ((middle != pixel) + (other != middle))
-                way = np.float32(start + np.sqrt(square + dz * dz))
+                across = nearer / focal_px
+                way = np.float32(start + np.sqrt(across * across * steps + dz * dz))
                 if way < known and way <= limit_m:
                     told[other] = way
-                    if state[other] != QUEUED:
-                        state[other] = QUEUED
+                    if not is_queued[other]:
+                        is_queued[other] = True
                         tail = head + count
-                        queue[tail if tail < size else tail - size] = other
+                        queue[np.uint32(tail if tail < size else tail - size)] = other
                         count += 1
+    for pixel in range(size):
+        told[pixel] = abs(told[pixel])  # of what is below 0 only -inf is left
 
 
 @njit(cache=True, nogil=True)
 def grow_body(
     standing_px: NDArray[np.int64],
-    points_camera: NDArray[np.float32],
-    plan_m: NDArray[np.float32],
-    heights_m: NDArray[np.float32],
-    is_bulky: NDArray[np.bool_],
+    standing: NDArray[np.float32],
     depth_m: NDArray[np.float32],
     focal_px: float,
     jump: Law,
@@ -148,10 +134,7 @@ def grow_body(
 
     Args:
         standing_px: flat indices of what stands free.
-        points_camera: [h, w, 3] metres.
-        plan_m: [2, h, w] the same seen from above: right and forward.
-        heights_m: [h, w] along up.
-        is_bulky: [h, w].
+        standing: [7, N] of these: see `topview.kernels.scene.gather_standing`.
         depth_m: [h, w].
         focal_px: of the depth image.
         jump: see `geodesic_distance`.
@@ -169,45 +152,45 @@ def grow_body(
             it is no start.
         out_m: [h, w] the distances, infinity where there is no way.
     """
-    queue, state = np.empty(depth_m.size, np.int32), np.zeros(depth_m.size, np.uint8)
-    count = 0
-    is_remembered = len(last_body_m) > 0
     head_x, head_y = np.float32(head_camera[0]), np.float32(head_camera[1])
     head_z = np.float32(head_camera[2])
     head_right, head_forward = np.float32(head_overview_m[0]), np.float32(head_overview_m[1])
-    point_of = points_camera.reshape(-1, 3)
-    right_of, forward_of = plan_m[0].ravel(), plan_m[1].ravel()
-    height_of, z_of, is_bulk = heights_m.ravel(), depth_m.ravel(), is_bulky.ravel()
-    last_body_of, last_z_of = last_body_m.ravel(), last_depth_m.ravel()
-    # Further aside, but for rounding, nothing is in the ball nor the cylinder.
-    near_m = max(core[0], head_radius_m + 0.001)
-    out_m[:] = np.inf
-    out_of = out_m.ravel()
-    for k in range(len(standing_px)):
-        pixel = int(standing_px[k])
-        right, forward = right_of[pixel] - head_right, forward_of[pixel] - head_forward
-        aside_m = np.sqrt(right * right + forward * forward)
-        if is_bulk[pixel] and aside_m >= torso_reach_m:
-            continue
-        state[pixel] = ALLOWED
-        start_m = np.float32(np.inf)
-        if from_head and aside_m < near_m:
-            x = point_of[pixel, 0] - head_x
-            y = point_of[pixel, 1] - head_y
-            z = point_of[pixel, 2] - head_z
-            from_head_m = np.sqrt(x * x + y * y + z * z)
-            is_core = aside_m < core[0] and core[1] < height_of[pixel] < core[2]
-            if is_core or from_head_m < head_radius_m:
-                start_m = from_head_m
-        if is_remembered and start_m == np.inf and last_body_of[pixel] < np.inf:
-            off_m = abs(z_of[pixel] - last_z_of[pixel])
-            if off_m < law_at(z_of[pixel], stays):
-                start_m = last_body_of[pixel] + np.float32(faded_m)
-        if start_m <= limit_m:
-            queue[count] = pixel
-            count += 1
-            out_of[pixel] = start_m
-    _spread(depth_m, focal_px, jump, limit_m, queue, count, state, out_m)
+    rights_m, forwards_m, heights_m = standing[0], standing[1], standing[2]
+    xs, ys, zs, is_bulky = standing[3], standing[4], standing[5], standing[6]
+    aside_m, start_m = np.empty_like(xs), np.empty_like(xs)
+    last_m, last_z = np.empty_like(xs), np.empty_like(xs)
+    last_of, last_z_of, out_of = last_body_m.ravel(), last_depth_m.ravel(), out_m.ravel()
+    remembered = len(xs) if len(last_of) else 0
+    # In short loops without branches, so that several pixels are looked at together.
+    for k in range(len(xs)):
+        right, forward = rights_m[k] - head_right, forwards_m[k] - head_forward
+        aside_m[k] = np.sqrt(right * right + forward * forward)
+    for k in range(len(xs)):
+        x, y, z = xs[k] - head_x, ys[k] - head_y, zs[k] - head_z
+        start_m[k] = np.sqrt(x * x + y * y + z * z)
+    for k in range(len(xs)):
+        is_core = (aside_m[k] < core[0]) & (core[1] < heights_m[k]) & (heights_m[k] < core[2])
+        is_at_head = from_head & (is_core | (start_m[k] < head_radius_m))
+        start_m[k] = start_m[k] if is_at_head else np.float32(np.inf)
+    for k in range(remembered):
+        pixel = np.uint32(standing_px[k])
+        last_m[k], last_z[k] = last_of[pixel], last_z_of[pixel]
+    for k in range(remembered):
+        has_stayed = abs(zs[k] - last_z[k]) < law_at(zs[k], stays)
+        remembered_m = last_m[k] + np.float32(faded_m)
+        start_m[k] = remembered_m if has_stayed & (start_m[k] == np.inf) else start_m[k]
+    for k in range(len(xs)):
+        is_allowed = (is_bulky[k] == 0.0) | (aside_m[k] < torso_reach_m)
+        unknown_m = np.float32(np.inf) if is_allowed else np.float32(-np.inf)
+        start_m[k] = start_m[k] if is_allowed & (start_m[k] <= limit_m) else unknown_m
+    queue, count = np.empty(depth_m.size, np.int32), 0
+    out_m[:] = -np.inf
+    for k in range(len(xs)):
+        pixel = np.uint32(standing_px[k])
+        out_of[pixel] = start_m[k]
+        queue[count] = pixel
+        count += abs(start_m[k]) < np.inf
+    _spread(depth_m, focal_px, jump, limit_m, queue, count, out_m)
 
 
 @njit(cache=True, nogil=True)

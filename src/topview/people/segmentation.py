@@ -119,10 +119,7 @@ def body_distance(
     distance_m = np.empty(cloud.depth_m.shape, np.float32)
     grow_body(
         scene.standing_px,
-        cloud.points_camera,
-        scene.plan_m,
-        scene.heights_m,
-        scene.is_bulky,
+        scene.standing,
         cloud.depth_m,
         cloud.camera.fx,
         jump or stays,

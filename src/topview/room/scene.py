@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.heads import covered_share
-from topview.kernels.scene import set_up
+from topview.kernels.scene import gather_standing, set_up
 from topview.room.background import Background
 from topview.room.floor import CAMERA_UP, FloorPlane
 from topview.room.surfaces import bulky_surfaces, jump_of
@@ -124,6 +124,13 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
     def standing_px(self) -> NDArray[np.int64]:
         """Flat indices, ascending, of `is_free_standing`."""
         return np.flatnonzero(self.is_free_standing)
+
+    @cached_property
+    def standing(self) -> NDArray[np.float32]:
+        """[7, N] what bodies grow over, of `standing_px` (`gather_standing`)."""
+        return gather_standing(
+            self.standing_px, self.plan_m, self.heights_m, self.cloud.points_camera, self.is_bulky
+        )
 
     @property
     def overview_m(self) -> NDArray[np.float32]:

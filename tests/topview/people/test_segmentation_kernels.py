@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import join_pieces, small_pieces
+from topview.kernels.scene import gather_standing
 from topview.kernels.segmentation import (
     full_pixels_of,
     geodesic_distance,
@@ -88,18 +89,20 @@ def test_a_body_grows_from_the_head_and_from_what_is_remembered(
     shape = (30, 40)
     depth = bumpy_depth(generator, shape)
     points = generator.uniform(-0.5, 0.5, (*shape, 3)).astype(np.float32)
+    points[..., 2] = depth
     plan = points.transpose(2, 0, 1)[[0, 2]].copy()
     heights = (-points[..., 1]).copy()
     free = generator.uniform(size=shape) > 0.2
     bulky = generator.uniform(size=shape) > 0.5
-    head = np.array([0.05, -0.1, 0.1], np.float32)
+    head = np.array([0.05, -0.1, 2.1], np.float32)
     last_depth = depth + generator.normal(0.0, 0.08, shape).astype(np.float32)
     last_body = np.full(shape, np.inf, np.float32)
     last_body[10:14, 20:25] = generator.choice([0.4, 0.7], (4, 5))
     out = np.empty(shape, np.float32)
+    standing = gather_standing(np.flatnonzero(free), plan, heights, points, bulky)
     grow_body(
-        np.flatnonzero(free), points, plan, heights, bulky, depth, 60.0, JUMP, JUMP,
-        (0.05, -0.1, 0.1), (0.05, 0.1), 0.15, (0.25, -0.4, 0.2), 0.35, 0.8,
+        np.flatnonzero(free), standing, depth, 60.0, JUMP, JUMP,
+        (0.05, -0.1, 2.1), (0.05, 2.1), 0.15, (0.25, -0.4, 0.2), 0.35, 0.8,
         last_body if is_known else np.empty((0, 0), np.float32), last_depth, 0.05, from_head, out,
     )  # fmt: skip
     aside = np.hypot(*(plan - head[[0, 2], None, None]))
