@@ -18,33 +18,41 @@ def look_at(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
-    x: float,
-    y: float,
-    z: float,
+    places_camera: NDArray[np.float64],
     tolerances_m: tuple[float, float, float],
-    noise_m: float,
-) -> int:
-    """What a depth image [h, w], 0 where there is no reading, shows in the direction of a point.
+    noise_m: NDArray[np.float64],
+) -> NDArray[np.int8]:
+    """[N] what a depth image [h, w], 0 where there is no reading, shows in the direction of [3, N]
+    points.
 
     `OUTSIDE`: out of view; `HIDDEN`: something nearer by more than the first of `tolerances_m` is
     in the way; `THERE`: a surface there, or further away by up to the second; `BEHIND`: one further
-    away by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`.
+    away by up to the third; `EMPTY`: nothing that near, or no reading. All three grow by `noise_m`,
+    [N].
     """
     before_m, behind_m, far_behind_m = tolerances_m
     height, width = depth_m.shape
-    # Without branches, which hardly any processor foresees here.
-    per_z = 1.0 / max(z, 1e-9)
-    u = x * per_z * focal_px[0] + principal_px[0] + 0.5
-    v = y * per_z * focal_px[1] + principal_px[1] + 0.5
-    is_in_view = (z > 0.0) & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
-    row = int(min(max(v, 0.0), height - 1.0))
-    column = int(min(max(u, 0.0), width - 1.0))
-    seen_m = depth_m[row, column]
-    further_m = seen_m - z if seen_m > 0.0 else np.inf
-    is_visible = is_in_view & (further_m >= -before_m - noise_m)
-    is_behind = further_m > behind_m + noise_m
-    is_far = further_m > far_behind_m + noise_m
-    return is_visible * (THERE + is_behind + is_far) + (not is_in_view) * OUTSIDE
+    xs, ys, zs = places_camera[0], places_camera[1], places_camera[2]
+    pixels, seen_m = np.empty(len(xs), np.int32), np.empty(len(xs), np.float32)
+    is_in_view, seen = np.empty(len(xs), np.bool_), np.empty(len(xs), np.int8)
+    depth_of = depth_m.ravel()
+    # In loops without branches, so that several places are looked at together.
+    for n in range(len(xs)):
+        per_z = 1.0 / max(zs[n], 1e-9)
+        u = xs[n] * per_z * focal_px[0] + principal_px[0] + 0.5
+        v = ys[n] * per_z * focal_px[1] + principal_px[1] + 0.5
+        is_in_view[n] = (zs[n] > 0.0) & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
+        row, column = min(max(v, 0.0), height - 1.0), min(max(u, 0.0), width - 1.0)
+        pixels[n] = np.int32(row) * np.int32(width) + np.int32(column)
+    for n in range(len(xs)):
+        seen_m[n] = depth_of[np.uint32(pixels[n])]
+    for n in range(len(xs)):
+        further_m = seen_m[n] - zs[n] if seen_m[n] > 0.0 else np.inf
+        is_visible = is_in_view[n] & (further_m >= -before_m - noise_m[n])
+        is_behind = further_m > behind_m + noise_m[n]
+        is_far = further_m > far_behind_m + noise_m[n]
+        seen[n] = is_visible * (THERE + is_behind + is_far) + (not is_in_view[n]) * OUTSIDE
+    return seen
 
 
 @njit(error_model="numpy", nogil=True)
@@ -52,33 +60,44 @@ def _count(
     depth_m: NDArray[np.float32],
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
-    center_camera: NDArray[np.float64],
-    axes_camera: tuple[float, float, float, float, float],
+    centers_camera: NDArray[np.float64],
+    up_camera: NDArray[np.float64],
     places_m: NDArray[np.float64],
     tolerances_m: tuple[float, float, float],
-    noise_m: float,
-    most: int,
-) -> tuple[int, int, int, int]:
-    """How many of the template's places [K, 2] about a centre are visible, there, behind, and
-    outside of the image; counting ends when more than `most` are there.
-
-    `axes_camera`: x and y to the right, x, y and z up.
-    """
-    right_x, right_y, up_x, up_y, up_z = axes_camera
-    visible, there, behind, outside = 0, 0, 0, 0
-    for k in range(places_m.shape[0]):
+    noise: Law,
+) -> NDArray[np.int64]:
+    """[4, N] how many of the template's places [K, 2] about centres [N, 3], upright along [3], are
+    visible, there, behind, and outside of the image; the others are as for `fit_template`."""
+    up_x, up_y, up_z = up_camera[0], up_camera[1], up_camera[2]
+    across = np.hypot(up_x, up_y)
+    right_x, right_y = -up_y / across, up_x / across
+    count = len(centers_camera)
+    places, noise_m = np.empty((3, len(places_m) * count)), np.empty(len(places_m) * count)
+    for k in range(len(places_m)):
         right, up = places_m[k, 0], places_m[k, 1]
-        x = center_camera[0] + (right * right_x + up * up_x)
-        y = center_camera[1] + (right * right_y + up * up_y)
-        z = center_camera[2] + up * up_z
-        seen = look_at(depth_m, focal_px, principal_px, x, y, z, tolerances_m, noise_m)
-        visible += (seen != HIDDEN) & (seen != OUTSIDE)
-        there += seen == THERE
-        behind += seen == BEHIND
-        outside += seen == OUTSIDE
-        if there > most:
-            break
-    return visible, there, behind, outside
+        for n in range(count):
+            x, y, z = centers_camera[n, 0], centers_camera[n, 1], centers_camera[n, 2]
+            places[0, k * count + n] = x + (right * right_x + up * up_x)
+            places[1, k * count + n] = y + (right * right_y + up * up_y)
+            places[2, k * count + n] = z + up * up_z
+            noise_m[k * count + n] = law_at(z, noise)
+    seen = look_at(depth_m, focal_px, principal_px, places, tolerances_m, noise_m)
+    counts = np.zeros((4, count), np.int64)
+    for k in range(len(places_m)):
+        for n in range(count):
+            shown = seen[k * count + n]
+            counts[0, n] += (shown != HIDDEN) & (shown != OUTSIDE)
+            counts[1, n] += shown == THERE
+            counts[2, n] += shown == BEHIND
+            counts[3, n] += shown == OUTSIDE
+    return counts
+
+
+@njit(nogil=True)
+def _copy(source: NDArray[np.float64], n: int, out: NDArray[np.float64], k: int) -> None:
+    """A row of [N, 3] to one of [K, 3]."""
+    for axis in range(3):
+        out[k, axis] = source[n, axis]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -87,7 +106,7 @@ def fit_template(
     focal_px: tuple[float, float],
     principal_px: tuple[float, float],
     centers_camera: NDArray[np.float64],
-    ups_camera: NDArray[np.float64],
+    up_camera: NDArray[np.float64],
     inside_m: NDArray[np.float64],
     free_m: NDArray[np.float64],
     shoulders_m: NDArray[np.float64],
@@ -105,7 +124,7 @@ def fit_template(
         focal_px: (fx, fy).
         principal_px: (cx, cy).
         centers_camera: [N, 3] metres.
-        ups_camera: [N, 3] unit vectors: how the template stands at each centre.
+        up_camera: [3] unit vector: how the template stands.
         inside_m: [K, 2] places of the template within the head, right of and above the centre.
         free_m: [L, 2] those about it that should be empty.
         shoulders_m: [M, 2] those on the shoulders and the chest.
@@ -116,37 +135,32 @@ def fit_template(
         out_evidence: [4, N] shares: inside, free, shoulders, shoulders seen.
     """
     out_evidence[:] = 0.0
-    # With more of the free places there, whatever else is visible, it is not free enough.
-    most = len(free_m)
-    while most > 0 and (len(free_m) - most) / len(free_m) < least:
-        most -= 1
-    for n in range(centers_camera.shape[0]):
-        center = centers_camera[n]
-        x, y, z = ups_camera[n, 0], ups_camera[n, 1], ups_camera[n, 2]
-        across = np.hypot(x, y)
-        axes = (-y / across, x / across, x, y, z)
-        noise_m = law_at(center[2], noise)
-        visible, there, _, _ = _count(
-            depth_m, focal_px, principal_px, center, axes, free_m, tolerances_m, noise_m, most
+    left, left_camera = np.arange(len(centers_camera)), centers_camera.copy()
+    for part, places_m in enumerate((free_m, inside_m, shoulders_m)):
+        counts = _count(
+            depth_m, focal_px, principal_px, left_camera, up_camera, places_m, tolerances_m, noise
         )
-        free = (visible - there) / max(visible, len(free_m) / 2)
-        if free < least:
-            continue
-        _, there, _, outside = _count(
-            depth_m, focal_px, principal_px, center, axes, inside_m, tolerances_m, noise_m,
-            len(inside_m),
-        )  # fmt: skip
-        inside = there / max(len(inside_m) - outside, len(inside_m) / 2)
-        if inside * free < least:
-            continue
-        visible, there, behind, _ = _count(
-            depth_m, focal_px, principal_px, center, axes, shoulders_m, tolerances_m, noise_m,
-            len(shoulders_m),
-        )  # fmt: skip
-        out_evidence[0, n] = inside
-        out_evidence[1, n] = free
-        out_evidence[2, n] = (there + behind) / max(visible, 1)
-        out_evidence[3, n] = visible / len(shoulders_m)
+        kept = 0
+        for k in range(len(left)):
+            n = left[k]
+            visible, there, behind, outside = counts[0, k], counts[1, k], counts[2, k], counts[3, k]
+            if part == 0:
+                out_evidence[1, n] = (visible - there) / max(visible, len(places_m) / 2)
+                is_good = out_evidence[1, n] >= least
+            elif part == 1:
+                out_evidence[0, n] = there / max(len(places_m) - outside, len(places_m) / 2)
+                is_good = out_evidence[0, n] * out_evidence[1, n] >= least
+            else:
+                out_evidence[2, n] = (there + behind) / max(visible, 1)
+                out_evidence[3, n] = visible / len(places_m)
+                is_good = True
+            if is_good:
+                left[kept] = n
+                _copy(left_camera, k, left_camera, kept)
+                kept += 1
+            else:
+                out_evidence[:, n] = 0.0
+        left, left_camera = left[:kept], left_camera[:kept]
 
 
 @njit(nogil=True)
@@ -155,13 +169,6 @@ def _confidence(evidence: NDArray[np.float64], n: int, hidden_shoulders: float) 
     for `hidden_shoulders`."""
     shoulders = evidence[3, n] * evidence[2, n] + (1.0 - evidence[3, n]) * hidden_shoulders
     return evidence[0, n] * evidence[1, n] * shoulders
-
-
-@njit(nogil=True)
-def _copy(source: NDArray[np.float64], n: int, out: NDArray[np.float64], k: int) -> None:
-    """A row of [N, 3] to one of [K, 3]."""
-    for axis in range(3):
-        out[k, axis] = source[n, axis]
 
 
 @njit(cache=True, nogil=True)
@@ -180,12 +187,10 @@ def confidences(
     """[N] that centres [N, 3] are heads, each as it stands best, 0..1; the other arguments are
     those of `find_heads`."""
     count = len(centers_camera)
-    evidence, ups, best = np.empty((4, count)), np.empty((count, 3)), np.zeros(count)
+    evidence, best = np.empty((4, count)), np.zeros(count)
     for t in range(len(ups_camera)):
-        for n in range(count):
-            _copy(ups_camera, t, ups, n)
         fit_template(
-            depth_m, focal_px, principal_px, centers_camera, ups,
+            depth_m, focal_px, principal_px, centers_camera, ups_camera[t],
             places_m[0], places_m[1], places_m[2], tolerances_m, noise, 0.0, evidence,
         )  # fmt: skip
         for n in range(count):
@@ -276,7 +281,7 @@ def places_of_heads(
     surface_m: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """[N, 3] points in the picture, below tops along each of [T, 3] directions, and [N] which
-    direction.
+    direction, ascending.
 
     A top is a point, nearer than `max_depth_m`, whose upper neighbour in the image has no reading
     or is further away by more than `step_m`. What is `below_m` below it counts where the depth
@@ -431,14 +436,15 @@ def find_heads(
         tops[0], tops[1], tops[2], tops[3],
     )  # fmt: skip
     count = len(centers)
-    ups = np.empty((count, 3))
-    for n in range(count):
-        _copy(ups_camera, directions[n], ups, n)
-    evidence = np.empty((4, count))
-    fit_template(
-        depth_m, focal_px, principal_px, centers, ups,
-        places_m[0], places_m[1], places_m[2], tolerances_m, noise, least, evidence,
-    )  # fmt: skip
+    evidence, first = np.empty((4, count)), 0
+    for t in range(len(ups_camera)):
+        last = first + np.count_nonzero(directions == t)
+        fit_template(
+            depth_m, focal_px, principal_px, centers[first:last], ups_camera[t],
+            places_m[0], places_m[1], places_m[2], tolerances_m, noise, least,
+            evidence[:, first:last],
+        )  # fmt: skip
+        first = last
     good, lone, lone_ups = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
     confidence, alone = np.empty(count + 1), np.empty(count + 1)
     goods, lones = 0, 0
@@ -450,7 +456,7 @@ def find_heads(
         alone[lones] = upright[directions[n]] * evidence[0, n] * evidence[1, n]
         if alone[lones] >= least and evidence[2, n] * evidence[3, n] <= 1.0 - unread:
             _copy(centers, n, lone, lones)
-            _copy(ups, n, lone_ups, lones)
+            _copy(ups_camera, directions[n], lone_ups, lones)
             lones += 1
     is_shoulder = below_others(good[:goods], up_camera, shoulder[0], shoulder[1], shoulder[2])
     shares = unread_shares(

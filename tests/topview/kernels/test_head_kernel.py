@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -31,7 +33,7 @@ BEFORE_M, BEHIND_M, FAR_BEHIND_M = 0.1, 0.15, 0.5
 NOISE = (0.003, 0.005, 0.01)
 
 
-def noise_at(z: float) -> float:
+def noise_at(z: Any) -> Any:
     return NOISE[0] + NOISE[1] * z + NOISE[2] * z**2
 
 
@@ -71,14 +73,12 @@ def test_every_place_of_the_template_is_seen_as_defined(seed: int) -> None:
     centers = rng.uniform([-1.0, -1.0, -0.2], [1.0, 1.0, 4.0], (8, 3))
     offsets = rng.uniform(-0.3, 0.3, (12, 3))
 
-    def look(place: np.ndarray, noise_m: float) -> int:
-        return look_at(
-            depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), place[0], place[1], place[2],
-            (BEFORE_M, BEHIND_M, FAR_BEHIND_M), noise_m,
-        )  # fmt: skip
-
-    seen = [[look(place, noise_at(center[2])) for place in center + offsets] for center in centers]
-    np.testing.assert_array_equal(seen, definition(depth_m, centers, offsets))
+    places = (centers[:, None] + offsets).reshape(-1, 3).T.copy()
+    seen = look_at(
+        depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), places,
+        (BEFORE_M, BEHIND_M, FAR_BEHIND_M), np.repeat(noise_at(centers[:, 2]), 12),
+    )  # fmt: skip
+    np.testing.assert_array_equal(seen.reshape(8, 12), definition(depth_m, centers, offsets))
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.2, 0.4]))
@@ -87,17 +87,17 @@ def test_the_evidence_is_shares_of_the_places_that_are_seen(seed: int, least: fl
     rng = np.random.default_rng(seed)
     depth_m = a_scene(rng)
     centers = rng.uniform([-1.0, -1.0, 0.5], [1.0, 1.0, 3.0], (10, 3))
-    angles = rng.uniform(-1.0, 1.0, 10)
-    ups = np.stack([np.sin(angles), -np.cos(angles) * 0.8, -np.cos(angles) * 0.6], axis=1)
+    angle = rng.uniform(-1.0, 1.0)
+    up = np.array([np.sin(angle), -np.cos(angle) * 0.8, -np.cos(angle) * 0.6])
     parts = tuple(rng.uniform(-0.3, 0.3, (places, 2)) for places in (5, 7, 9))
     evidence = np.empty((4, 10))
     fit_template(
-        depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), centers, ups,
+        depth_m, (CAMERA.fx, CAMERA.fy), (CAMERA.cx, CAMERA.cy), centers, up,
         parts[0], parts[1], parts[2],
         (BEFORE_M, BEHIND_M, FAR_BEHIND_M), NOISE, least, evidence,
     )  # fmt: skip
-    for n, (center, up) in enumerate(zip(centers, ups, strict=True)):
-        right = np.array([-up[1], up[0], 0.0]) / np.hypot(up[0], up[1])
+    right = np.array([-up[1], up[0], 0.0]) / np.hypot(up[0], up[1])
+    for n, center in enumerate(centers):
         inside, free, shoulders = (
             definition(depth_m, center[None], places @ np.stack([right, up]))[0] for places in parts
         )
