@@ -22,13 +22,40 @@ def share_within(
     height, width = is_body.shape
     pixels, within = 0, 0
     for row in range(height):
+        rights_m, forwards_m, is_own = plan_m[0, row], plan_m[1, row], is_body[row]
+        # Without branches, so that several pixels are looked at together.
         for column in range(width):
-            if is_body[row, column]:
-                right = plan_m[0, row, column] - right_m
-                forward = plan_m[1, row, column] - forward_m
-                pixels += 1
-                within += right * right + forward * forward < radius_m * radius_m
+            right, forward = rights_m[column] - right_m, forwards_m[column] - forward_m
+            is_near = right * right + forward * forward < radius_m * radius_m
+            pixels += is_own[column]
+            within += is_own[column] & is_near
     return within / pixels if pixels else np.nan
+
+
+@njit(cache=True, nogil=True)
+def lowest_of(
+    is_body: NDArray[np.bool_],
+    depth_m: NDArray[np.float32],
+    heights_m: NDArray[np.float32],
+    before_m: float,
+) -> float:
+    """Height of a body's lowest pixels [h, w]; NaN where they are cut off, by the picture's border
+    or by what is nearer by more than `before_m` in the two rows below them."""
+    height, width = is_body.shape
+    last = height - 1
+    while last >= 0 and not is_body[last].any():
+        last -= 1
+    if last < 0 or last + 2 >= height:
+        return np.nan
+    lowest_m = np.float32(np.inf)
+    for column in range(width):
+        if is_body[last, column]:
+            lowest_m = min(lowest_m, heights_m[last, column])
+            hides_m = depth_m[last, column] - np.float32(before_m)
+            for row in (last + 1, last + 2):
+                if 0.0 < depth_m[row, column] < hides_m:
+                    return np.nan
+    return float(lowest_m)
 
 
 @njit(cache=True, nogil=True)

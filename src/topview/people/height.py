@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from bisect import bisect_left, insort
 from collections import deque
-from math import ceil, floor
+from math import ceil, floor, isnan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.heads import HEAD_HALF_HEIGHT_M
-from topview.kernels.bodies import share_within
+from topview.kernels.bodies import lowest_of, share_within
 from topview.room.scene import Scene
 
 # Mean stature of adults, women and men together, in countries that have depth cameras
@@ -29,6 +29,8 @@ HEIGHT_MEMORY_S, LONGEST_UPRIGHT_S = 10.0, 0.2
 # Of one who stands on the floor an ankle is no higher: 4 % of the tallest stature (NASA-STD-3000),
 # and what the noise of the floor hides of it (ours).
 ANKLE_M = 0.12
+# Ours: what is nearer by more than this hides the feet.
+HIDES_M = 0.1
 # Ours. Nobody becomes taller: a head above the stature, besides an error, by so much is unlikely.
 TALLER_M = 0.04
 
@@ -81,10 +83,10 @@ def measured_height(
     is in view the lowest of the body's pixels [h, w], if they end by themselves: not at the
     picture's border nor behind something nearer.
     """
-    ground_m = _lowest(scene, is_body)
+    ground_m = lowest_of(is_body, scene.cloud.depth_m, scene.heights_m, HIDES_M)
     if scene.floor is not None:
-        ground_m = None if ground_m is not None and ground_m > ANKLE_M else 0.0
-    if ground_m is None:
+        ground_m = np.nan if ground_m > ANKLE_M else 0.0
+    if isnan(ground_m):
         return None
     height_m = scene.height_of(head_camera) + HEAD_HALF_HEIGHT_M - ground_m
     if not MIN_HEIGHT_M < height_m < MAX_HEIGHT_M:
@@ -92,18 +94,3 @@ def measured_height(
     right, forward = scene.overview_of(head_camera).tolist()
     upright = share_within(scene.plan_m, is_body, right, forward, UPRIGHT_ASIDE * height_m)
     return height_m if upright > 0.9 else None
-
-
-def _lowest(scene: Scene, is_body: NDArray[np.bool_]) -> float | None:
-    """Height of the body's lowest pixels, None where they are cut off."""
-    depth_m = scene.cloud.depth_m
-    rows = np.flatnonzero(is_body.any(1))
-    if not len(rows):
-        return None
-    last = int(rows[-1])
-    if last + 2 >= depth_m.shape[0]:
-        return None
-    columns = np.flatnonzero(is_body[last])
-    below = depth_m[last + 1 : last + 3, columns]
-    is_hidden = (below > 0.0) & (below < depth_m[last, columns] - 0.1)
-    return None if is_hidden.any() else float(scene.heights_m[last, columns].min())

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from topview.kernels.bodies import measure_body, share_within
+from topview.kernels.bodies import lowest_of, measure_body, share_within
 from topview.kernels.scene import (
     find_cores,
     learn_background,
@@ -161,6 +161,20 @@ def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) ->
     share = share_within(plan, body, 0.1, -0.2, 0.6)
     assert share == pytest.approx((aside < 0.6).mean())
     assert np.isnan(share_within(plan, np.zeros(SHAPE, np.bool_), 0.1, -0.2, 0.6))
+
+
+def test_the_lowest_pixels_are_cut_off_by_the_border_and_by_what_is_nearer() -> None:
+    body, heights = np.zeros((6, 4), np.bool_), np.zeros((6, 4), np.float32)
+    depth = np.full((6, 4), 2.0, np.float32)
+    assert np.isnan(lowest_of(body, depth, heights, 0.1))
+    body[1:4, 1:3], heights[3, 1:3], heights[2] = True, (0.5, 0.25), 0.1
+    assert lowest_of(body, depth, heights, 0.1) == 0.25
+    depth[5, 2] = 0.0
+    depth[5, 1] = 1.95
+    assert lowest_of(body, depth, heights, 0.1) == 0.25
+    assert np.isnan(lowest_of(body, depth, heights, 0.04))
+    body[4] = True
+    assert np.isnan(lowest_of(body, depth, heights, 0.1))
 
 
 def test_a_body_is_measured_as_defined(generator: np.random.Generator) -> None:
