@@ -339,35 +339,31 @@ def _continue_line(
     mean_m: NDArray[np.float32],
     is_known: NDArray[np.bool_],
     tolerance: Law,
-    taken_m: NDArray[np.float32],
+    last_depth_m: NDArray[np.float32],
+    was_somebodys: NDArray[np.bool_],
     baseline_px: int,
-    start: int,
+    first: int,
     step: int,
     count: int,
     out_is_seen: NDArray[np.bool_],
 ) -> None:
-    """`continues_background` along one line of images that are flat: `count` pixels from `start`,
-    `step` apart."""
-    last = -1
-    is_straight = False
-    nearness = slope = 0.0
+    """`continues_background` along one line of images that are flat: up to `count` pixels from the
+    first one that is not known, `step` apart."""
+    last, back = first - step, baseline_px * step
+    nearness = 1.0 / mean_m[last]
+    slope = (nearness - 1.0 / mean_m[last - 2 * back]) / (2 * baseline_px)
+    z = 1.0 / (nearness - slope * baseline_px)
+    if not abs(mean_m[last - back] - z) < 0.5 * law_at(z, tolerance):
+        return
     for place in range(count):
-        here = start + place * step
+        here = first + place * step
         if is_known[here]:
-            last = place
-            continue
-        if last == place - 1:  # the first that is not
-            middle, first = here - (1 + baseline_px) * step, here - (1 + 2 * baseline_px) * step
-            is_straight = last >= 2 * baseline_px and is_known[middle] and is_known[first]
-            if is_straight:
-                nearness = 1.0 / mean_m[here - step]
-                slope = (nearness - 1.0 / mean_m[first]) / (2 * baseline_px)
-                z = 1.0 / (nearness - slope * baseline_px)
-                is_straight = abs(mean_m[middle] - z) < 0.5 * law_at(z, tolerance)
-        if is_straight and depth_m[here] > 0.0:
-            z = 1.0 / (nearness + slope * (place - last))
+            return
+        if depth_m[here] > 0.0:
+            z = 1.0 / (nearness + slope * (place + 1))
             off = law_at(z, tolerance)
-            came_to_light = depth_m[here] > taken_m[here] + off
+            taken_m = last_depth_m[here] if was_somebodys[here] else np.float32(0.0)
+            came_to_light = depth_m[here] > taken_m + off
             out_is_seen[here] |= came_to_light & (abs(depth_m[here] - z) < off)
 
 
@@ -378,24 +374,49 @@ def continues_background(
     steady_s: NDArray[np.float32],
     known_s: float,
     tolerance: Law,
-    taken_m: NDArray[np.float32],
+    last_depth_m: NDArray[np.float32],
+    was_somebodys: NDArray[np.bool_],
     baseline_px: int,
     out_is_seen: NDArray[np.bool_],
 ) -> None:
     """Add to where the background is seen, [h, w], what is not known, but lies on the plane of what
     is known beside it in its row or column: three places there, `baseline_px` apart, are on one
-    line. Along a line of the image the inverse depth of a plane is linear. `taken_m` [h, w] are
-    depths of who stood there in the last frame, 0 for nobody: what is no farther now is still
-    theirs. The other arguments are those of `shows_background`."""
+    line. Along a line of the image the inverse depth of a plane is linear. What is no farther now
+    than in the last frame, `last_depth_m` [h, w], where it was somebody's, [h, w], is still theirs.
+    The other arguments are those of `shows_background`."""
     height, width = depth_m.shape
     z, mean, seen = depth_m.ravel(), mean_m.ravel(), out_is_seen.ravel()
-    taken = taken_m.ravel()
-    known = (steady_s >= np.float32(known_s)).ravel()
+    last_z, was_owned = last_depth_m.ravel(), was_somebodys.ravel()
+    is_known = steady_s >= np.float32(known_s)
+    known, is_first = is_known.ravel(), np.empty(width + 2, np.bool_)
+    middle, behind = 1 + baseline_px, 1 + 2 * baseline_px
     for row in range(height):
-        first, last = row * width, (row + 1) * width - 1
-        _continue_line(z, mean, known, tolerance, taken, baseline_px, first, 1, width, seen)
-        _continue_line(z, mean, known, tolerance, taken, baseline_px, last, -1, width, seen)
-    for column in range(width):
-        last = (height - 1) * width + column
-        _continue_line(z, mean, known, tolerance, taken, baseline_px, column, width, height, seen)
-        _continue_line(z, mean, known, tolerance, taken, baseline_px, last, -width, height, seen)
+        here, upper = is_known[row], is_known[max(row - 1, 0)]
+        lower = is_known[min(row + 1, height - 1)]
+        # Without branches, so that several pixels are looked at together.
+        before, inside, after = is_first[:-2], is_first[1:-1], is_first[2:]
+        is_first[:] = False
+        for column in range(width):
+            before[column] = here[column]
+        for column in range(width):
+            after[column] |= here[column]
+        for column in range(width):
+            is_beside = inside[column] | upper[column] | lower[column]
+            inside[column] = is_beside & (not here[column])
+        for column in range(width):
+            if not inside[column]:
+                continue
+            first, right, below = row * width + column, width - column, height - row
+            for step, room, count in (
+                (1, column, right),
+                (-1, right - 1, column + 1),
+                (width, row, below),
+                (-width, below - 1, row + 1),
+            ):
+                if room < behind or not known[first - step]:
+                    continue
+                if known[first - middle * step] and known[first - behind * step]:
+                    _continue_line(
+                        z, mean, known, tolerance, last_z, was_owned, baseline_px,
+                        first, step, count, seen,
+                    )  # fmt: skip

@@ -31,7 +31,8 @@ class Background:
         self._longest_gap_s = longest_gap_s
         self._mean_m = np.zeros((0, 0), np.float32)
         self._steady_s = np.zeros((0, 0), np.float32)
-        self._taken_m = np.zeros((0, 0), np.float32)  # of who was before it in the last frame
+        # The last frame, and what of it was somebody's.
+        self._last_m, self._was_somebodys = self._mean_m, np.zeros((0, 0), np.bool_)
         self._last_s: float | None = None
 
     def update(
@@ -54,7 +55,7 @@ class Background:
             self._mean_m,
             self._steady_s,
         )
-        self._taken_m = np.where(is_somebodys, depth_m, np.float32(0.0))
+        self._last_m, self._was_somebodys = depth_m, is_somebodys
 
     def forget(self, is_somebodys: NDArray[np.bool_]) -> None:
         """Somebody turned out to have been standing there."""
@@ -77,7 +78,8 @@ class Background:
         is_seen = np.empty(depth_m.shape, np.bool_)
         learnt = self._mean_m, self._steady_s, KNOWN_S, noise.times(TOLERANCE_NOISES, TOLERANCE_M)
         shows_background(depth_m, *learnt, is_seen)
-        continues_background(depth_m, *learnt, self._taken_m, BASELINE_PX, is_seen)
+        before = self._last_m, self._was_somebodys
+        continues_background(depth_m, *learnt, *before, BASELINE_PX, is_seen)
         return is_seen
 
     @property
@@ -101,4 +103,4 @@ class Background:
         """Start anew with images of another size."""
         if self._mean_m.shape != depth_m.shape:
             self._mean_m, self._steady_s = np.zeros_like(depth_m), np.zeros_like(depth_m)
-            self._taken_m = np.zeros_like(depth_m)
+            self._last_m, self._was_somebodys = depth_m, np.zeros(depth_m.shape, np.bool_)
