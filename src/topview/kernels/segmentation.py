@@ -290,7 +290,7 @@ def full_pixels_of(
     # A small row of the user's, and the one below it, as broad as the full one; with one small
     # pixel more, so that every full pixel has four around it.
     most = (ends.max() - begin + 2) * stride
-    wide_m = np.empty((2, most), np.float32)
+    wide_m, rows_m = np.empty((2, most), np.float32), np.empty((stride, most), np.float32)
     is_its, rises = np.empty(most, np.bool_), np.empty(most)
     up_x, up_y = floor[0] / focal_px[0], floor[1] / focal_px[1]
     for n in range(most):
@@ -309,9 +309,14 @@ def full_pixels_of(
         rise_x = rises[offset:]
         upper_m, lower_m = wide_m[i % 2, offset:], wide_m[(i + 1) % 2, offset:]
         upper_right_m, lower_right_m = upper_m[stride:], lower_m[stride:]
+        # Copied first, as what waits for memory then does not wait for what is reckoned of it.
+        for row in range(i * stride, min((i + 1) * stride, full_height)):
+            far_m, near_m = full_depth_m[row, first:last], rows_m[row - i * stride]
+            for n in range(len(far_m)):
+                near_m[n] = far_m[n]
         for row in range(i * stride, min((i + 1) * stride, full_height)):
             rise_y = (row - principal_px[1]) * up_y + floor[2]
-            seen_m = full_depth_m[row, first:last]
+            seen_m = rows_m[row - i * stride, : last - first]
             # Without branches, so that several pixels are looked at together.
             for n in range(len(seen_m)):
                 z = seen_m[n]
