@@ -293,45 +293,48 @@ def connected_regions(
         level, share of pixels with a reading, median reading (0: none).
     """
     height, width = level.shape
-    most = 0
-    is_above = np.zeros(height, np.bool_)
+    most, wide = 0, width + 2
+    # With a border that is never open; what has been visited is not, either.
+    is_open, is_above = np.zeros((height + 2) * wide, np.bool_), np.zeros(height, np.bool_)
     for row in range(box[1], box[3] + 1):
-        above = 0
-        for column in range(box[0], box[2] + 1):
-            above += level[row, column] > low
+        levels, opens, above = level[row], is_open[(row + 1) * wide + 1 :], 0
+        for column in range(width):
+            opens[column] = levels[column] > low
+            above += levels[column] > low
         is_above[row] = above > 0
         most += above
     out_pixels, readings_m = np.empty((most, 2), np.float32), np.empty(most, np.float32)
-    regions = most // least_pixels + 1
+    queue, regions = np.empty(most, np.int32), most // least_pixels + 1
     out_starts, out_boxes = np.zeros(regions + 1, np.int32), np.empty((regions, 4), np.int32)
-    out_means, is_visited = np.empty((regions, 3)), np.zeros((height, width), np.bool_)
+    out_means = np.empty((regions, 3))
     count, end = 0, 0
     for first_row in range(box[1], box[3] + 1):
         if not is_above[first_row]:
             continue
         for first_column in range(box[0], box[2] + 1):
-            if level[first_row, first_column] <= low or is_visited[first_row, first_column]:
+            first = (first_row + 1) * wide + first_column + 1
+            if not is_open[first]:
                 continue
             start = end
             left, top, right, bottom = first_column, first_row, first_column, first_row
             highest, total, readings = 0, 0, 0
-            is_visited[first_row, first_column] = True
-            out_pixels[end, 0], out_pixels[end, 1] = first_column, first_row
+            is_open[first], queue[end] = False, first
             end += 1
             at = start
-            while at < end:  # the region's pixels are their own queue
-                column, row = int(out_pixels[at, 0]), int(out_pixels[at, 1])
+            while at < end:
+                place = np.int64(queue[at])
+                row, column = place // wide - 1, place % wide - 1
+                out_pixels[at, 0], out_pixels[at, 1] = column, row
                 at += 1
                 left, right, bottom = min(left, column), max(right, column), max(bottom, row)
                 highest, total = max(highest, level[row, column]), total + level[row, column]
                 if depth_m[row, column] > 0.0:
                     readings_m[readings] = depth_m[row, column]
                     readings += 1
-                for i in range(max(row - 1, 0), min(row + 2, height)):
-                    for j in range(max(column - 1, 0), min(column + 2, width)):
-                        if level[i, j] > low and not is_visited[i, j]:
-                            is_visited[i, j] = True
-                            out_pixels[end, 0], out_pixels[end, 1] = j, i
+                for middle in (place - wide, place, place + wide):
+                    for other in (middle - 1, middle, middle + 1):
+                        if is_open[np.uint32(other)]:
+                            is_open[np.uint32(other)], queue[end] = False, other
                             end += 1
             size = end - start
             if size < least_pixels or highest <= high:
