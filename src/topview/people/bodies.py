@@ -113,10 +113,12 @@ def is_short(scene: Scene, is_own: Mask) -> bool:
 def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:
     """[h, w] how far each pixel is from the nearest head of those whose body it is, infinity where
     it is nobody's."""
-    nearest_m = np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
-    for track in tracks:
-        if track.body_m is not None:
-            np.minimum(nearest_m, track.body_m, out=nearest_m)
+    bodies_m = [track.body_m for track in tracks if track.body_m is not None]
+    if not bodies_m:
+        return np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
+    nearest_m = bodies_m[0].copy()
+    for body_m in bodies_m[1:]:
+        np.minimum(nearest_m, body_m, out=nearest_m)
     return nearest_m
 
 

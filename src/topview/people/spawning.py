@@ -139,11 +139,12 @@ def _may_be_its(scene: Scene, track: Track, head: HeadCandidate, others: Sequenc
     """Whether a head on a track's body, nearer to none of other people's, is no lower than what is
     followed, but for what that is unlike a head, and looks much more like one; of a track that is
     neither confirmed nor asked about, shape decides (`_is_better`)."""
+    if not _is_surer(track, head) and (track.id or track.evidence.asked_s):
+        return False
     up_m = float((head.center_camera - track.place_camera) @ scene.up_camera)
     own_m = dist(track.place_camera.tolist(), head.place)
     return (
         up_m > -LOWER_M * (1.0 - track.confidence)
-        and (_is_surer(track, head) or not (track.id or track.evidence.asked_s))
         and reaches(scene, track, head)
         and all(dist(other.place_camera.tolist(), head.place) > own_m for other in others)
     )

@@ -142,7 +142,7 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
         """Depth of the farthest that has been seen; nobody is behind it."""
         return np.inf if self.steady is None else self.steady.farthest_m
 
-    @property
+    @cached_property
     def time_s(self) -> float:
         """Of the frame."""
         return self.cloud.frame.timestamp_s
@@ -213,6 +213,6 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
 
 def overview_basis(up_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     """[2, 3] unit vectors along the floor: to the camera's right, and forward."""
-    right = right_of(up_camera)
-    (x, y, z), (right_x, right_y, _) = up_camera, right
-    return np.stack([right, np.array([-z * right_y, z * right_x, x * right_y - y * right_x])])
+    (x, y, z), right = up_camera.tolist(), right_of(up_camera).tolist()
+    right_x, right_y, _ = right
+    return np.array([right, [-z * right_y, z * right_x, x * right_y - y * right_x]])
