@@ -230,18 +230,26 @@ def print_held(name: str, of_set: Stated) -> None:
     print(f"median residual {np.median(of_set.residual):.3f}, doubt {np.median(of_set.doubt):.4f}")
 
 
-def known_share(recordings: Samples, weights: Path) -> float:
-    """Share that has to hold of people as they are for 90 % to hold of those with other
-    proportions, of joints in view."""
+def known_shares(recordings: Samples, weights: Path) -> tuple[float, float]:
+    """Shares that have to hold of people as they are for 90 % to hold of those with other
+    proportions, of joints in view: of intervals, and of ellipsoids."""
     network = opened(weights.read_bytes()).answers
     known, other = (
         _in_scales(network, recordings, how) for how in (AS_THEY_ARE, OTHER_PROPORTIONS)
     )
+    return _share_below(known, other), _share_below(_squared(known), _squared(other))
+
+
+def _share_below(known: Array, other: Array) -> float:
     return float(np.mean(known < np.quantile(other, INTERVALS[INTERVAL])))
 
 
+def _squared(errors: Array) -> Array:
+    return (errors**2).sum(-1)
+
+
 def _in_scales(network: Network, samples: Samples, how: Variation) -> Array:
-    """[N] errors of windows' joints in view, each axis for itself, in scales, offsets out."""
+    """[N, 3] errors of windows' joints in view, in scales, offsets out."""
     off, scales = [], []
     for number in range(0, len(samples), max(1, len(samples) // COMPARED_WINDOWS)):
         answer = answer_to(network, samples, number, how)
@@ -249,7 +257,7 @@ def _in_scales(network: Network, samples: Samples, how: Variation) -> Array:
         off.append(np.where(is_hidden[:, None], np.nan, answer.off))
         scales.append(answer.scales)
     errors = np.abs(off - np.nanmean(off, axis=0)) / scales
-    return errors[np.isfinite(errors)]
+    return errors.reshape(-1, 3)[np.isfinite(errors).all(-1).ravel()]
 
 
 def fit(rendered: Stated, others: Sequence[Stated], known_held: float) -> Trust:
@@ -323,8 +331,9 @@ def main(
             print_held(f"UTD-MHAD {glob}", others[-1])
     if own is not None and others:
         samples = gathered([read_labelled(each) for each in folders_in(rendered)])
-        known_held = known_share(samples, weights or WEIGHTS)
-        print(f"{100 * known_held:.1f} % have to hold of people whom the network knows")
+        known_held, in_ellipsoids = known_shares(samples, weights or WEIGHTS)
+        print(f"{100 * known_held:.1f} % have to hold of people whom the network knows,")
+        print(f"{100 * in_ellipsoids:.1f} % of ellipsoids (`KNOWN_SHARE` of train-confidence)")
         print(f"fitted: {fit(own, others, known_held)}")
 
 

@@ -4,7 +4,8 @@ A joint's error is a multivariate Student law: as a Gaussian one, with more of t
 far too large. Its matrix is a sum of terms that the frame tells (`JointSigns.terms`), each with a
 weight that `topview train-confidence` has fitted. However unsure a proposal is, the body is where
 it is: what it states is bounded. What is told as the covariance is scaled so that
-the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these.
+the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these. How large that is
+was counted: the likeliest Student law has its 90 % too far out.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Final
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtr, fdtri
+from scipy.special import fdtr
 
 from topview.body.parts import (
     LEFT_FOREARM,
@@ -95,6 +96,9 @@ class JointErrors(msgspec.Struct, frozen=True):
         tails: degrees of freedom of the Student law; fewer have more errors that are far too
             large.
         tails_behind: the same of joints behind another person.
+        ellipsoid: squared radius, in units of the law, of the ellipsoid that holds
+            `ELLIPSOID_SHARE` of the errors of people whom the proposer has not learnt.
+        ellipsoid_behind: the same of joints behind another person.
     """
 
     source: str
@@ -109,6 +113,8 @@ class JointErrors(msgspec.Struct, frozen=True):
     most_m2: float
     tails: float
     tails_behind: float
+    ellipsoid: float
+    ellipsoid_behind: float
 
     @property
     def weights(self) -> Array:
@@ -131,6 +137,10 @@ class JointErrors(msgspec.Struct, frozen=True):
     def tails_of(self, is_behind: NDArray[np.bool_]) -> Array:
         """[N] degrees of freedom of the laws, of joints that another person hides or not."""
         return np.where(is_behind, self.tails_behind, self.tails)
+
+    def ellipsoids_of(self, is_behind: NDArray[np.bool_]) -> Array:
+        """[N] squared radii of the ellipsoids that hold `ELLIPSOID_SHARE`, in units of the laws."""
+        return np.where(is_behind, self.ellipsoid_behind, self.ellipsoid)
 
 
 @cache
@@ -223,10 +233,11 @@ def told_errors(
     of joints that are absent."""
     matrices = errors.matrices(signs.terms())
     tails = errors.tails_of(signs.is_behind)
+    ellipsoids = errors.ellipsoids_of(signs.is_behind)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
-    covariances = student_covariances(matrices, tails)
+    covariances = ellipsoid_covariances(matrices, ellipsoids)
     covariances[is_absent] = np.nan
-    confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails))
+    confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails, ellipsoids))
     return covariances.astype(np.float32), confidences.astype(np.float32)
 
 
@@ -237,21 +248,21 @@ def bounded(matrices: Array, most: float) -> Array:
     return 0.5 * (less + np.swapaxes(less, -1, -2))
 
 
-def student_covariances(matrices: Array, tails: Array) -> Array:
-    """[N, 3, 3] of [N, 3, 3] matrices of Student laws: those whose Gaussian ellipsoids hold
-    `ELLIPSOID_SHARE` of the errors."""
-    return matrices * (_ellipsoids(tails) / ELLIPSOID)[:, None, None]
+def ellipsoid_covariances(matrices: Array, ellipsoids: Array) -> Array:
+    """[N, 3, 3] covariances whose Gaussian ellipsoids of `ELLIPSOID_SHARE` are those of [N] squared
+    radii in units of [N, 3, 3] matrices."""
+    return matrices * (ellipsoids / ELLIPSOID)[:, None, None]
 
 
-def confidences_of(covariances_m2: Array, tails: Array) -> Array:
-    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `student_covariances` and
-    [N] degrees of freedom; NaN where a covariance is.
+def confidences_of(covariances_m2: Array, tails: Array, ellipsoids: Array) -> Array:
+    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `ellipsoid_covariances`,
+    and [N] degrees of freedom and squared radii of the laws; NaN where a covariance is.
 
     An error is a direction and a length, independent of each other in units of the law. The mean
     over directions is taken at 13 of them, which is good to 0.02 for ellipsoids up to four times as
     long as they are thick.
     """
-    matrices = covariances_m2 * (ELLIPSOID / _ellipsoids(tails))[:, None, None]
+    matrices = covariances_m2 * (ELLIPSOID / ellipsoids)[:, None, None]
     axes = _roots(matrices)
     lengths_m2 = ((axes @ _DIRECTIONS.T) ** 2).sum(-2)
     return fdtr(3.0, tails[:, None], RIGHT_M**2 / (3.0 * lengths_m2)) @ _SHARES
@@ -263,11 +274,6 @@ def _roots(matrices: Array) -> Array:
     roots = np.full(matrices.shape, np.nan)
     roots[is_known] = np.linalg.cholesky(matrices[is_known])
     return roots
-
-
-def _ellipsoids(tails: Array) -> Array:
-    """[N] squared radii, in units of the law, of the ellipsoids that hold `ELLIPSOID_SHARE`."""
-    return 3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)
 
 
 def _levers(joints_camera: Array) -> Array:

@@ -41,12 +41,13 @@ def told_both_ways(
     as tracked forward and backward; what was told forward where either tells nothing."""
     forward, backward = (own["joint_covariance_m2"].astype(np.float64) for own in (people, others))
     is_known = are_laws(forward) & are_laws(backward)
-    is_behind = people["joint_state"] == JointState.OCCLUDED_BY_PERSON
-    apart = people["joints_camera"] - others["joints_camera"]
-    mixed = _mixed(forward[is_known], backward[is_known], apart[is_known], is_behind[is_known])
-    tails = shipped_joint_errors().tails_of(is_behind[is_known])
+    is_behind = (people["joint_state"] == JointState.OCCLUDED_BY_PERSON)[is_known]
+    apart = (people["joints_camera"] - others["joints_camera"])[is_known]
+    mixed = _mixed(forward[is_known], backward[is_known], apart, is_behind)
+    errors = shipped_joint_errors()
+    laws = errors.tails_of(is_behind), errors.ellipsoids_of(is_behind)
     covariances, confidences = forward, people["joint_confidence"].copy()
-    covariances[is_known], confidences[is_known] = mixed, confidences_of(mixed, tails)
+    covariances[is_known], confidences[is_known] = mixed, confidences_of(mixed, *laws)
     return covariances.astype(np.float32), confidences
 
 

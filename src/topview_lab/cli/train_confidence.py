@@ -18,11 +18,17 @@ from topview.detect.joints.proposers import NETWORK
 from topview.io import write_atomically
 from topview.records import InputError
 from topview.track import TrackerSettings
-from topview.track.joint_errors import JointErrors
+from topview.track.joint_errors import JointErrors, shipped_joint_errors
 from topview_lab.datasets import find_folder_recordings
 from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import empty_table
-from topview_lab.training.joint_errors import ErrorRows, ErrorsJob, TermErrors, fit_joint_errors
+from topview_lab.training.joint_errors import (
+    ErrorRows,
+    ErrorsJob,
+    TermErrors,
+    fit_joint_errors,
+    with_ellipsoids,
+)
 from topview_lab.training.people_fit import described
 
 WITH_AND_WITHOUT: Final = (
@@ -30,11 +36,13 @@ WITH_AND_WITHOUT: Final = (
     TrackerSettings(threads=1, proposals="none"),
 )
 """How each recording is tracked: the two kinds of joints have laws of their own."""
+ELLIPSOIDS: Final = "; ellipsoids: "  # in `JointErrors.source`, before what these were counted on
 
 
 def train_confidence(
     *folders: Path,
     out: Path,
+    ellipsoids: Annotated[bool, Parameter(negative="")] = False,
     workers: int = 0,
     force: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -47,6 +55,7 @@ def train_confidence(
     Args:
         folders: recordings with groundtruth.npz, or folders of such.
         out: the .json to write; it takes effect as src/topview/track/joint_errors.json.
+        ellipsoids: keep the laws that ship, and count anew what their ellipsoids hold.
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
@@ -55,25 +64,36 @@ def train_confidence(
     prepare_output_file("--out", out, force)
     recordings = find_folder_recordings(folders)
     compile_kernels()
-    jobs = [ErrorsJob(own, settings) for settings in WITH_AND_WITHOUT for own in recordings]
+    tried = WITH_AND_WITHOUT[:1] if ellipsoids else WITH_AND_WITHOUT
+    jobs = [ErrorsJob(own, settings) for settings in tried for own in recordings]
     done = run_all(jobs, workers)
     if done.interrupted:
         return INTERRUPTED
     warn(*(own for own in done.results if isinstance(own, str)), *done.problems)
+    count = len(recordings)
     usable = [
-        [own for own in of_settings if isinstance(own, TermErrors)]
-        for of_settings in (done.results[: len(recordings)], done.results[len(recordings) :])
+        [own for own in done.results[first : first + count] if isinstance(own, TermErrors)]
+        for first in range(0, len(jobs), count)
     ]
     if not all(usable):
-        raise InputError(f"none of the {len(recordings)} recordings could be used")
+        raise InputError(f"none of the {count} recordings could be used")
     rows = ErrorRows.joined([ErrorRows.of(own) for own in usable])
     words = ["topview", "train-confidence", *(path.resolve().name for path in folders)]
+    words += ["--ellipsoids"] * ellipsoids
     source = f"{described(own.of_kinds.name for own in usable[0])}; {shlex.join(words)}"
-    errors = fit_joint_errors(rows, source)
+    errors = _as_shipped(rows, source) if ellipsoids else fit_joint_errors(rows, source)
     write_atomically(out, msgspec.json.format(msgspec.json.encode(errors), indent=2))
     plain_console().print(_table(errors, len(rows.is_behind)))
     print(f"{out} written: {source}")
     return 0 if sum(map(len, usable)) == len(jobs) else UNUSABLE_INPUT
+
+
+def _as_shipped(rows: ErrorRows, source: str) -> JointErrors:
+    """The laws that ship, with ellipsoids that were counted anew."""
+    shipped = shipped_joint_errors()
+    laws, _, _ = shipped.source.partition(ELLIPSOIDS)
+    shipped = msgspec.structs.replace(shipped, source=f"{laws}{ELLIPSOIDS}{source}")
+    return with_ellipsoids(shipped, rows)
 
 
 def _table(errors: JointErrors, count: int) -> Table:

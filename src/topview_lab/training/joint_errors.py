@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import nan
 from typing import Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -15,7 +17,7 @@ from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.records import InputError, Person
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
-from topview.track.joint_errors import STATED, TERMS, JointErrors, JointSigns
+from topview.track.joint_errors import PROPOSED, STATED, TERMS, JointErrors, JointSigns
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 
@@ -25,6 +27,9 @@ Array = NDArray[np.float64]
 MOST_JOINTS: Final = 20_000  # that are fitted to, evenly taken
 FEWEST_JOINTS: Final = 100  # of each kind
 ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
+# Of people whom the network knows, that ellipsoids have to hold for 90 % to be held of the same
+# people with other proportions (`scripts/fit_familiarity.py`, seeds 100 to 103).
+KNOWN_SHARE: Final = 0.947
 START_LOG_WEIGHT, START_MOST_M2, START_TAILS = -3.0, 0.1, 5.0
 LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
 TAILS: Final = (2.0, 50.0)
@@ -170,8 +175,35 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
     bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]
     args = errors, terms, is_behind, _shares(is_behind, rows.recording[chosen])
     fitted = minimize(_unlikelihood, start, args, jac=True, bounds=bounds, method="L-BFGS-B")
-    values = [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.exp(fitted.x)]
-    return JointErrors(source, *values)
+    return with_ellipsoids(_with_laws(source, map(_rounded, np.exp(fitted.x))), rows)
+
+
+def _with_laws(source: str, values: Iterable[float]) -> JointErrors:
+    """Of everything but the ellipsoids, which are not known yet."""
+    return JointErrors(source, *values, ellipsoid=nan, ellipsoid_behind=nan)
+
+
+def with_ellipsoids(told: JointErrors, rows: ErrorRows) -> JointErrors:
+    """The same with ellipsoids that hold `KNOWN_SHARE` of the errors of proposed joints, of either
+    kind; each recording counts the same."""
+    is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
+    errors, is_behind = rows.errors_camera[is_proposed], rows.is_behind[is_proposed]
+    matrices = told.matrices(rows.terms[:, is_proposed]) + ADDED_M2 * np.eye(3)
+    squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
+    shares = _shares(is_behind, rows.recording[is_proposed])
+    in_view, behind = (
+        _rounded(_weighted_quantile(squared[is_kind], shares[is_kind], KNOWN_SHARE))
+        for is_kind in (~is_behind, is_behind)
+    )
+    return msgspec.structs.replace(told, ellipsoid=in_view, ellipsoid_behind=behind)
+
+
+def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
+    return float(np.quantile(values, share, weights=weights, method="inverted_cdf"))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{SIGNIFICANT_DIGITS}g}")
 
 
 def _unlikelihood(
@@ -179,7 +211,7 @@ def _unlikelihood(
 ) -> tuple[float, Array]:
     """Minus the mean log-likelihood of [N] joints, each of which counts by its share, and how it
     changes with `place`: the logarithms of `JointErrors`' numbers."""
-    told = JointErrors("", *np.exp(place))
+    told = _with_laws("", np.exp(place))
     limited, tails = told.limited(terms), told.tails_of(is_behind)
     values, by_matrix, by_tails = log_likelihoods(errors, told.matrices(terms), tails)
     by_matrix *= shares[:, None, None]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import fdtri
 
 from rendered_bodies import MODEL, standing_pose
 from topview.body import OUTPUT_JOINT_NAMES as JOINT_NAMES
@@ -23,8 +24,8 @@ from topview.track.joint_errors import (
     JointSigns,
     bounded,
     confidences_of,
+    ellipsoid_covariances,
     shipped_joint_errors,
-    student_covariances,
     told_errors,
 )
 from topview.track.visibility import Visibility
@@ -70,10 +71,11 @@ def test_ellipsoids_and_confidences_hold_for_errors_of_the_law(seed, tails):
     count = 20_000
     errors = rng.normal(size=(count, 3)) @ root.T
     errors /= np.sqrt(rng.chisquare(tails, count) / tails)[:, None]
-    covariance = student_covariances((root @ root.T)[None], np.array([tails]))
+    of_law = np.array([tails]), np.array([3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)])
+    covariance = ellipsoid_covariances((root @ root.T)[None], of_law[1])
     squared = (errors * np.linalg.solve(covariance[0], errors.T).T).sum(-1)
     assert (squared <= ELLIPSOID).mean() == pytest.approx(ELLIPSOID_SHARE, abs=0.01)
-    stated = float(confidences_of(covariance, np.array([tails]))[0])
+    stated = float(confidences_of(covariance, *of_law)[0])
     within = (np.linalg.norm(errors, axis=-1) <= RIGHT_M).mean()
     assert stated == pytest.approx(within, abs=0.02)
 

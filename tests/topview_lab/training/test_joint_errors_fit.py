@@ -13,20 +13,24 @@ import pytest
 from skeleton_sequences import write_rendered
 from topview.records import InputError
 from topview.track import TrackerSettings
-from topview.track.joint_errors import PROPOSED, TERMS, JointErrors
+from topview.track.joint_errors import ELLIPSOID, PROPOSED, TERMS, JointErrors
 from topview_lab.cli import train_confidence as command
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
 from topview_lab.training.joint_errors import (
+    KNOWN_SHARE,
     ErrorRows,
     ErrorsJob,
     TermErrors,
     _unlikelihood,
     fit_joint_errors,
     log_likelihoods,
+    with_ellipsoids,
 )
 
-TRUE = JointErrors("made up", 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0)
+SHIPPED = Path(command.__file__).parents[2] / "topview/track/joint_errors.json"
+LAWS = 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0
+TRUE = JointErrors("made up", *LAWS, ellipsoid=12.0, ellipsoid_behind=18.0)
 
 
 def made_up(count: int, seed: int = 0) -> ErrorRows:
@@ -75,7 +79,7 @@ def test_how_a_likelihood_changes_is_how_it_differs() -> None:
     """Against finite differences, of each number that is fitted."""
     rows = made_up(300)
     args = rows.errors_camera, rows.terms, rows.is_behind, np.full(300, 1.0 / 300.0)
-    place = np.log(msgspec.structs.astuple(TRUE)[1:])
+    place = np.log(LAWS)
     _, told = _unlikelihood(place, *args)
     found = [
         (_unlikelihood(place + step, *args)[0] - _unlikelihood(place - step, *args)[0]) / 2e-5
@@ -97,6 +101,23 @@ def test_each_recording_counts_the_same_however_long() -> None:
     )
     first, second = (fit_joint_errors(own, "") for own in (rows, repeated))
     assert second.weights == pytest.approx(first.weights, rel=0.02)
+
+
+def test_ellipsoids_hold_so_many_of_either_kind_of_proposed_joints() -> None:
+    rows = made_up(4000)
+    told = with_ellipsoids(TRUE, rows)
+    squared = (rows.errors_camera**2).sum(-1) / TRUE.matrices(rows.terms)[:, 0, 0]
+    is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
+    is_held = squared < told.ellipsoids_of(rows.is_behind)
+    for is_kind in (rows.is_behind, ~rows.is_behind):
+        assert is_held[is_kind & is_proposed].mean() == pytest.approx(KNOWN_SHARE, abs=0.01)
+    without = ErrorRows(
+        rows.errors_camera[is_proposed],
+        rows.terms[:, is_proposed],
+        rows.is_behind[is_proposed],
+        rows.recording[is_proposed],
+    )
+    assert with_ellipsoids(TRUE, without) == told
 
 
 def test_joined_rows_are_of_recordings_of_their_own() -> None:
@@ -148,6 +169,25 @@ def test_the_command_fits_and_writes(tmp_path, topview, monkeypatch) -> None:
     assert written == fit_joint_errors(rows, written.source)
 
 
+def test_the_command_counts_ellipsoids_alone(tmp_path, topview, monkeypatch) -> None:
+    monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
+    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(ErrorRows, "of", lambda own: made_up(500, seed=len(own)))
+    write_person(tmp_path / "all" / "walk_1")
+    out = tmp_path / "a.json"
+    done = topview("train-confidence", tmp_path / "all", "--out", out, "--ellipsoids")
+    assert done.status == 0
+    shipped, written = (
+        msgspec.json.decode(path.read_bytes(), type=JointErrors) for path in (SHIPPED, out)
+    )
+    laws = shipped.source.split("; ellipsoids: ")[0]
+    assert written.source == (
+        f"{laws}; ellipsoids: 1 recordings: walk 1; topview train-confidence all --ellipsoids"
+    )
+    expected = with_ellipsoids(shipped, made_up(500, seed=1))
+    assert written == msgspec.structs.replace(expected, source=written.source)
+
+
 def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
     monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
     monkeypatch.setattr(command, "compile_kernels", lambda: None)
@@ -174,8 +214,8 @@ def test_too_few_joints_are_refused() -> None:
 
 
 def test_what_ships_is_whole() -> None:
-    text = (Path(command.__file__).parents[2] / "topview/track/joint_errors.json").read_bytes()
-    shipped = msgspec.json.decode(text, type=JointErrors)
+    shipped = msgspec.json.decode(SHIPPED.read_bytes(), type=JointErrors)
     assert shipped.source
     assert (shipped.weights > 0.0).all()
     assert min(shipped.tails, shipped.tails_behind) > 2.0
+    assert min(shipped.ellipsoid, shipped.ellipsoid_behind) > ELLIPSOID
