@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.color_view import ColorView
+from topview.detect.ellipses import Moments
 from topview.detect.skin import SkinRegion
+from topview.kernels.skin import moments
 from topview.records import Camera, Frame
 
 CAMERA = Camera(262.5, 262.5, 79.5, 59.5, 160, 120)
@@ -62,5 +64,5 @@ def regions_of(mask: NDArray[np.bool_], depth_m: float) -> list[SkinRegion]:
         rows, columns = np.nonzero(np.asarray(labels) == label)
         pixels = np.stack([columns, rows], axis=1).astype(np.float32)
         box = int(columns.min()), int(rows.min()), int(columns.max()), int(rows.max())
-        regions.append(SkinRegion(pixels, box, depth_m, 0.01, 0.9))
+        regions.append(SkinRegion(pixels, box, depth_m, 0.01, 0.9, Moments(*moments(pixels))))
     return regions

@@ -114,7 +114,7 @@ class BeliefTables:
         columns = {name: (FEATURES[name], table.T.tolist()) for name, table in self.tables.items()}
         object.__setattr__(self, "_columns", columns)
 
-    def likelihood(self, features: Features) -> Vector:
+    def likelihood(self, features: Features) -> tuple[float, float, float, float]:
         """[4] P(O | kind), the product over the features that are known (Eq. 4.10)."""
         # Four numbers: faster without arrays.
         face = left = right = other = 1.0
@@ -126,26 +126,27 @@ class BeliefTables:
                 face, left, right, other = (
                     face * of_face, left * of_left, right * of_right, other * of_other
                 )  # fmt: skip
-        return np.array([face, left, right, other])
+        return face, left, right, other
 
-    def updated(self, belief: Vector | None, features: Features, elapsed_s: float) -> Vector:
-        """[4] B_t of B_{t-1} and an observation (Eq. 4.9); they sum to one.
+    def updated(
+        self, before: Sequence[Vector | None], observations: Sequence[Features], elapsed_s: float
+    ) -> Vector:
+        """[N, 4] B_t of B_{t-1}, [4] each, None of what is new, and an observation of each
+        (Eq. 4.9); rows sum to one.
 
         An observation weighs less the sooner it follows the one before: at 30 frames a second,
         consecutive ones are far from independent.
         """
-        if belief is None:
-            posterior = self.prior * self.likelihood(features)
-        else:
-            weight = min(elapsed_s / NEW_EVIDENCE_S, 1.0)
-            posterior = belief * self.likelihood(features) ** weight
-        # Four numbers: faster without arrays.
-        face, left, right, other = posterior.tolist()
-        total = max(face + left + right + other, 1e-300)
-        face, left = max(face / total, LEAST_BELIEF), max(left / total, LEAST_BELIEF)
-        right, other = max(right / total, LEAST_BELIEF), max(other / total, LEAST_BELIEF)
-        total = face + left + right + other
-        return np.array([face / total, left / total, right / total, other / total])
+        likelihoods = np.array([self.likelihood(features) for features in observations])
+        likelihoods = likelihoods.reshape(-1, len(Kind))
+        is_new = np.array([belief is None for belief in before], np.bool_)
+        weighed = likelihoods ** min(elapsed_s / NEW_EVIDENCE_S, 1.0)
+        weighed[is_new] = likelihoods[is_new]
+        known = [self.prior if belief is None else belief for belief in before]
+        posterior = np.array(known).reshape(weighed.shape) * weighed
+        shares = posterior / np.maximum(posterior.sum(1, keepdims=True), 1e-300)
+        beliefs = np.maximum(shares, LEAST_BELIEF)
+        return beliefs / beliefs.sum(1, keepdims=True)
 
     def only(self, names: Sequence[str]) -> BeliefTables:
         """The tables of these features alone."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from topview.detect.color_view import ColorView
 from topview.detect.ellipses import Ellipse, Moments
 from topview.detect.skin import SkinRegion
-from topview.kernels.skin import count_values, median_reading, paint, share_pixels, shift_pixels
+from topview.kernels.skin import move_onto, paint, share_pixels, shift_pixels
 
 Pixels = NDArray[np.float32]
 
@@ -76,11 +76,16 @@ class Blob:
     overlap: float = 0.0
     merged_since_s: float | None = None
 
-    def move(self, elapsed_s: float, spread_px: float) -> None:
-        """Propagate its pixels; the ellipse grows by the uncertainty of their places."""
+    def move_onto(
+        self, elapsed_s: float, spread_px: float, label_of: NDArray[np.int32], labels: int
+    ) -> int:
+        """Propagate its pixels; the ellipse grows by the uncertainty of their places. Gives the
+        label, up to `labels`, in [h, w] on which most of them land, 0 where none does."""
         vx, vy = self.velocity_px_s
-        self.shift(vx * elapsed_s, vy * elapsed_s)
+        dx, dy = vx * elapsed_s, vy * elapsed_s
+        self.moments = self.moments.moved(dx, dy)
         self.ellipse = Ellipse.of_moments(self.moments, spread_px)
+        return move_onto(self.pixels, dx, dy, label_of, labels)
 
     def shift(self, dx: float, dy: float) -> None:
         """Move its pixels, in place."""
@@ -91,6 +96,24 @@ class Blob:
         """Keep a share of its velocity."""
         vx, vy = self.velocity_px_s
         self.velocity_px_s = kept * vx, kept * vy
+
+
+class Seen(NamedTuple):
+    """What a frame shows of a blob.
+
+    Attributes:
+        region: supports it.
+        pixels: [N, 2] (x, y), those of the region's that are its own.
+        moments: of them.
+        depth_m: median of their readings, 0 if not known.
+        overlap: share of them that other blobs claim too.
+    """
+
+    region: SkinRegion
+    pixels: Pixels
+    moments: Moments
+    depth_m: float
+    overlap: float
 
 
 class BlobTracker:
@@ -106,13 +129,7 @@ class BlobTracker:
         now_s = view.frame.timestamp_s
         elapsed_s = 0.0 if self._last_s is None else max(now_s - self._last_s, 0.0)
         self._last_s = now_s
-        for blob in self.blobs:
-            focal_px = view.camera.fx / (blob.depth_m or USUAL_DEPTH_M)
-            unseen_s = max(now_s - blob.seen_s, 0.0)
-            spread_m = min(SPREAD_MPS * unseen_s, GREATEST_SPREAD_M)
-            blob.move(elapsed_s, spread_m * focal_px)
-            blob.region = None
-        supports = self._supports(view, regions)
+        supports = self._supports(view, regions, elapsed_s)
         for r, blobs in supports.items():
             self._assign(view, regions[r], blobs, elapsed_s)
         for blob in self.blobs:
@@ -122,18 +139,18 @@ class BlobTracker:
         self._prune(now_s)
         for r, region in enumerate(regions):
             if r not in supports and not any(
-                blob.ellipse.count(region.pixels, region.box) for blob in self.blobs
+                blob.ellipse.is_near(region.box) and blob.ellipse.count(region.pixels)
+                for blob in self.blobs
             ):  # Eq. 4.5
                 self.blobs.append(self._new(region, now_s))
         return self.blobs
 
     def _new(self, region: SkinRegion, now_s: float) -> Blob:
-        moments = Moments.of_pixels(region.pixels)
         blob = Blob(
             id=self._next_id,
             pixels=region.pixels,
-            moments=moments,
-            ellipse=Ellipse.of_moments(moments),
+            moments=region.moments,
+            ellipse=Ellipse.of_moments(region.moments),
             depth_m=region.depth_m,
             born_s=now_s,
             seen_s=now_s,
@@ -142,77 +159,54 @@ class BlobTracker:
         self._next_id += 1
         return blob
 
-    def _supports(self, view: ColorView, regions: Sequence[SkinRegion]) -> dict[int, list[Blob]]:
-        """The blobs that each region supports, by the region's index.
+    def _supports(
+        self, view: ColorView, regions: Sequence[SkinRegion], elapsed_s: float
+    ) -> dict[int, list[Blob]]:
+        """Propagate the blobs; gives those that each region supports, by the region's index.
 
         A blob keeps the region on which most of its propagated pixels land, or takes the one with
         which its ellipse shares most pixels.
         """
-        region_of = np.zeros(view.depth_m.shape, np.int32)
+        label_of = np.zeros(view.depth_m.shape, np.int32)
         for r, region in enumerate(regions):
-            paint(region.pixels, r + 1, region_of)
+            paint(region.pixels, r + 1, label_of)
         supports: dict[int, list[Blob]] = {}
         for blob in self.blobs:
-            counts = np.zeros(len(regions) + 1, np.int64)
-            count_values(blob.pixels, region_of, counts)
-            landed = counts[1:].tolist()
-            if not any(landed):
-                landed = [blob.ellipse.count(region.pixels, region.box) for region in regions]
-            if any(landed):
-                supports.setdefault(landed.index(max(landed)), []).append(blob)
+            focal_px = view.camera.fx / (blob.depth_m or USUAL_DEPTH_M)
+            unseen_s = max(view.frame.timestamp_s - blob.seen_s, 0.0)
+            spread_m = min(SPREAD_MPS * unseen_s, GREATEST_SPREAD_M)
+            blob.region = None
+            label = blob.move_onto(elapsed_s, spread_m * focal_px, label_of, len(regions))
+            label = label or _most_shared(blob.ellipse, regions)
+            if label:
+                supports.setdefault(label - 1, []).append(blob)
         return supports
 
     def _assign(
         self, view: ColorView, region: SkinRegion, blobs: list[Blob], elapsed_s: float
     ) -> None:
         """Assign a region's pixels to its blobs and update each with its own."""
-        now_s = view.frame.timestamp_s
         if len(blobs) == 1:
-            self._update_blob(
-                blobs[0], region, region.pixels, region.depth_m, 0.0, elapsed_s, now_s
-            )
+            seen = Seen(region, region.pixels, region.moments, region.depth_m, 0.0)
+            _update_blob(blobs[0], seen, elapsed_s, view.frame.timestamp_s)
             return
         # To all in whose ellipses they lie, or to the nearest; among the blobs at their depth, if
         # there are any.
-        belongs = np.empty((len(blobs), len(region.pixels)), np.bool_)
-        overlaps = share_pixels(
+        pixels, starts, values = share_pixels(
             region.pixels,
             view.depth_m,
             np.array([blob.ellipse.parameters for blob in blobs]),
             np.array([blob.depth_m for blob in blobs]),
             SAME_DEPTH_M,
-            belongs,
         )
-        for blob, is_its, overlap in zip(blobs, belongs, overlaps.tolist(), strict=True):
-            own = region.pixels[is_its]
-            if len(own):
-                depth_m = median_reading(own, view.depth_m) or region.depth_m
-                self._update_blob(blob, region, own, depth_m, overlap, elapsed_s, now_s)
-
-    def _update_blob(
-        self,
-        blob: Blob,
-        region: SkinRegion,
-        pixels: Pixels,
-        depth_m: float,
-        overlap: float,
-        elapsed_s: float,
-        now_s: float,
-    ) -> None:
-        seen = Moments.of_pixels(pixels)
-        moved = seen.x - blob.moments.x, seen.y - blob.moments.y
-        if overlap > SHARED_OVERLAP:
-            gain = max(1.0 - overlap, LEAST_GAIN)
-            blob.shift(gain * moved[0], gain * moved[1])
-            blob.slow_down(exp(-elapsed_s * overlap / COASTING_S))
-        else:
-            blob.pixels, blob.moments, blob.depth_m = pixels, seen, depth_m
-            if elapsed_s > 0.0:
-                rate = elapsed_s / (BLOB_VELOCITY_S + elapsed_s) / elapsed_s
-                vx, vy = blob.velocity_px_s
-                blob.velocity_px_s = vx + moved[0] * rate, vy + moved[1] * rate
-        blob.ellipse = Ellipse.of_moments(blob.moments)
-        blob.region, blob.overlap, blob.seen_s = region, overlap, now_s
+        ends = starts.tolist()
+        for blob, start, end, (overlap, median_m, *moments) in zip(
+            blobs, ends[:-1], ends[1:], values.tolist(), strict=True
+        ):
+            if start < end:
+                depth_m = median_m or region.depth_m
+                seen = Seen(region, pixels[start:end], Moments(*moments), depth_m, overlap)
+                _update_blob(blob, seen, elapsed_s, view.frame.timestamp_s)
 
     def _prune(self, now_s: float) -> None:
         """Remove blobs that have coasted, or been merged with an older one, for too long."""
@@ -231,3 +225,27 @@ class BlobTracker:
                 continue
             kept.append(blob)
         self.blobs = kept
+
+
+def _most_shared(ellipse: Ellipse, regions: Sequence[SkinRegion]) -> int:
+    """The label, from 1, of the region that has most pixels in an ellipse, 0 where none has any."""
+    shared = [
+        ellipse.count(region.pixels) if ellipse.is_near(region.box) else 0 for region in regions
+    ]
+    return shared.index(max(shared)) + 1 if any(shared) else 0
+
+
+def _update_blob(blob: Blob, seen: Seen, elapsed_s: float, now_s: float) -> None:
+    moved = seen.moments.x - blob.moments.x, seen.moments.y - blob.moments.y
+    if seen.overlap > SHARED_OVERLAP:
+        gain = max(1.0 - seen.overlap, LEAST_GAIN)
+        blob.shift(gain * moved[0], gain * moved[1])
+        blob.slow_down(exp(-elapsed_s * seen.overlap / COASTING_S))
+    else:
+        blob.pixels, blob.moments, blob.depth_m = seen.pixels, seen.moments, seen.depth_m
+        if elapsed_s > 0.0:
+            rate = elapsed_s / (BLOB_VELOCITY_S + elapsed_s) / elapsed_s
+            vx, vy = blob.velocity_px_s
+            blob.velocity_px_s = vx + moved[0] * rate, vy + moved[1] * rate
+    blob.ellipse = Ellipse.of_moments(blob.moments)
+    blob.region, blob.overlap, blob.seen_s = seen.region, seen.overlap, now_s

@@ -9,9 +9,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.kernels.skin import moments
-
-Pixels = NDArray[np.float32]
 Points = NDArray[np.floating]
 Box = tuple[int, int, int, int]
 """Left, top, right, bottom; all inside."""
@@ -28,11 +25,6 @@ class Moments(NamedTuple):
     xx: float
     yy: float
     xy: float
-
-    @classmethod
-    def of_pixels(cls, pixels: Pixels) -> Moments:
-        """Of [N, 2] (x, y)."""
-        return cls(*moments(pixels))
 
     def moved(self, dx: float, dy: float) -> Moments:
         """The moments of the same pixels, moved."""
@@ -58,11 +50,6 @@ class Ellipse(msgspec.Struct, frozen=True):
     def parameters(self) -> tuple[float, float, float, float, float]:
         """Its attributes, in order."""
         return self.x, self.y, self.major, self.minor, self.angle
-
-    @classmethod
-    def of_pixels(cls, pixels: Pixels) -> Ellipse:
-        """The filled ellipse that has the second moments of [N, 2] pixels (x, y)."""
-        return cls.of_moments(Moments.of_pixels(pixels))
 
     @classmethod
     def of_moments(cls, moments: Moments, spread_px: float = 0.0) -> Ellipse:
@@ -99,14 +86,14 @@ class Ellipse(msgspec.Struct, frozen=True):
         dx, dy = points[..., 0] - self.x, points[..., 1] - self.y
         return np.hypot((c * dx + s * dy) / self.major, (c * dy - s * dx) / self.minor)
 
-    def count(self, points: Points, box: Box) -> int:
-        """How many of [N, 2] points, all within a box, lie inside."""
+    def is_near(self, box: Box) -> bool:
+        """Whether any point of a box may lie inside."""
         left, top, right, bottom = box
-        reach = self.major
-        if self.x + reach < left or self.x - reach > right:
-            return 0
-        if self.y + reach < top or self.y - reach > bottom:
-            return 0
+        x, y, reach = self.x, self.y, self.major
+        return left <= x + reach and x - reach <= right and top <= y + reach and y - reach <= bottom
+
+    def count(self, points: Points) -> int:
+        """How many of [N, 2] points lie inside."""
         return int(np.count_nonzero(self.distance(points) <= 1.0))
 
     def contains_center_of(self, other: Ellipse) -> bool:

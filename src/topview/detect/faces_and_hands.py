@@ -153,13 +153,15 @@ class FacesAndHands:
         look = self._skin.look(view, where)
         regions, is_skin = skin_regions(view, look.probability, self.settings)
         blobs = self._tracker.update(view, regions)
-        heads = heads_near(view, blobs, heads_camera)
-        self._update_beliefs(view, blobs, heads)
+        middles = middles_of(view, blobs)
+        heads = heads_near(middles, heads_camera)
+        self._update_beliefs(view, blobs, middles, heads)
         self._adapt_skin(view, blobs, look)
         return SkinDetections(
             view.light,
             tuple(
-                self._described(view, blob, head) for blob, head in zip(blobs, heads, strict=True)
+                self._described(view, blob, middle, head)
+                for blob, middle, head in zip(blobs, middles, heads, strict=True)
             ),
             view.stride,
             where,
@@ -197,18 +199,25 @@ class FacesAndHands:
         )
 
     def _update_beliefs(
-        self, view: ColorView, blobs: Sequence[Blob], heads: Sequence[Place | None]
+        self,
+        view: ColorView,
+        blobs: Sequence[Blob],
+        middles: Sequence[Place],
+        heads: Sequence[Place | None],
     ) -> None:
         now_s = view.frame.timestamp_s
         elapsed_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
-        beliefs, self._features = {}, {}
-        for blob, head in zip(blobs, heads, strict=True):
-            belief = self._beliefs.get(blob.id)
-            if belief is None or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP):
-                features = self._features[blob.id] = features_of(view, blob, head)
-                belief = self._tables.updated(belief, features, elapsed_s)
-            beliefs[blob.id] = belief
-        self._beliefs = beliefs
+        before = self._beliefs
+        self._features = {
+            blob.id: features_of(view, blob, middle, head)
+            for blob, middle, head in zip(blobs, middles, heads, strict=True)
+            if blob.id not in before
+            or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP)
+        }
+        asked = [before.get(key) for key in self._features]
+        after = self._tables.updated(asked, list(self._features.values()), elapsed_s)
+        self._beliefs = {blob.id: before[blob.id] for blob in blobs if blob.id in before}
+        self._beliefs.update(zip(self._features, after, strict=True))
 
     def _adapt_skin(self, view: ColorView, blobs: Sequence[Blob], look: SkinLook) -> None:
         """Adapt the colour of skin to the blobs that are surely a face or a hand (Eq. 4.2)."""
@@ -220,17 +229,20 @@ class FacesAndHands:
         }
         self._skin.adapt(look, sure.values(), view.frame.timestamp_s)
 
-    def _described(self, view: ColorView, blob: Blob, head: Place | None) -> SkinBlob:
+    def _described(
+        self, view: ColorView, blob: Blob, middle: Place, head: Place | None
+    ) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
-        surface = None
+        surface = palm = None
         if blob.depth_m > 0.0:
-            surface = np.array(view.point_camera(blob.ellipse.x, blob.ellipse.y, blob.depth_m))
+            surface, end = np.array(middle), palm_of(view, blob, head)
+            palm = surface if end is None else np.array(end)
         return SkinBlob(
             id=blob.id,
             belief=self._beliefs[blob.id],
             ellipse=blob.ellipse.scaled(view.stride, (view.stride - 1) / 2),
             surface_camera=surface,
-            palm_camera=palm_of(view, blob, head),
+            palm_camera=palm,
             major_m=blob.ellipse.major * metres_per_px,
             minor_m=blob.ellipse.minor * metres_per_px,
             is_seen=blob.region is not None,
@@ -239,33 +251,30 @@ class FacesAndHands:
         )
 
 
-def heads_near(
-    view: ColorView, blobs: Sequence[Blob], heads_camera: Sequence[Vector]
-) -> list[Place | None]:
-    """For each blob the nearest of the heads, [3] each, none where its depth is not known or no
-    head is within `HAND_REACH_M`."""
-    if not blobs or not heads_camera:
-        return [None] * len(blobs)
+def middles_of(view: ColorView, blobs: Sequence[Blob]) -> list[Place]:
+    """[3] metres each, the middle of what is seen of each blob; zeros where its depth is not
+    known."""
+    return [view.point_camera(blob.ellipse.x, blob.ellipse.y, blob.depth_m) for blob in blobs]
+
+
+def heads_near(middles: Sequence[Place], heads_camera: Sequence[Vector]) -> list[Place | None]:
+    """For each blob (`middles_of`) the nearest of the heads, [3] each, none where its depth is not
+    known or no head is within `HAND_REACH_M`."""
+    if not middles or not heads_camera:
+        return [None] * len(middles)
     heads = np.array(heads_camera, np.float64)
-    ellipses = [blob.ellipse for blob in blobs]
-    middles = np.array(
-        [
-            view.point_camera(ellipse.x, ellipse.y, blob.depth_m)
-            for ellipse, blob in zip(ellipses, blobs, strict=True)
-        ]
-    )
-    away_m = np.sqrt(((middles[:, None] - heads) ** 2).sum(2))
-    nearest = away_m.argmin(1)
-    is_near = away_m[np.arange(len(blobs)), nearest] < HAND_REACH_M
-    places = heads[nearest].tolist()
+    away_m = np.sqrt(((np.array(middles)[:, None] - heads) ** 2).sum(2))
+    nearest, least_m = away_m.argmin(1).tolist(), away_m.min(1).tolist()
+    places = [(x, y, z) for x, y, z in heads.tolist()]
     return [
-        (place[0], place[1], place[2]) if is_its and blob.depth_m > 0.0 else None
-        for blob, place, is_its in zip(blobs, places, is_near.tolist(), strict=True)
+        places[index] if off_m < HAND_REACH_M and middle[2] > 0.0 else None
+        for index, off_m, middle in zip(nearest, least_m, middles, strict=True)
     ]
 
 
-def features_of(view: ColorView, blob: Blob, head: Place | None = None) -> Features:
-    """The observation O_t of a blob (Sec. 4.1.4); features from depth where that is known.
+def features_of(view: ColorView, blob: Blob, middle: Place, head: Place | None) -> Features:
+    """The observation O_t of a blob (Sec. 4.1.4), whose middle is at [3] metres (`middles_of`);
+    features from depth where that is known.
 
     `head` is the nearest one (`heads_near`)."""
     camera, ellipse = view.camera, blob.ellipse
@@ -283,7 +292,6 @@ def features_of(view: ColorView, blob: Blob, head: Place | None = None) -> Featu
     if depth_m > 0.0:
         features["major_m"] = ellipse.major * metres_per_px
         features["minor_m"] = ellipse.minor * metres_per_px
-        middle = view.point_camera(ellipse.x, ellipse.y, depth_m)
         if head is not None:
             features["right_of_head_m"] = middle[0] - head[0]
             features["below_head_m"] = middle[1] - head[1]

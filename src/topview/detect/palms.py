@@ -5,9 +5,6 @@ from __future__ import annotations
 from math import cos, dist, sin
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from topview.detect.blobs import Blob
 from topview.detect.color_view import ColorView, Place
 from topview.kernels.skin import look_at_end
@@ -22,23 +19,17 @@ END_M: Final = 0.16
 CHEST_BELOW_HEAD_M: Final = 0.4
 
 
-def palm_of(view: ColorView, blob: Blob, head: Place | None) -> NDArray[np.float64] | None:
-    """[3] metres, a point on the skin, if the blob is a hand; None if its depth is not known.
-
-    It is the middle of the blob if that is no longer than a hand, or if no head is near it; else
-    the hand's end of the arm.
-    """
-    if blob.depth_m == 0.0:
-        return None
+def palm_of(view: ColorView, blob: Blob, head: Place | None) -> Place | None:
+    """[3] metres, a point on the skin, the hand's end if a blob of known depth is an arm; None if
+    the palm is its middle: it is no longer than a hand, or no head is near it."""
     ellipse = blob.ellipse
-    middle = view.point_camera(ellipse.x, ellipse.y, blob.depth_m)
     px_per_m = view.camera.fx / blob.depth_m
     if head is None or ellipse.major <= HAND_M * px_per_m:
-        return np.array(middle)
+        return None
     chest = head[0], head[1] + CHEST_BELOW_HEAD_M, head[2]
     ends = []
     for side in (-1.0, 1.0):
         along = side * cos(ellipse.angle), side * sin(ellipse.angle)
         x, y, depth_m = look_at_end(blob.pixels, view.depth_m, *along, END_M * px_per_m)
         ends.append(view.point_camera(x, y, depth_m or blob.depth_m))
-    return np.array(max(ends, key=lambda end: dist(end, chest)))
+    return max(ends, key=lambda end: dist(end, chest))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.color_view import ColorView
-from topview.detect.ellipses import Box
+from topview.detect.ellipses import Box, Moments
 from topview.files import naming, read_archive
 from topview.kernels.skin import (
     connected_regions,
@@ -234,6 +234,7 @@ class SkinRegion(msgspec.Struct, frozen=True, eq=False):
         depth_m: median of its readings, 0 if it has none.
         area_m2: its true size, 0 if its depth is not known.
         probability: mean P(s|c) of its pixels.
+        moments: of its pixels.
     """
 
     pixels: NDArray[np.float32]
@@ -241,6 +242,7 @@ class SkinRegion(msgspec.Struct, frozen=True, eq=False):
     depth_m: float
     area_m2: float
     probability: float
+    moments: Moments
 
 
 def skin_regions(
@@ -317,11 +319,11 @@ def _connected(
     )
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
     ends = starts.tolist()
-    for k, ((left, top, right, bottom), (level, read, median_m)) in enumerate(
-        zip(boxes.tolist(), means.tolist(), strict=True)
+    for start, end, box, (level, read, median_m, *moments) in zip(
+        ends[:-1], ends[1:], boxes.tolist(), means.tolist(), strict=True
     ):
-        own = pixels[ends[k] : ends[k + 1]].copy()
         depth_m = median_m if read >= LEAST_READ else 0.0
-        area_m2 = len(own) * depth_m * depth_m * m2_per_px_at_1_m
+        area_m2 = (end - start) * depth_m * depth_m * m2_per_px_at_1_m
         if area_m2 == 0.0 or area_m2 >= LEAST_SKIN_M2:
-            yield SkinRegion(own, (left, top, right, bottom), depth_m, area_m2, level / 255.0)
+            own = pixels[start:end]
+            yield SkinRegion(own, tuple(box), depth_m, area_m2, level / 255.0, Moments(*moments))

@@ -289,8 +289,8 @@ def connected_regions(
 
     Returns:
         [P, 2] pixels (x, y) of one region after the other; [K + 1] where each region's start, and
-        where the last one's end; [K, 4] left, top, right, bottom, all inside; and [K, 3] mean
-        level, share of pixels with a reading, median reading (0: none).
+        where the last one's end; [K, 4] left, top, right, bottom, all inside; and [K, 8] mean
+        level, share of pixels with a reading, median reading (0: none), `moments`.
     """
     height, width = level.shape
     most, wide = 0, width + 2
@@ -306,7 +306,7 @@ def connected_regions(
     out_pixels, readings_m = np.empty((most, 2), np.float32), np.empty(most, np.float32)
     queue, regions = np.empty(most, np.int32), most // least_pixels + 1
     out_starts, out_boxes = np.zeros(regions + 1, np.int32), np.empty((regions, 4), np.int32)
-    out_means = np.empty((regions, 3))
+    out_means = np.empty((regions, 8))
     count, end = 0, 0
     for first_row in range(box[1], box[3] + 1):
         if not is_above[first_row]:
@@ -344,22 +344,10 @@ def connected_regions(
             out_boxes[count, 2], out_boxes[count, 3] = right, bottom
             out_means[count, 0], out_means[count, 1] = total / size, readings / size
             out_means[count, 2] = median(readings_m[:readings]) if readings > 0 else 0.0
+            _put_moments(out_pixels[start:end], out_means[count, 3:])
             count += 1
             out_starts[count] = end
-    return out_pixels, out_starts, out_boxes[:count], out_means[:count]
-
-
-@njit(cache=True, nogil=True)
-def median_reading(pixels: NDArray[np.float32], depth_m: NDArray[np.float32]) -> float:
-    """Of [h, w] depths at [N, 2] pixels (x, y), all inside; 0 where there is none."""
-    readings_m = np.empty(len(pixels), np.float32)
-    readings = 0
-    for n in range(len(pixels)):
-        reading_m = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
-        if reading_m > 0.0:
-            readings_m[readings] = reading_m
-            readings += 1
-    return median(readings_m[:readings]) if readings > 0 else 0.0
+    return out_pixels, out_starts[: count + 1], out_boxes[:count], out_means[:count]
 
 
 @njit(cache=True, nogil=True)
@@ -388,19 +376,23 @@ def shift_pixels(pixels: NDArray[np.float32], dx: float, dy: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def count_values(
-    pixels: NDArray[np.float32], image: NDArray[np.int32], out_counts: NDArray[np.int64]
-) -> None:
-    """Add up how many of [N, 2] places (x, y) land on each value of [h, w] an image; what lands
-    outside does not count."""
-    height, width = image.shape
+def move_onto(
+    pixels: NDArray[np.float32], dx: float, dy: float, label_of: NDArray[np.int32], labels: int
+) -> int:
+    """Move [N, 2] pixels (x, y); gives the label, up to `labels`, in [h, w] on which most of them
+    land, the lowest of several, 0 where none lands on any."""
+    shift_pixels(pixels, dx, dy)
+    height, width = label_of.shape
+    counts = np.zeros(labels + 1, np.int64)
     for n in range(len(pixels)):
         column, row = int(np.floor(pixels[n, 0] + 0.5)), int(np.floor(pixels[n, 1] + 0.5))
         if 0 <= row < height and 0 <= column < width:
-            out_counts[image[row, column]] += 1
+            counts[label_of[row, column]] += 1
+    counts[0] = 0
+    return int(np.argmax(counts))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def moments(pixels: NDArray[np.float32]) -> tuple[float, float, float, float, float]:
     """Means of x and y, and means of the squares and the product of their deviations, of [N, 2]."""
     x = y = 0.0
@@ -416,6 +408,25 @@ def moments(pixels: NDArray[np.float32]) -> tuple[float, float, float, float, fl
         s_yy += dy * dy
         s_xy += dx * dy
     return x, y, s_xx / len(pixels), s_yy / len(pixels), s_xy / len(pixels)
+
+
+@njit(nogil=True)
+def _put_moments(pixels: NDArray[np.float32], out: NDArray[np.float64]) -> None:
+    """Fill [5] with the `moments` of [N, 2]."""
+    out[0], out[1], out[2], out[3], out[4] = moments(pixels)
+
+
+@njit(nogil=True)
+def _median_reading(pixels: NDArray[np.float32], depth_m: NDArray[np.float32]) -> float:
+    """Of [h, w] depths at [N, 2] pixels (x, y), all inside; 0 where there is none."""
+    readings_m = np.empty(len(pixels), np.float32)
+    readings = 0
+    for n in range(len(pixels)):
+        reading_m = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
+        if reading_m > 0.0:
+            readings_m[readings] = reading_m
+            readings += 1
+    return median(readings_m[:readings]) if readings > 0 else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -486,11 +497,9 @@ def share_pixels(
     ellipses: NDArray[np.float64],
     depths_m: NDArray[np.float64],
     same_depth_m: float,
-    out_belongs: NDArray[np.bool_],
-) -> NDArray[np.float64]:
+) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
     """Which pixels belong to which ellipse: to all in which they lie, else to the nearest one; of
-    those at a pixel's depth, if there are any. Gives the [K] shares of each one's pixels that are
-    others', too.
+    those at a pixel's depth, if there are any.
 
     Args:
         pixels: [N, 2] (x, y), all inside the image.
@@ -498,11 +507,16 @@ def share_pixels(
         ellipses: [K, 5] x, y, major and minor semi-axis, angle.
         depths_m: [K] of the ellipses, 0 where not known, which is at every depth.
         same_depth_m: what differs by less is at the same depth.
-        out_belongs: [K, N].
+
+    Returns:
+        [P, 2] the pixels of one ellipse after the other; [K + 1] where each one's start, and where
+        the last one's end; and [K, 7] share of them that are others', too, median reading (0:
+        none), `moments`; of those that have any.
     """
     count = len(ellipses)
     cosines, sines = np.cos(ellipses[:, 4]), np.sin(ellipses[:, 4])
     is_near = np.zeros(count, np.bool_)
+    belongs = np.empty((count, len(pixels)), np.bool_)
     own, shared = np.zeros(count, np.int64), np.zeros(count)
     for n in range(len(pixels)):
         z = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
@@ -511,7 +525,7 @@ def share_pixels(
         is_any_near = is_near.any()
         nearest, least, is_inside_any = 0, np.inf, False
         for k in range(count):
-            out_belongs[k, n] = False
+            belongs[k, n] = False
             if is_any_near and not is_near[k]:
                 continue
             dx, dy = pixels[n, 0] - ellipses[k, 0], pixels[n, 1] - ellipses[k, 1]
@@ -519,17 +533,43 @@ def share_pixels(
             across = (cosines[k] * dy - sines[k] * dx) / ellipses[k, 3]
             square = along * along + across * across
             if square <= 1.0:
-                out_belongs[k, n] = is_inside_any = True
+                belongs[k, n] = is_inside_any = True
             if square < least:
                 nearest, least = k, square
         if not is_inside_any:
-            out_belongs[nearest, n] = True
+            belongs[nearest, n] = True
         claims = 0
         for k in range(count):
-            claims += out_belongs[k, n]
+            claims += belongs[k, n]
         for k in range(count):
-            own[k] += out_belongs[k, n]
-            shared[k] += out_belongs[k, n] and claims > 1
+            own[k] += belongs[k, n]
+            shared[k] += belongs[k, n] and claims > 1
+    return _gathered(pixels, depth_m, belongs, own, shared)
+
+
+@njit(nogil=True)
+def _gathered(
+    pixels: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    belongs: NDArray[np.bool_],
+    own: NDArray[np.int64],
+    shared: NDArray[np.float64],
+) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
+    """What `share_pixels` gives, of which pixels belong to each, [K, N], how many, [K], and how
+    many of these are others', too, [K]."""
+    count = len(own)
+    starts, values = np.zeros(count + 1, np.int64), np.zeros((count, 7))
+    out_pixels = np.empty((own.sum(), 2), np.float32)
+    at = 0
     for k in range(count):
-        shared[k] /= max(own[k], 1)
-    return shared
+        starts[k] = at
+        for n in range(len(pixels)):
+            if belongs[k, n]:
+                out_pixels[at, 0], out_pixels[at, 1] = pixels[n, 0], pixels[n, 1]
+                at += 1
+        if own[k] > 0:
+            its = out_pixels[starts[k] : at]
+            values[k, 0], values[k, 1] = shared[k] / own[k], _median_reading(its, depth_m)
+            _put_moments(its, values[k, 2:])
+    starts[count] = at
+    return out_pixels, starts, values

@@ -20,7 +20,7 @@ def test_beliefs_sum_to_one_and_none_is_ever_lost(observations: list, elapsed_s:
     tables = BeliefTables.load()
     belief = None
     for observation in observations:
-        belief = tables.updated(belief, observation, elapsed_s)
+        belief = tables.updated([belief], [observation], elapsed_s)[0]
         assert belief.sum() == pytest.approx(1.0)
         assert (belief > 0.0).all()
 
@@ -52,13 +52,13 @@ def two_kinds() -> BeliefTables:
 
 def test_what_was_learnt_is_recognised_and_can_be_won_back() -> None:
     tables = two_kinds()
-    belief = tables.updated(None, {"major_m": 0.13}, 0.0)
+    belief = tables.updated([None], [{"major_m": 0.13}], 0.0)[0]
     assert belief.argmax() == Kind.FACE
     for _ in range(100):
-        belief = tables.updated(belief, {"major_m": 0.13}, 1 / 30)
+        belief = tables.updated([belief], [{"major_m": 0.13}], 1 / 30)[0]
     frames = 0
     while belief.argmax() != Kind.LEFT_HAND:
-        belief = tables.updated(belief, {"major_m": 0.06}, 1 / 30)
+        belief = tables.updated([belief], [{"major_m": 0.06}], 1 / 30)[0]
         frames += 1
     assert 1 < frames < 30
 
@@ -68,8 +68,8 @@ def test_an_observation_weighs_as_much_as_it_is_new() -> None:
     belief = np.full(4, 0.25)
     fast = belief
     for _ in range(4):
-        fast = tables.updated(fast, {"major_m": 0.06}, 0.02)
-    assert np.allclose(fast, tables.updated(belief, {"major_m": 0.06}, 0.08))
+        fast = tables.updated([fast], [{"major_m": 0.06}], 0.02)[0]
+    assert np.allclose(fast, tables.updated([belief], [{"major_m": 0.06}], 0.08)[0])
 
 
 def test_tables_are_written_and_read(tmp_path: Path) -> None:

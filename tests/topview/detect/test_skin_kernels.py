@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 import pytest
@@ -15,12 +17,12 @@ from topview.kernels.skin import (
     count_bins,
     count_levels,
     count_lights,
-    count_values,
     cut_at_edges,
     learn_still,
     look_at_end,
     look_up_levels,
     moments,
+    move_onto,
     paint,
     perimeter,
     share_pixels,
@@ -77,7 +79,7 @@ def test_regions_are_opencvs_components_with_a_seed(seed: int) -> None:
     expected.sort(key=lambda own: np.flatnonzero(own)[0])  # OpenCV's order is not always this one
     found = regions(level, depth_m)
     assert len(found) == len(expected)
-    for (pixels, box, (mean, read, median_m)), own in zip(found, expected, strict=True):
+    for (pixels, box, (mean, read, median_m, *rest)), own in zip(found, expected, strict=True):
         truth = pixels_of(own)
         assert {tuple(p) for p in pixels.tolist()} == {tuple(p) for p in truth.tolist()}
         assert box == [*truth.min(axis=0).tolist(), *truth.max(axis=0).tolist()]
@@ -86,6 +88,7 @@ def test_regions_are_opencvs_components_with_a_seed(seed: int) -> None:
         assert read == pytest.approx((depths > 0.0).mean())
         readings = depths[depths > 0.0]
         assert median_m == pytest.approx(np.median(readings) if len(readings) else 0.0)
+        assert tuple(rest) == moments(pixels)
 
 
 @given(seeds)
@@ -107,11 +110,19 @@ def test_pixels_are_shared_as_the_ellipses_distances_say(seed: int) -> None:
     depths_m = np.array([1.5, 1.55, 0.0])
     depth_m = rng.choice([0.0, 1.5, 1.8], ROWS.shape).astype(np.float32)
     pixels = pixels_of(disc(40, 30, 15))
-    belongs = np.empty((3, len(pixels)), np.bool_)
     values = np.array([[e.x, e.y, e.major, e.minor, e.angle] for e in ellipses])
-    shared = share_pixels(pixels, depth_m, values, depths_m, 0.1, belongs)
+    shared, starts, told = share_pixels(pixels, depth_m, values, depths_m, 0.1)
+    belongs = np.zeros((3, len(pixels)), np.bool_)
+    places = {place: n for n, place in enumerate(map(tuple, pixels.tolist()))}
+    for k, (start, end) in enumerate(pairwise(starts.tolist())):
+        belongs[k, [places[tuple(place)] for place in shared[start:end].tolist()]] = True
+        if start < end:
+            columns, rows = shared[start:end].astype(int).T
+            readings = depth_m[rows, columns][depth_m[rows, columns] > 0.0]
+            assert told[k, 1] == pytest.approx(np.median(readings) if len(readings) else 0.0)
+            assert tuple(told[k, 2:]) == moments(shared[start:end])
     both = (belongs & (belongs.sum(0) > 1)).sum(1)
-    np.testing.assert_array_equal(shared, both / np.maximum(belongs.sum(1), 1))
+    np.testing.assert_array_equal(told[:, 0], both / np.maximum(belongs.sum(1), 1))
     for n, (x, y) in enumerate(pixels.tolist()):
         z = depth_m[int(y), int(x)]
         near = [z == 0.0 or d == 0.0 or abs(z - d) < 0.1 for d in depths_m.tolist()]
@@ -141,11 +152,12 @@ def test_what_is_painted_is_counted_where_it_lands() -> None:
     pixels = pixels_of(disc(20, 20, 6))
     paint(pixels, 2, image)
     assert (image == 2 * disc(20, 20, 6)).all()
-    counts = np.zeros(3, np.int64)
-    count_values(pixels + np.float32(0.4), image, counts)
-    assert counts.tolist() == [0, 0, len(pixels)]
-    count_values(pixels - np.float32(100.0), image, counts)
-    assert counts.sum() == len(pixels)
+    moved = pixels.copy()
+    assert move_onto(moved, 0.4, 0.4, image, 2) == 2
+    np.testing.assert_array_equal(moved, pixels + np.float32(0.4))
+    assert move_onto(moved, -100.0, -100.0, image, 2) == 0
+    image[20, 20] = 1
+    assert move_onto(pixels.copy(), 0.0, 0.0, image, 2) == 2
 
 
 @pytest.mark.parametrize("angle", np.linspace(-np.pi, np.pi, 7))
