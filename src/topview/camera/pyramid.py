@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.undistortion import undistorted
+from topview.kernels.scene import thin
 from topview.records import Camera, Frame, read_only
 
 
@@ -127,7 +128,12 @@ def _thinned_camera(full: Camera, stride: int) -> Camera:
     )
 
 
-def thinned(image: NDArray[Any], stride: int) -> NDArray[Any]:
-    """[h, w, ...] every `stride`-th pixel of every `stride`-th row, contiguous; read-only as the
-    frame's own images are, so that no kernel is compiled for both."""
-    return read_only(np.ascontiguousarray(image[::stride, ::stride]))
+def thinned(depth_m: NDArray[np.float32], stride: int) -> NDArray[np.float32]:
+    """[h, w] every `stride`-th pixel of every `stride`-th row of [H, W], contiguous; read-only as
+    the frame's own images are, so that no kernel is compiled for both."""
+    if stride == 1:
+        return read_only(np.ascontiguousarray(depth_m))
+    height, width = depth_m.shape
+    out = np.empty((-(-height // stride), -(-width // stride)), np.float32)
+    thin(depth_m, stride, out)
+    return read_only(out)

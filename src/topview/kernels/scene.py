@@ -9,6 +9,20 @@ from numpy.typing import NDArray
 from topview.kernels.noise import Law, law_at, slope_at
 
 
+@njit(cache=True, nogil=True)
+def thin(image: NDArray[np.float32], stride: int, out: NDArray[np.float32]) -> None:
+    """[h, w] every `stride`-th pixel of every `stride`-th row of [H, W]."""
+    for row in range(out.shape[0]):
+        source, target = image[row * stride], out[row]
+        # A stride that is known beforehand lets several pixels be copied together.
+        if stride == 2:
+            for column in range(len(target)):
+                target[column] = source[column * 2]
+        else:
+            for column in range(len(target)):
+                target[column] = source[column * stride]
+
+
 @njit(nogil=True)
 def floor_margin(depth_m: float, above_camera_m: float, margin_m: float, noise_2: Law) -> float:
     """How high a reading of the floor may seem to be: two standard deviations of the noise more

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from topview.camera.projection import unproject_depth
-from topview.camera.pyramid import Pyramid
+from topview.camera.pyramid import Pyramid, thinned
 from topview.records import Camera, Frame
 
 CAMERA = Camera(fx=250.0, fy=310.0, cx=14.25, cy=10.75, width=32, height=24)
@@ -50,3 +50,12 @@ def test_what_is_beside_the_image_is_said_to_be():
     assert not columns.any()
     behind = np.array([[0.0, 0.0, -2.0]])  # counts as just before the camera
     assert view.nearest_pixels(behind, 0.1)[2].all()
+
+
+@pytest.mark.parametrize("stride", [1, 2, 3, 4])
+def test_a_thinned_image_is_every_so_manieth_pixel(stride: int) -> None:
+    depth_m = frame_of(0).depth_m[:23, :31].copy()
+    thin_m = thinned(depth_m, stride)
+    assert_array_equal(thin_m, depth_m[::stride, ::stride])
+    assert thin_m.flags.c_contiguous
+    assert not thin_m.flags.writeable
