@@ -20,7 +20,7 @@ from topview.detect.ellipses import Ellipse
 from topview.detect.heads import center_behind
 from topview.detect.palms import palm_of
 from topview.detect.skin import SkinColor, SkinHistograms, SkinLook, SkinSettings, skin_regions
-from topview.kernels.skin import perimeter
+from topview.kernels.skin import nearest_within, perimeter
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -202,7 +202,7 @@ class FacesAndHands:
         self,
         view: ColorView,
         blobs: Sequence[Blob],
-        middles: Sequence[Place],
+        middles: Vector,
         heads: Sequence[Place | None],
     ) -> None:
         now_s = view.frame.timestamp_s
@@ -210,7 +210,7 @@ class FacesAndHands:
         before = self._beliefs
         self._features = {
             blob.id: features_of(view, blob, middle, head)
-            for blob, middle, head in zip(blobs, middles, heads, strict=True)
+            for blob, middle, head in zip(blobs, middles.tolist(), heads, strict=True)
             if blob.id not in before
             or (blob.region is not None and blob.overlap < CONFUSED_OVERLAP)
         }
@@ -230,13 +230,13 @@ class FacesAndHands:
         self._skin.adapt(look, sure.values(), view.frame.timestamp_s)
 
     def _described(
-        self, view: ColorView, blob: Blob, middle: Place, head: Place | None
+        self, view: ColorView, blob: Blob, middle: Vector, head: Place | None
     ) -> SkinBlob:
         metres_per_px = blob.depth_m / view.camera.fx
         surface = palm = None
         if blob.depth_m > 0.0:
-            surface, end = np.array(middle), palm_of(view, blob, head)
-            palm = surface if end is None else np.array(end)
+            surface, end = middle, palm_of(view, blob, head)
+            palm = middle if end is None else np.array(end)
         return SkinBlob(
             id=blob.id,
             belief=self._beliefs[blob.id],
@@ -251,28 +251,29 @@ class FacesAndHands:
         )
 
 
-def middles_of(view: ColorView, blobs: Sequence[Blob]) -> list[Place]:
-    """[3] metres each, the middle of what is seen of each blob; zeros where its depth is not
+def middles_of(view: ColorView, blobs: Sequence[Blob]) -> Vector:
+    """[N, 3] metres, the middle of what is seen of each blob; zeros where its depth is not
     known."""
-    return [view.point_camera(blob.ellipse.x, blob.ellipse.y, blob.depth_m) for blob in blobs]
+    places = [view.point_camera(blob.ellipse.x, blob.ellipse.y, blob.depth_m) for blob in blobs]
+    return np.array(places, np.float64).reshape(-1, 3)
 
 
-def heads_near(middles: Sequence[Place], heads_camera: Sequence[Vector]) -> list[Place | None]:
+def heads_near(middles: Vector, heads_camera: Sequence[Vector]) -> list[Place | None]:
     """For each blob (`middles_of`) the nearest of the heads, [3] each, none where its depth is not
     known or no head is within `HAND_REACH_M`."""
-    if not middles or not heads_camera:
-        return [None] * len(middles)
-    heads = np.array(heads_camera, np.float64)
-    away_m = np.sqrt(((np.array(middles)[:, None] - heads) ** 2).sum(2))
-    nearest, least_m = away_m.argmin(1).tolist(), away_m.min(1).tolist()
+    heads = np.array(heads_camera, np.float64).reshape(-1, 3)
+    nearest = nearest_within(middles, heads, HAND_REACH_M).tolist()
     places = [(x, y, z) for x, y, z in heads.tolist()]
+    is_known = (middles[:, 2] > 0.0).tolist()
     return [
-        places[index] if off_m < HAND_REACH_M and middle[2] > 0.0 else None
-        for index, off_m, middle in zip(nearest, least_m, middles, strict=True)
+        places[index] if index >= 0 and is_its else None
+        for index, is_its in zip(nearest, is_known, strict=True)
     ]
 
 
-def features_of(view: ColorView, blob: Blob, middle: Place, head: Place | None) -> Features:
+def features_of(
+    view: ColorView, blob: Blob, middle: Sequence[float], head: Place | None
+) -> Features:
     """The observation O_t of a blob (Sec. 4.1.4), whose middle is at [3] metres (`middles_of`);
     features from depth where that is known.
 

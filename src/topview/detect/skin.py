@@ -23,6 +23,7 @@ from topview.kernels.skin import (
     count_bins,
     cut_at_edges,
     look_up_levels,
+    mix_levels,
     paint,
 )
 from topview.records import InputError, check_range, read_only, shown
@@ -187,7 +188,7 @@ class SkinColor:
         self._trained = (histograms or SkinHistograms.load()).probability
         self._window: deque[tuple[float, Counts, Counts]] = deque()
         self._skin, self._seen = np.zeros((BINS, BINS)), np.zeros((BINS, BINS))
-        self._table = np.asarray(np.rint(255.0 * self._trained), np.uint8)
+        self._table = self._trained_table = np.asarray(np.rint(255.0 * self._trained), np.uint8)
 
     def look(self, view: ColorView, where: Mask) -> SkinLook:
         """P(s|c) among the pixels `where`, [h, w]."""
@@ -217,12 +218,12 @@ class SkinColor:
             _, skin, seen = self._window.popleft()
             self._skin -= skin
             self._seen -= seen
-        mixed = self._trained
         if self._skin.sum() >= LEAST_PIXELS_LEARNT:
-            # The trained probability weighs as much as one pixel per bin, against chance.
-            recent = (_smooth(self._skin) + self._trained) / (_smooth(self._seen) + 1.0)
-            mixed = GAMMA * self._trained + (1.0 - GAMMA) * np.minimum(recent, 1.0)
-        self._table = np.asarray(np.rint(255.0 * mixed), np.uint8)
+            self._table = np.empty((BINS, BINS), np.uint8)
+            recent = _smooth(self._skin), _smooth(self._seen)
+            mix_levels(self._trained, *recent, GAMMA, self._table)
+        else:
+            self._table = self._trained_table
 
 
 class SkinRegion(msgspec.Struct, frozen=True, eq=False):

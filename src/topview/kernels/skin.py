@@ -573,3 +573,75 @@ def _gathered(
             _put_moments(its, values[k, 2:])
     starts[count] = at
     return out_pixels, starts, values
+
+
+@njit(cache=True, nogil=True)
+def multiply_shares(
+    values: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Multiply for each row of [N, F] values what tables say of those that are known.
+
+    Args:
+        values: NaN where not known.
+        ranges: [F, 3] of the tables: from, to, bins of the same width; values beyond fall into the
+            outermost bin.
+        columns: [F, B, K] the tables.
+        out: [N, K] is filled.
+    """
+    out[:] = 1.0
+    for n in range(len(values)):
+        for f in range(len(ranges)):
+            low, high, bins = ranges[f]
+            place = (values[n, f] - low) / (high - low) * bins
+            if not np.isnan(place):
+                column = columns[f, int(min(max(place, 0.0), bins - 1.0))]
+                for k in range(len(column)):
+                    out[n, k] *= column[k]
+
+
+@njit(cache=True, nogil=True)
+def nearest_within(
+    points: NDArray[np.float64], others: NDArray[np.float64], reach_m: float
+) -> NDArray[np.int64]:
+    """For each of [N, 3] points the index of the nearest of [K, 3] others, -1 where none is within
+    reach."""
+    nearest = np.empty(len(points), np.int64)
+    for n in range(len(points)):
+        nearest[n], least_m = -1, np.inf
+        for k in range(len(others)):
+            x, y = points[n, 0] - others[k, 0], points[n, 1] - others[k, 1]
+            z = points[n, 2] - others[k, 2]
+            away_m = np.sqrt(x * x + y * y + z * z)
+            if away_m < min(least_m, reach_m):
+                nearest[n], least_m = k, away_m
+    return nearest
+
+
+@njit(cache=True, nogil=True)
+def mix_levels(
+    trained: NDArray[np.float64],
+    skin: NDArray[np.float64],
+    seen: NDArray[np.float64],
+    weight: float,
+    out_level: NDArray[np.uint8],
+) -> None:
+    """[B, B] levels of 255: the trained probability of each colour, and that of the last frames,
+    which counts the rest of the weight.
+
+    Args:
+        trained: [B, B].
+        skin: [B, B] how many pixels of skin had the colour. The trained probability weighs as much
+            as one pixel, against chance.
+        seen: [B, B] how many pixels had it.
+        weight: of the trained probability, 0 to 1.
+        out_level: [B, B] is filled.
+    """
+    for row in range(trained.shape[0]):
+        for column in range(trained.shape[1]):
+            before = trained[row, column]
+            recent = min((skin[row, column] + before) / (seen[row, column] + 1.0), 1.0)
+            mixed = weight * before + (1.0 - weight) * recent
+            out_level[row, column] = np.uint8(np.rint(255.0 * mixed))
