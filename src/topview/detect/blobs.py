@@ -177,7 +177,7 @@ class BlobTracker:
             spread_m = min(SPREAD_MPS * unseen_s, GREATEST_SPREAD_M)
             blob.region = None
             label = blob.move_onto(elapsed_s, spread_m * focal_px, label_of, len(regions))
-            label = label or _most_shared(blob.ellipse, regions)
+            label = label or blob.ellipse.label_inside(label_of, len(regions))
             if label:
                 supports.setdefault(label - 1, []).append(blob)
         return supports
@@ -225,14 +225,6 @@ class BlobTracker:
                 continue
             kept.append(blob)
         self.blobs = kept
-
-
-def _most_shared(ellipse: Ellipse, regions: Sequence[SkinRegion]) -> int:
-    """The label, from 1, of the region that has most pixels in an ellipse, 0 where none has any."""
-    shared = [
-        ellipse.count(region.pixels) if ellipse.is_near(region.box) else 0 for region in regions
-    ]
-    return shared.index(max(shared)) + 1 if any(shared) else 0
 
 
 def _update_blob(blob: Blob, seen: Seen, elapsed_s: float, now_s: float) -> None:

@@ -142,13 +142,9 @@ def averaged(rgb: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
 def light_of(color: NDArray[np.uint8], step: int) -> Light:
     """Judge a [h * step, w * step, 3] image, averaged over `step` x `step` pixels, 1 or 2; exactly
     black ones are outside of the colour camera's image."""
-    tints = np.empty((2, 256), np.int64)
-    count, dim, clipped = count_lights(color, step, JUDGED_STRIDE, DIM_LEVEL, CLIPPED_LEVEL, tints)
+    count, dim, clipped, spread = count_lights(color, step, JUDGED_STRIDE, DIM_LEVEL, CLIPPED_LEVEL)
     if count == 0 or dim > DIM_SHARE * count:
         return Light.UNDEREXPOSED
     if clipped > CLIPPED_SHARE * count:
         return Light.OVEREXPOSED
-    rare = count // 100
-    below = np.cumsum(tints, axis=1)
-    lows, highs = (below <= rare).sum(1), (below <= count - 1 - rare).sum(1)
-    return Light.GREY if (highs - lows).max() <= GREY_SPREAD else Light.USABLE
+    return Light.GREY if spread <= GREY_SPREAD else Light.USABLE

@@ -9,6 +9,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.kernels.skin import label_inside
+
 Points = NDArray[np.floating]
 Box = tuple[int, int, int, int]
 """Left, top, right, bottom; all inside."""
@@ -95,6 +97,12 @@ class Ellipse(msgspec.Struct, frozen=True):
     def count(self, points: Points) -> int:
         """How many of [N, 2] points lie inside."""
         return int(np.count_nonzero(self.distance(points) <= 1.0))
+
+    def label_inside(self, label_of: NDArray[np.int32], labels: int) -> int:
+        """The label, up to `labels`, of which most pixels of [h, w] lie inside, 0 where none
+        does."""
+        middle, axes = (self.x, self.y), (self.major, self.minor)
+        return label_inside(label_of, labels, middle, axes, (cos(self.angle), sin(self.angle)))
 
     def contains_center_of(self, other: Ellipse) -> bool:
         """Whether the other ellipse's centre lies inside."""

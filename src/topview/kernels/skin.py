@@ -156,10 +156,10 @@ def count_lights(
     every: int,
     dim_level: float,
     clipped_level: int,
-    out_tints: NDArray[np.int64],
-) -> tuple[int, int, int]:
+) -> tuple[int, int, int, int]:
     """How many pixels are not black; how many of these have a Y below `dim_level`, and how many no
-    colour below `clipped_level`.
+    colour below `clipped_level`; and over how many levels U or V spreads, whichever does more,
+    without one pixel in a hundred at each end.
 
     Args:
         color: [H, W, 3] RGB.
@@ -167,9 +167,8 @@ def count_lights(
         every: how many of the small pixels in each direction one is looked at for.
         dim_level: see above.
         clipped_level: see above.
-        out_tints: [2, 256] is filled with how many of them have each U, and each V.
     """
-    out_tints[:] = 0
+    tints = np.zeros((2, 256), np.int64)
     rows = color.reshape(len(color), -1)
     count, dim, clipped = 0, 0, 0
     for row in range(0, color.shape[0] // step, every):
@@ -185,9 +184,17 @@ def count_lights(
             count += 1
             dim += y < dim_level
             clipped += min(red, min(green, blue)) >= clipped_level
-            out_tints[0, u] += 1
-            out_tints[1, v] += 1
-    return count, dim, clipped
+            tints[0, u] += 1
+            tints[1, v] += 1
+    rare, spread = count // 100, 0
+    for channel in range(2):
+        below, low, high = 0, 0, 0
+        for level in range(256):
+            below += tints[channel, level]
+            low += below <= rare
+            high += below <= count - 1 - rare
+        spread = max(spread, high - low)
+    return count, dim, clipped, spread
 
 
 @njit(cache=True, nogil=True)
@@ -392,6 +399,41 @@ def move_onto(
     return int(np.argmax(counts))
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
+def label_inside(
+    label_of: NDArray[np.int32],
+    labels: int,
+    middle: tuple[float, float],
+    axes: tuple[float, float],
+    along: tuple[float, float],
+) -> int:
+    """The label, up to `labels`, of which most pixels of [h, w] lie inside an ellipse, the lowest
+    of several, 0 where none does.
+
+    Args:
+        label_of: 0 where there is no label.
+        labels: see above.
+        middle: x and y.
+        axes: major and minor semi-axis.
+        along: the major axis, of length 1.
+    """
+    height, width = label_of.shape
+    # As exact as NumPy is with places of 32 bits.
+    x, y = np.float32(middle[0]), np.float32(middle[1])
+    major, minor = np.float32(axes[0]), np.float32(axes[1])
+    c, s = np.float32(along[0]), np.float32(along[1])
+    reach = axes[0] + 1.0
+    counts = np.zeros(labels + 1, np.int64)
+    for row in range(max(int(middle[1] - reach), 0), min(int(middle[1] + reach) + 1, height)):
+        for column in range(max(int(middle[0] - reach), 0), min(int(middle[0] + reach) + 1, width)):
+            label = label_of[row, column]
+            if label > 0:
+                dx, dy = np.float32(column) - x, np.float32(row) - y
+                off = np.hypot((c * dx + s * dy) / major, (c * dy - s * dx) / minor)
+                counts[label] += off <= np.float32(1.0)
+    return int(np.argmax(counts))
+
+
 @njit(nogil=True)
 def moments(pixels: NDArray[np.float32]) -> tuple[float, float, float, float, float]:
     """Means of x and y, and means of the squares and the product of their deviations, of [N, 2]."""
@@ -490,7 +532,7 @@ def perimeter(pixels: NDArray[np.float32]) -> float:
     return np.pi / 8.0 * (straight + diagonal / np.sqrt(2.0))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def share_pixels(
     pixels: NDArray[np.float32],
     depth_m: NDArray[np.float32],
@@ -513,33 +555,36 @@ def share_pixels(
         the last one's end; and [K, 7] share of them that are others', too, median reading (0:
         none), `moments`; of those that have any.
     """
-    count = len(ellipses)
+    count, size = len(ellipses), len(pixels)
     cosines, sines = np.cos(ellipses[:, 4]), np.sin(ellipses[:, 4])
-    is_near = np.zeros(count, np.bool_)
-    belongs = np.empty((count, len(pixels)), np.bool_)
-    own, shared = np.zeros(count, np.int64), np.zeros(count)
-    for n in range(len(pixels)):
-        z = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
-        for k in range(count):
-            is_near[k] = z == 0.0 or depths_m[k] == 0.0 or abs(z - depths_m[k]) < same_depth_m
-        is_any_near = is_near.any()
-        nearest, least, is_inside_any = 0, np.inf, False
-        for k in range(count):
-            belongs[k, n] = False
-            if is_any_near and not is_near[k]:
-                continue
-            dx, dy = pixels[n, 0] - ellipses[k, 0], pixels[n, 1] - ellipses[k, 1]
+    x, y, z = np.empty(size, np.float32), np.empty(size, np.float32), np.empty(size, np.float32)
+    for n in range(size):
+        x[n], y[n] = pixels[n, 0], pixels[n, 1]
+        z[n] = depth_m[int(pixels[n, 1]), int(pixels[n, 0])]
+    # Ellipse by ellipse without branches, so that several pixels are looked at together.
+    squares, is_near = np.empty((count, size)), np.empty((count, size), np.bool_)
+    is_any_near, least = np.zeros(size, np.bool_), np.full(size, np.inf)
+    for k in range(count):
+        square, near, at_m = squares[k], is_near[k], depths_m[k]
+        for n in range(size):
+            near[n] = (z[n] == 0.0) | (at_m == 0.0) | (abs(z[n] - at_m) < same_depth_m)
+            is_any_near[n] |= near[n]
+            dx, dy = x[n] - ellipses[k, 0], y[n] - ellipses[k, 1]
             along = (cosines[k] * dx + sines[k] * dy) / ellipses[k, 2]
             across = (cosines[k] * dy - sines[k] * dx) / ellipses[k, 3]
-            square = along * along + across * across
-            if square <= 1.0:
-                belongs[k, n] = is_inside_any = True
-            if square < least:
-                nearest, least = k, square
-        if not is_inside_any:
-            belongs[nearest, n] = True
+            square[n] = along * along + across * across
+    for k in range(count):
+        square, near = squares[k], is_near[k]
+        for n in range(size):
+            square[n] = square[n] if near[n] | (not is_any_near[n]) else np.inf
+            least[n] = min(least[n], square[n])
+    belongs = np.empty((count, size), np.bool_)
+    own, shared = np.zeros(count, np.int64), np.zeros(count)
+    for n in range(size):
         claims = 0
         for k in range(count):
+            is_first = claims == 0 and squares[k, n] == least[n]
+            belongs[k, n] = squares[k, n] <= 1.0 or (least[n] > 1.0 and is_first)
             claims += belongs[k, n]
         for k in range(count):
             own[k] += belongs[k, n]
