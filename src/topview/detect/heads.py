@@ -114,11 +114,10 @@ SHOULDERS: Final = _grid(
 
 
 def right_of(up_camera: Vector) -> Vector:
-    """[..., 3] the image's right, across `up_camera` [..., 3]."""
-    right = np.zeros_like(up_camera)
-    right[..., 0], right[..., 1] = -up_camera[..., 1], up_camera[..., 0]
-    right /= np.hypot(up_camera[..., 0], up_camera[..., 1])[..., None]
-    return right
+    """[3] the image's right, across `up_camera` [3]."""
+    x, y, _ = up_camera.tolist()
+    length = float(np.hypot(x, y))
+    return np.array([-y / length, x / length, 0.0])
 
 
 # Ours: the share of shoulders that is taken to be there where they are occluded.
@@ -247,7 +246,7 @@ class DepthHeadDetector:
         return heads + [
             HeadCandidate(center, share, torso_is_unread=True)
             for center, share in zip(lone_centers, alone.tolist(), strict=True)
-            if all(np.linalg.norm(center - head) > LEAST_APART_M for head in centers)
+            if all(_length(center - head) > LEAST_APART_M for head in centers)
         ]
 
 
@@ -268,8 +267,12 @@ def refine_center(cloud: Cloud, center_camera: Vector, up_camera: Vector) -> Vec
 
 def center_behind(surface_camera: Vector) -> Vector:
     """[3] the centre of a head, from the middle of its visible surface, [3]."""
-    away_m = sqrt(surface_camera.dot(surface_camera))
-    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / away_m)
+    return surface_camera * (1.0 + CENTER_BEHIND_SURFACE_M / _length(surface_camera))
+
+
+def _length(vector: Vector) -> float:
+    """Of [3], as `np.linalg.norm` has it, which takes longer to be called."""
+    return sqrt(vector.dot(vector))
 
 
 def median_near(

@@ -7,7 +7,7 @@ from typing import Final
 
 from topview.detect.blobs import Blob
 from topview.detect.color_view import ColorView, Place
-from topview.kernels.skin import look_at_end
+from topview.kernels.skin import look_at_ends
 
 # All ours. A blob with a longer semi-axis is an arm with its hand.
 HAND_M: Final = 0.12
@@ -27,9 +27,7 @@ def palm_of(view: ColorView, blob: Blob, head: Place | None) -> Place | None:
     if head is None or ellipse.major <= HAND_M * px_per_m:
         return None
     chest = head[0], head[1] + CHEST_BELOW_HEAD_M, head[2]
-    ends = []
-    for side in (-1.0, 1.0):
-        along = side * cos(ellipse.angle), side * sin(ellipse.angle)
-        x, y, depth_m = look_at_end(blob.pixels, view.depth_m, *along, END_M * px_per_m)
-        ends.append(view.point_camera(x, y, depth_m or blob.depth_m))
+    along = cos(ellipse.angle), sin(ellipse.angle)
+    seen = look_at_ends(blob.pixels, view.depth_m, *along, END_M * px_per_m)
+    ends = [view.point_camera(x, y, depth_m or blob.depth_m) for x, y, depth_m in seen]
     return max(ends, key=lambda end: dist(end, chest))

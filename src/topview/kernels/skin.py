@@ -471,7 +471,7 @@ def _median_reading(pixels: NDArray[np.float32], depth_m: NDArray[np.float32]) -
     return median(readings_m[:readings]) if readings > 0 else 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def look_at_end(
     pixels: NDArray[np.float32],
     depth_m: NDArray[np.float32],
@@ -502,6 +502,21 @@ def look_at_end(
             readings += 1
     median_m = median(readings_m[:readings]) if readings > 0 else 0.0
     return x / count, y / count, median_m
+
+
+@njit(cache=True, nogil=True)
+def look_at_ends(
+    pixels: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    along_x: float,
+    along_y: float,
+    length_px: float,
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """What `look_at_end` tells of the end against a direction, and of the one along it."""
+    return (
+        look_at_end(pixels, depth_m, -along_x, -along_y, length_px),
+        look_at_end(pixels, depth_m, along_x, along_y, length_px),
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -665,7 +680,7 @@ def nearest_within(
     return nearest
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def mix_levels(
     trained: NDArray[np.float64],
     skin: NDArray[np.float64],

@@ -98,9 +98,9 @@ def _lent_to_who_comes_back(
     which is not confirmed gains from: where one of them may be there, the track is theirs, and its
     motion speaks for both."""
     lent = np.zeros_like(gains)
-    is_new = np.array([not track.id for track in tracks], np.bool_)
-    is_back = np.array([track.id > 0 and track.places is not None for track in tracks], np.bool_)
-    if heads and is_new.any() and is_back.any():
+    is_new = [not track.id for track in tracks]
+    is_back = [track.id > 0 and track.places is not None for track in tracks]
+    if heads and any(is_new) and any(is_back):
         places_camera = np.array([head.center_camera for head in heads])
         apart_m = np.linalg.norm(places_camera[:, None] - places_camera, axis=-1)
         of_new = np.maximum(gains[is_new].max(axis=0), 0.0)

@@ -16,7 +16,6 @@ from topview.people.bodies import SHOWN_M2
 from topview.people.features import Features
 from topview.people.likelihood import (
     FLICKER,
-    Evidence,
     Likelihood,
     probability,
     shipped_likelihood,
@@ -216,8 +215,7 @@ class Existence:
 
     def may_be(self, features: Features) -> bool:
         """Whether a new head with [S] features is worth following."""
-        log_odds = Evidence.starting_with(features, 0.0).log_odds(self.likelihood)
-        return probability(log_odds) > REFUSED
+        return probability(self.likelihood.log_odds_of_shape(features)) > REFUSED
 
     def refusal_of(self, track: Track) -> Refusal:
         """Why a track is not confirmed."""
