@@ -573,24 +573,17 @@ def relief_about(
 @njit(cache=True, nogil=True)
 def lowest(costs: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Flat indices of the `count` lowest of [n, m] costs, lowest first; the first of equals."""
-    rows, columns = costs.shape
-    best = np.empty(count, np.int64)
+    cost_of, best = costs.ravel(), np.empty(count, np.int64)
     kept = 0
-    for row in range(rows):
-        for column in range(columns):
-            cost = costs[row, column]
-            if kept == count:
-                last = best[count - 1]
-                if cost >= costs[last // columns, last % columns]:
-                    continue
-                kept -= 1
-            place = kept
-            while place > 0:
-                before = best[place - 1]
-                if costs[before // columns, before % columns] <= cost:
-                    break
-                best[place] = before
-                place -= 1
-            best[place] = row * columns + column
-            kept += 1
+    for index in range(len(cost_of)):
+        if kept == count:
+            if cost_of[index] >= cost_of[best[count - 1]]:
+                continue
+            kept -= 1
+        place = kept
+        while place > 0 and cost_of[best[place - 1]] > cost_of[index]:
+            best[place] = best[place - 1]
+            place -= 1
+        best[place] = index
+        kept += 1
     return best[:kept]
