@@ -90,7 +90,7 @@ class SkinHistograms:
             read_only(array)
 
     @property
-    def probability(self) -> Counts:
+    def probability(self) -> NDArray[np.float64]:
         """[BINS, BINS] P(s|c) = P(s) P(c|s) / P(c) (Eq. 4.1)."""
         return _smooth(self.skin) / (_smooth(self.all) + UNSEEN)
 
@@ -124,7 +124,7 @@ class SkinHistograms:
         return file.getvalue()
 
 
-def _smooth(counts: Counts) -> Counts:
+def _smooth(counts: Counts) -> NDArray[np.float64]:
     return np.asarray(cv2.GaussianBlur(counts, (0, 0), COLOR_SMOOTHING_BINS), np.float64)
 
 
@@ -320,11 +320,11 @@ def _connected(
     )
     m2_per_px_at_1_m = 1.0 / (view.camera.fx * view.camera.fy)
     ends = starts.tolist()
-    for start, end, box, (level, read, median_m, *moments) in zip(
+    for start, end, (left, top, right, bottom), (level, read, median_m, *moments) in zip(
         ends[:-1], ends[1:], boxes.tolist(), means.tolist(), strict=True
     ):
         depth_m = median_m if read >= LEAST_READ else 0.0
         area_m2 = (end - start) * depth_m * depth_m * m2_per_px_at_1_m
         if area_m2 == 0.0 or area_m2 >= LEAST_SKIN_M2:
-            own = pixels[start:end]
-            yield SkinRegion(own, tuple(box), depth_m, area_m2, level / 255.0, Moments(*moments))
+            own, around = pixels[start:end], (left, top, right, bottom)
+            yield SkinRegion(own, around, depth_m, area_m2, level / 255.0, Moments(*moments))

@@ -150,7 +150,8 @@ def test_the_perimeter_of_discs_and_squares() -> None:
 @given(seeds)
 def test_the_label_inside_has_most_pixels_in_the_ellipse(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    label_of = rng.integers(0, 4, ROWS.shape, np.int32) * disc(*rng.uniform(0, 60, 2), 12)
+    right, down = rng.uniform(0, 60, 2)
+    label_of = rng.integers(0, 4, ROWS.shape, np.int32) * disc(right, down, 12)
     x, y, angle = rng.uniform((-5, -5, -1.5), (85, 65, 1.5))
     ellipse = Ellipse(x, y, 11.0, 4.0, angle)
     shared = [ellipse.count(pixels_of(label_of == label)) for label in (1, 2, 3)]
