@@ -84,7 +84,7 @@ def blob(belief: list[float], is_seen: bool = True, has_depth: bool = True) -> S
     return SkinBlob(
         id=1,
         belief=np.array(belief),
-        ellipse=Ellipse.of_pixels(np.array([[3.0, 4.0], [5.0, 6.0]], np.float32)),
+        ellipse=Ellipse(4.0, 5.0, 2.0, 1.0, 0.8),
         surface_camera=place if has_depth else None,
         palm_camera=place + 0.01 if has_depth else None,
         major_m=0.08,
