@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.cpython.unsafe.numbers import trailing_zeros
 
 from topview.kernels.pulls import move_together, pull, pull_to_joints
 from topview.kernels.threads import over_threads
@@ -31,6 +32,7 @@ FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space samp
 LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led uphill
 UPPER_TORSO = 1
 HEAD = 0
+LANES = 16  # parts that are compared with a point at once: all, and a power of two
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
 
@@ -118,6 +120,55 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
             )
 
 
+@njit(error_model="numpy")
+def _side_by_side(Rs, origins, lengths, shapes, out):
+    """Fill `out` [14, LANES] with the parts' rotations, row by row, origins, lengths and
+    `reach_across`; what is no part is near nothing."""
+    for k in range(LANES):
+        for i in range(14):
+            out[i, k] = 0.0
+        out[12, k] = -np.inf
+    for k in range(Rs.shape[0]):
+        for i in range(3):
+            for j in range(3):
+                out[3 * i + j, k] = Rs[k, i, j]
+            out[9 + i, k] = origins[k, i]
+        out[12, k] = lengths[k]
+        out[13, k] = reach_across(shapes, k)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _parts_near(px, py, pz, best, parts):
+    """Which parts of `_side_by_side` may come as near to a point as `best`: a bit for each. All are
+    looked at in one loop without a branch, which is fast."""
+    near = np.int64(0)
+    for k in range(LANES):
+        dx, dy, dz = px - parts[9, k], py - parts[10, k], pz - parts[11, k]
+        x = parts[0, k] * dx + parts[3, k] * dy + parts[6, k] * dz
+        y = parts[1, k] * dx + parts[4, k] * dy + parts[7, k] * dz
+        z = parts[2, k] * dx + parts[5, k] * dy + parts[8, k] * dz
+        widest = parts[13, k] + best
+        is_near = (y >= -best) & (y <= parts[12, k] + best) & (x * x + z * z <= widest * widest)
+        near |= np.int64(is_near) << k
+    return near
+
+
+@njit(error_model="numpy", inline="always")
+def _facing_surface(px, py, pz, k, Rs, origins, lengths, shapes):
+    """Signed distance of a point from a part's surface, infinite where that faces away from the
+    camera, and the normal, camera frame."""
+    dx, dy, dz = px - origins[k, 0], py - origins[k, 1], pz - origins[k, 2]
+    x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
+    y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
+    z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
+    d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
+    cx = Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz
+    cy = Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz
+    cz = Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz
+    faces_away = cx * px + cy * py + cz * pz > BACK_FACING * np.sqrt(px * px + py * py + pz * pz)
+    return np.inf if faces_away else d, cx, cy, cz
+
+
 @njit(cache=True, error_model="numpy")
 def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances, normals):
     """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
@@ -131,44 +182,38 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
         distances, normals: [N] metres and [N, 3] of that surface, camera frame, filled; the normal
             of no surface is left as it is.
     """
-    B = Rs.shape[0]
-    across = np.empty(B)
-    for k in range(B):
-        across[k] = reach_across(shapes, k)
-    for i in range(points.shape[0]):
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        limit = BACK_FACING * np.sqrt(px * px + py * py + pz * pz)
-        best = reach
-        label = -1
-        signed = 0.0
-        guess = labels[i]
-        for turn in range(-1, B):
-            k = guess if turn < 0 else turn
-            if k < 0 or (k == guess and turn >= 0):
-                continue
-            dx, dy, dz = px - origins[k, 0], py - origins[k, 1], pz - origins[k, 2]
-            y = Rs[k, 0, 1] * dx + Rs[k, 1, 1] * dy + Rs[k, 2, 1] * dz
-            if y < -best or y > lengths[k] + best:
-                continue
-            x = Rs[k, 0, 0] * dx + Rs[k, 1, 0] * dy + Rs[k, 2, 0] * dz
-            z = Rs[k, 0, 2] * dx + Rs[k, 1, 2] * dy + Rs[k, 2, 2] * dz
-            widest = across[k] + best
-            if x * x + z * z > widest * widest:
-                continue
-            d, nx, ny, nz = surface_distance(x, y, z, lengths[k], shapes, k)
-            if abs(d) > best or (abs(d) == best and (label < 0 or k > label)):
-                continue
-            cx = Rs[k, 0, 0] * nx + Rs[k, 0, 1] * ny + Rs[k, 0, 2] * nz
-            cy = Rs[k, 1, 0] * nx + Rs[k, 1, 1] * ny + Rs[k, 1, 2] * nz
-            cz = Rs[k, 2, 0] * nx + Rs[k, 2, 1] * ny + Rs[k, 2, 2] * nz
-            if cx * px + cy * py + cz * pz > limit:
-                continue
-            best = abs(d)
-            label = k
-            signed = d
-            normals[i, 0], normals[i, 1], normals[i, 2] = cx, cy, cz
-        labels[i] = label
-        distances[i] = signed
+    N = points.shape[0]
+    parts = np.empty((14, LANES))
+    _side_by_side(Rs, origins, lengths, shapes, parts)
+    near = np.empty(N, np.int64)
+    # In three loops: what a branch depends on is known before it, or the processor guesses wrong.
+    for i in range(N):
+        k = labels[i]
+        near[i] = 0
+        distances[i] = np.inf
+        if k >= 0:
+            near[i] = np.int64(1) << k
+            distances[i], normals[i, 0], normals[i, 1], normals[i, 2] = _facing_surface(
+                points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
+            )
+    for i in range(N):
+        best = min(abs(distances[i]), reach)
+        near[i] = ~near[i] & _parts_near(points[i, 0], points[i, 1], points[i, 2], best, parts)
+    for i in range(N):
+        if not abs(distances[i]) < reach:
+            labels[i], distances[i] = -1, 0.0
+        left = near[i]
+        while left != 0:
+            k = trailing_zeros(left)
+            left &= left - 1
+            d, nx, ny, nz = _facing_surface(
+                points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
+            )
+            label = labels[i]
+            best = reach if label < 0 else abs(distances[i])
+            if abs(d) < best or (abs(d) == best and 0 <= k < label):
+                labels[i], distances[i] = k, d
+                normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
 
 
 @njit(error_model="numpy")
@@ -469,21 +514,21 @@ def refine_bodies(
             is_guarded |= scales[j, i] < np.inf
     best_neck = np.empty(3)
     best_Rs = np.empty((B, 3, 3))
+    origins = np.empty((B, 3))
+    relative = np.empty((B, 3, 3))
+    R = np.empty((3, 3))
+    away = np.empty(3)
+    axes = np.empty((D, 3))
+    centers = np.empty((D, 3))
+    A = np.empty((D, D))
+    g = np.empty(D)
+    sums = np.empty((B, 6, 7))
+    labels = np.full(N, -1, np.int32)  # of a candidate are a good guess of the next one's
+    distances = np.empty(N)
+    normals = np.empty((N, 3))
     for m in range(first_row, necks.shape[0], row_step):
         neck = necks[m]
         Rs = Rs_all[m]
-        origins = np.empty((B, 3))
-        relative = np.empty((B, 3, 3))
-        R = np.empty((3, 3))
-        away = np.empty(3)
-        axes = np.empty((D, 3))
-        centers = np.zeros((D, 3))
-        A = np.empty((D, D))
-        g = np.empty(D)
-        sums = np.empty((B, 6, 7))
-        labels = np.full(N, -1, np.int32)
-        distances = np.empty(N)
-        normals = np.empty((N, 3))
         unexplained = 0.0
         free = 0.0
         departure = 0.0
