@@ -228,28 +228,27 @@ def place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers):
 
 @njit(error_model="numpy")
 def solve_lower(A, g):
-    """Solve A x = g for symmetric positive definite A given by its lower triangle (Cholesky)."""
+    """Solve A x = g for symmetric positive definite A [n, n] given by its lower triangle, which
+    Cholesky's factor replaces column by column; g becomes x, and is returned."""
     n = A.shape[0]
-    L = np.zeros_like(A)
-    for i in range(n):
-        for j in range(i + 1):
-            s = A[i, j]
-            for k in range(j):
-                s -= L[i, k] * L[j, k]
-            if i == j:
-                L[i, i] = np.sqrt(max(s, 1e-12))
-            else:
-                L[i, j] = s / L[j, j]
-    x = g.copy()
+    column = np.empty(n)
+    for k in range(n):
+        A[k, k] = np.sqrt(max(A[k, k], 1e-12))
+        for i in range(k + 1, n):
+            A[i, k] /= A[k, k]
+            column[i] = A[i, k]
+        for i in range(k + 1, n):
+            for j in range(k + 1, i + 1):
+                A[i, j] -= column[i] * column[j]
     for i in range(n):
         for k in range(i):
-            x[i] -= L[i, k] * x[k]
-        x[i] /= L[i, i]
+            g[i] -= A[i, k] * g[k]
+        g[i] /= A[i, i]
     for i in range(n - 1, -1, -1):
         for k in range(i + 1, n):
-            x[i] -= L[k, i] * x[k]
-        x[i] /= L[i, i]
-    return x
+            g[i] -= A[k, i] * g[k]
+        g[i] /= A[i, i]
+    return g
 
 
 @njit(error_model="numpy")

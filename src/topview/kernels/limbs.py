@@ -23,7 +23,6 @@ from topview.kernels.body import (
 from topview.kernels.limits import excess
 from topview.kernels.threads import over_threads
 
-OUT_OF_REACH = 1.000001  # of a squared distance: more is out of reach whatever is rounded; ours
 
 
 @njit(error_model="numpy")
@@ -47,20 +46,75 @@ def _tangents(axis, out):
     out[1, 2] = axis[0] * out[0, 1] - axis[1] * out[0, 0]
 
 
+@njit(error_model="numpy", inline="always")
+def _wish(wishes, n, along_upper, along_lower, nx, ny, nz, gap, weight):
+    """Note as n-th of `wishes` [W, 7] that a place on the limb, so far along both parts, moves by
+    `gap` along (nx, ny, nz)."""
+    wishes[n, 0], wishes[n, 1] = along_upper, along_lower
+    wishes[n, 2], wishes[n, 3], wishes[n, 4] = nx, ny, nz
+    wishes[n, 5], wishes[n, 6] = gap, weight
+
+
 @njit(error_model="numpy")
-def _pull(A, g, upper, lower, is_lower, along_upper, along_lower, nx, ny, nz, gap, weight, J):
-    """Add the wish that a place on the limb moves by `gap` along (nx, ny, nz)."""
-    n = 2
-    for a in range(2):
-        J[a] = along_upper * (upper[a, 0] * nx + upper[a, 1] * ny + upper[a, 2] * nz)
-    if is_lower:
-        n = 4
-        for a in range(2):
-            J[2 + a] = along_lower * (lower[a, 0] * nx + lower[a, 1] * ny + lower[a, 2] * nz)
-    for a in range(n):
-        g[a] += weight * J[a] * gap
-        for b in range(a + 1):
-            A[a, b] += weight * J[a] * J[b]
+def _pull(wishes, n, upper, lower, prior_weight, A, g):
+    """Fill the lower triangle of A [4, 4] and g [4] with what the first n wishes ask for; the sums
+    are kept out of memory."""
+    u, v, w, x = upper[0], upper[1], lower[0], lower[1]
+    g0 = g1 = g2 = g3 = 0.0
+    a00 = a11 = a22 = a33 = prior_weight
+    a10 = a20 = a21 = a30 = a31 = a32 = 0.0
+    for i in range(n):
+        along_upper, along_lower = wishes[i, 0], wishes[i, 1]
+        nx, ny, nz = wishes[i, 2], wishes[i, 3], wishes[i, 4]
+        gap, weight = wishes[i, 5], wishes[i, 6]
+        j0 = along_upper * (u[0] * nx + u[1] * ny + u[2] * nz)
+        j1 = along_upper * (v[0] * nx + v[1] * ny + v[2] * nz)
+        j2 = along_lower * (w[0] * nx + w[1] * ny + w[2] * nz)
+        j3 = along_lower * (x[0] * nx + x[1] * ny + x[2] * nz)
+        w0, w1, w2, w3 = weight * j0, weight * j1, weight * j2, weight * j3
+        g0, g1, g2, g3 = g0 + w0 * gap, g1 + w1 * gap, g2 + w2 * gap, g3 + w3 * gap
+        a00, a10, a11 = a00 + w0 * j0, a10 + w1 * j0, a11 + w1 * j1
+        a20, a21, a22 = a20 + w2 * j0, a21 + w2 * j1, a22 + w2 * j2
+        a30, a31, a32, a33 = a30 + w3 * j0, a31 + w3 * j1, a32 + w3 * j2, a33 + w3 * j3
+    g[0], g[1], g[2], g[3] = g0, g1, g2, g3
+    A[0, 0], A[1, 0], A[1, 1] = a00, a10, a11
+    A[2, 0], A[2, 1], A[2, 2] = a20, a21, a22
+    A[3, 0], A[3, 1], A[3, 2], A[3, 3] = a30, a31, a32, a33
+
+
+@njit(error_model="numpy", inline="always")
+def _from_axis(dx, dy, dz, ax, ay, az, length):
+    """How far along a part, [0, length], a place off its origin is nearest to the axis, the way
+    from there to the place, and how long that is; metres."""
+    t = min(max(dx * ax + dy * ay + dz * az, 0.0), length)
+    ex, ey, ez = dx - t * ax, dy - t * ay, dz - t * az
+    return t, ex, ey, ez, max(np.sqrt(ex * ex + ey * ey + ez * ez), 1e-6)
+
+
+@njit(error_model="numpy")
+def _choose_parts(px, py, pz, ranges, joint, elbow, axes, lengths, radii, reach, chosen):
+    """Fill `chosen` [N] with the part, 0 or 1, whose surface that faces the camera is nearest to
+    each point, -1 beyond `reach`; without a branch, so that the loop is vectorised.
+
+    Args:
+        px, py, pz, ranges: [N] metres, and how far from the camera that is.
+        joint, elbow, axes: [3], [3] and [2, 3] the limb.
+        lengths, radii, reach: as in `refine_limbs`.
+    """
+    jx, jy, jz, ax, ay, az = joint[0], joint[1], joint[2], axes[0, 0], axes[0, 1], axes[0, 2]
+    kx, ky, kz, bx, by, bz = elbow[0], elbow[1], elbow[2], axes[1, 0], axes[1, 1], axes[1, 2]
+    length_a, length_b = lengths[0], lengths[1]
+    radius_a, radius_b = radii[0], radii[1]
+    for i in range(px.shape[0]):
+        x, y, z, away = px[i], py[i], pz[i], ranges[i]
+        _, ex, ey, ez, r = _from_axis(x - jx, y - jy, z - jz, ax, ay, az, length_a)
+        off = abs(r - radius_a)
+        is_first = (off < reach) & ((ex * x + ey * y + ez * z) / (r * away) <= BACK_FACING)
+        best = off if is_first else reach
+        _, ex, ey, ez, r = _from_axis(x - kx, y - ky, z - kz, bx, by, bz, length_b)
+        off = abs(r - radius_b)
+        is_second = (off < best) & ((ex * x + ey * y + ez * z) / (r * away) <= BACK_FACING)
+        chosen[i] = 1 if is_second else (0 if is_first else -1)
 
 
 @over_threads("axes")
@@ -83,70 +137,51 @@ def refine_limbs(
         samples: places on each part's axis that are tested against free space.
     """
     H, W = depth.shape
+    A = np.empty((4, 4))
+    g = np.empty(4)
+    upper = np.empty((2, 3))
+    lower = np.empty((2, 3))
+    elbow = np.empty(3)
+    px, py, pz = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
+    ranges = np.sqrt(px * px + py * py + pz * pz)
+    chosen = np.empty(points.shape[0], np.int64)
+    wishes = np.empty((points.shape[0] + 2 * (samples + 1), 7))
     for m in range(first_row, axes.shape[0], row_step):
-        A = np.empty((4, 4))
-        g = np.empty(4)
-        J = np.empty(4)
-        upper = np.empty((2, 3))
-        lower = np.empty((2, 3))
-        elbow = np.empty(3)
         for _ in range(iterations):
             _tangents(axes[m, 0], upper)
             _tangents(axes[m, 1], lower)
-            for a in range(4):
-                g[a] = 0.0
-                for b in range(4):
-                    A[a, b] = prior_weight if a == b else 0.0
+            n = 0
             for i in range(3):
                 elbow[i] = joint[i] + lengths[0] * axes[m, 0, i]
+            _choose_parts(px, py, pz, ranges, joint, elbow, axes[m], lengths, radii, reach, chosen)
             for i in range(points.shape[0]):
-                px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-                best = reach
-                part = -1
-                bt, bd, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0
-                for k in range(2):
-                    ox = joint[0] if k == 0 else elbow[0]
-                    oy = joint[1] if k == 0 else elbow[1]
-                    oz = joint[2] if k == 0 else elbow[2]
-                    dx, dy, dz = px - ox, py - oy, pz - oz
-                    t = dx * axes[m, k, 0] + dy * axes[m, k, 1] + dz * axes[m, k, 2]
-                    t = min(max(t, 0.0), lengths[k])
-                    ex, ey, ez = (
-                        dx - t * axes[m, k, 0],
-                        dy - t * axes[m, k, 1],
-                        dz - t * axes[m, k, 2],
-                    )
-                    squared = ex * ex + ey * ey + ez * ez
-                    if squared > OUT_OF_REACH * (radii[k] + best) ** 2:
-                        continue
-                    r = max(np.sqrt(squared), 1e-6)
-                    d = r - radii[k]
-                    if abs(d) >= best:
-                        continue
-                    facing = (ex * px + ey * py + ez * pz) / (
-                        r * np.sqrt(px * px + py * py + pz * pz)
-                    )
-                    if facing <= BACK_FACING:
-                        best = abs(d)
-                        part = k
-                        bt, bd, bx, by, bz = t, d, ex / r, ey / r, ez / r
-                if part < 0:
+                k = chosen[i]
+                if k < 0:
                     continue
-                w = 1.0 / (1.0 + (bd / scale) ** 2)
-                _pull(
-                    A, g, upper, lower, part == 1, bt if part == 0 else lengths[0],
-                    bt, bx, by, bz, bd, w * w, J,
+                dx = px[i] - (joint[0] if k == 0 else elbow[0])
+                dy = py[i] - (joint[1] if k == 0 else elbow[1])
+                dz = pz[i] - (joint[2] if k == 0 else elbow[2])
+                t, ex, ey, ez, r = _from_axis(
+                    dx, dy, dz, axes[m, k, 0], axes[m, k, 1], axes[m, k, 2], lengths[k]
+                )
+                d = r - radii[k]
+                w = 1.0 / (1.0 + (d / scale) ** 2)
+                _wish(
+                    wishes, n, t if k == 0 else lengths[0], t if k == 1 else 0.0,
+                    ex / r, ey / r, ez / r, d, w * w,
                 )  # fmt: skip
+                n += 1
             for k in range(2):
                 x = (joint[0] if k == 0 else elbow[0]) + lengths[k] * axes[m, k, 0]
                 y = (joint[1] if k == 0 else elbow[1]) + lengths[k] * axes[m, k, 1]
                 z = (joint[2] if k == 0 else elbow[2]) + lengths[k] * axes[m, k, 2]
                 below = -(floor[0] * x + floor[1] * y + floor[2] * z + floor[3])
                 if below > 0.0:
-                    _pull(
-                        A, g, upper, lower, k == 1, lengths[0], lengths[1],
-                        floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight, J,
+                    _wish(
+                        wishes, n, lengths[0], lengths[1] if k == 1 else 0.0,
+                        floor[0], floor[1], floor[2], below, FLOOR_WEIGHT * free_weight,
                     )  # fmt: skip
+                    n += 1
                 for s in range(samples):
                     t = (s + 0.5) / samples * lengths[k]
                     x = (joint[0] if k == 0 else elbow[0]) + t * axes[m, k, 0]
@@ -159,7 +194,8 @@ def refine_limbs(
                         continue
                     seen = depth[v, u]
                     front = z - radii[k]
-                    along = t if k == 0 else lengths[0]
+                    along_upper = t if k == 0 else lengths[0]
+                    along_lower = t if k == 1 else 0.0
                     if not mine[v, u]:
                         if seen > 0.0 and seen < front + margin:
                             continue
@@ -170,17 +206,19 @@ def refine_limbs(
                         distance = np.sqrt(du * du + dv * dv)
                         gap = min(distance - INNER_SHARE * radii[k], LARGEST_GAP_M)
                         if gap > 0.0:
-                            _pull(
-                                A, g, upper, lower, k == 1, along, t,
-                                du / distance, dv / distance, 0.0, gap, free_weight, J,
+                            _wish(
+                                wishes, n, along_upper, along_lower,
+                                du / distance, dv / distance, 0.0, gap, free_weight,
                             )  # fmt: skip
+                            n += 1
                     elif seen > front + margin:
                         norm = np.sqrt(x * x + y * y + z * z)
-                        _pull(
-                            A, g, upper, lower, k == 1, along, t,
-                            x / norm, y / norm, z / norm,
-                            min(seen - front, LARGEST_GAP_M), free_weight, J,
+                        _wish(
+                            wishes, n, along_upper, along_lower, x / norm, y / norm, z / norm,
+                            min(seen - front, LARGEST_GAP_M), free_weight,
                         )  # fmt: skip
+                        n += 1
+            _pull(wishes, n, upper, lower, prior_weight, A, g)
             step = solve_lower(A, g)
             for k in range(2):
                 basis = upper if k == 0 else lower
