@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,19 +42,32 @@ def forward_kinematics(
 
 
 def rotations_in_parent(Rs_camera_part: NDArray, tree: Tree = FROM_HEAD) -> NDArray[np.float64]:
-    """[11, 3, 3] rotations of parts in the camera frame to the same in their parents' frames."""
+    """[11, ..., 3, 3] rotations of parts in the camera frame to the same in their parents'
+    frames."""
     Rs = np.array(Rs_camera_part, np.float64)
-    for part, parent in tree:
-        Rs[part] = Rs_camera_part[parent].T @ Rs_camera_part[part]
+    parts, parents = np.concatenate(_generations(tree), axis=1)
+    Rs[parts] = np.swapaxes(Rs_camera_part[parents], -1, -2) @ Rs_camera_part[parts]
     return Rs
 
 
 def rotations_in_camera(Rs_parent_part: NDArray, tree: Tree = FROM_HEAD) -> NDArray[np.float64]:
     """Inverse of `rotations_in_parent`."""
     Rs = np.array(Rs_parent_part, np.float64)
-    for part, parent in tree:
-        Rs[part] = Rs[parent] @ Rs_parent_part[part]
+    for parts, parents in _generations(tree):
+        Rs[parts] = Rs[parents] @ Rs_parent_part[parts]
     return Rs
+
+
+@cache
+def _generations(tree: Tree) -> tuple[NDArray[np.int64], ...]:
+    """[2, N] parts and their parents, for each distance from the root."""
+    distance: dict[int, int] = {}
+    for part, parent in tree:
+        distance[part] = distance.get(parent, 0) + 1
+    return tuple(
+        np.array([pair for pair in tree if distance[pair[0]] == n]).T
+        for n in sorted(set(distance.values()))
+    )
 
 
 def joints_from_parts(model: BodyModel, Ts_camera_part: NDArray) -> NDArray[np.float64]:

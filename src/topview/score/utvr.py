@@ -123,6 +123,29 @@ def score_hypotheses(
 ) -> UtvrTerms:
     """Score M hypotheses of one part.
 
+    Args: as of `count_hypotheses`.
+    """
+    counts = count_hypotheses(
+        Rs_camera_part, origins_camera, length_m, radii_m, observed, placed, tolerance_m, threads,
+        layers,
+    )  # fmt: skip
+    return UtvrTerms.from_counts(counts)
+
+
+def count_hypotheses(
+    Rs_camera_part: NDArray[np.float64],
+    origins_camera: NDArray[np.float64],
+    length_m: float,
+    radii_m: NDArray[np.float64],
+    observed: Observed,
+    placed: NDArray[np.float32],
+    tolerance_m: float,
+    threads: int,
+    layers: NDArray[np.uint8] | None = None,
+) -> NDArray[np.int32]:
+    """[M, 7] counts of `topview.kernels.utvr` that the scores of M hypotheses of one part are made
+    of.
+
     Args:
         Rs_camera_part, origins_camera: [M, 3, 3] and [M, 3] (or [3] for all), metres.
         length_m, radii_m: size of the part.
@@ -158,7 +181,7 @@ def score_hypotheses(
         max(1, min(threads, M)),
         counts,
     )
-    return UtvrTerms.from_counts(counts)
+    return counts
 
 
 def placed_parts(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,7 +52,7 @@ class Pose:
     Rs: Array
 
     def relative(self) -> Array:
-        """[11, 3, 3] rotations in the tree that hangs from the upper torso."""
+        """[11, 3, 3], or [11, M, 3, 3], rotations in the tree that hangs from the upper torso."""
         return rotations_in_parent(self.Rs, FROM_UPPER_TORSO)
 
     @staticmethod
@@ -73,6 +74,12 @@ class Pose:
         for part, parent in FROM_UPPER_TORSO[1:]:
             origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins
+
+    @staticmethod
+    def together(poses: Sequence[Pose]) -> Pose:
+        """M poses at once."""
+        necks_camera = np.array([pose.neck_camera for pose in poses])
+        return Pose(necks_camera, np.swapaxes(np.array([pose.Rs for pose in poses]), 0, 1))
 
     def turned_round(self) -> Pose:
         """The pose that fills the same volume and faces the other way: every part turned half round

@@ -29,7 +29,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
-from topview.geometry.rotations import horizontal, rotations_from_angles, unit
+from topview.geometry.rotations import cross, rotations_from_angles, unit
 from topview.records import read_only
 from topview.track.pose import Pose
 
@@ -75,16 +75,22 @@ def facing(yaw_rad: float, up_camera: Array) -> Array:
 def _facing_camera(*up_camera: float) -> Array:
     y = -unit(np.array(up_camera))
     z = unit(np.array([0.0, 0.0, -1.0]) + y * y[2])
-    return read_only(np.stack([np.cross(y, z), y, z], axis=1))
+    return read_only(np.stack([cross(y, z), y, z], axis=1))
 
 
 def heading(R_camera_torso: Array, up_camera: Array) -> float:
     """The yaw of `facing` that comes nearest to a torso's rotation."""
-    front, up = R_camera_torso[:, 2], R_camera_torso[:, 1]
+    return float(headings(R_camera_torso[None], up_camera)[0])
+
+
+def headings(Rs_camera_torso: Array, up_camera: Array) -> Array:
+    """[M] of [M, 3, 3], as `heading`."""
+    front, up = Rs_camera_torso[..., 2], Rs_camera_torso[..., 1]
+    rise = np.vecdot(front, up_camera)[:, None]
     # Of a torso that is bent over by more than 90 degrees, the front points backwards.
-    level = horizontal(front, up_camera) + up * (front @ up_camera)
-    upright = _facing_camera(*up_camera.tolist()).T @ level
-    return float(np.arctan2(upright[0], upright[2]))
+    level = front - up_camera * rise + up * rise
+    upright = _facing_camera(*up_camera.tolist()).T @ level[..., None]
+    return np.arctan2(upright[:, 0, 0], upright[:, 2, 0])
 
 
 @cache

@@ -27,7 +27,7 @@ from topview.filter.turning import (
 )
 from topview.track.methods.topview.lookup import Likeness
 from topview.track.pose import Pose
-from topview.track.stances import heading
+from topview.track.stances import heading, headings
 
 Array = NDArray[np.float64]
 
@@ -64,13 +64,14 @@ class FacingBelief:
         told, self._has_begun = share * alike.yaw_log_likelihood(), True
         self._believe(normalised(turned_on(self._belief, frames) * np.exp(told)))
 
-    def cost(self, pose: Pose, up_camera: Array) -> float:
-        """What speaks against a pose's yaw."""
-        yaw_rad = heading(pose.Rs[UPPER_TORSO], up_camera)
-        step = (yaw_rad - float(YAWS_RAD[0])) * (N_YAWS / (2.0 * pi)) % N_YAWS
-        before = int(step) % N_YAWS
-        after, share = (before + 1) % N_YAWS, step - int(step)
-        return float((1.0 - share) * self._costs[before] + share * self._costs[after])
+    def costs(self, Rs_camera_torso: Array, up_camera: Array) -> Array:
+        """[M] what speaks against the yaws of torsos [M, 3, 3]."""
+        yaws_rad = headings(Rs_camera_torso, up_camera)
+        steps = (yaws_rad - YAWS_RAD[0]) * (N_YAWS / (2.0 * pi)) % N_YAWS
+        whole = steps.astype(np.int64)
+        before, share = whole % N_YAWS, steps - whole
+        after = (before + 1) % N_YAWS
+        return (1.0 - share) * self._costs[before] + share * self._costs[after]
 
     def _believe(self, belief: Array) -> None:
         log_belief = np.log(belief.sum(0) + LEAST_YAW_BELIEF)

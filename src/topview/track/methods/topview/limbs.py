@@ -26,9 +26,9 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.filter.particles import n_best
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import cross, unit
 from topview.kernels import limbs as limb_kernel
-from topview.score.utvr import Observed, UtvrTerms, placed_parts, score_hypotheses
+from topview.score.utvr import Observed, UtvrTerms, count_hypotheses, placed_parts
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.hands import Hand, hands_of_arms
 from topview.track.methods.topview.refinement import label_points
@@ -159,8 +159,8 @@ def elbows_on_circle(
     i = (span**2 + length_upper**2 - length_lower**2) / (2 * span)
     r = np.sqrt(np.maximum(length_upper**2 - i**2, 0.0))
     helper = np.where(np.abs(axis[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
-    v1 = unit(np.cross(axis, helper))
-    v2 = np.cross(axis, v1)
+    v1 = unit(cross(axis, helper))
+    v2 = cross(axis, v1)
     t = 2 * np.pi * np.arange(turns) / turns
     across = v1[:, None] * np.cos(t)[None, :, None] + v2[:, None] * np.sin(t)[None, :, None]
     elbows = axis[:, None] * i[:, None, None] + across * r[:, None, None]
@@ -386,21 +386,21 @@ class LimbSearch:
         s = self.settings
         Rs, verdicts = self._judged(limb, axes, evidence)
         elbows = limb.joint_camera + axes[:, 0] * limb.lengths_m[0]
-        log_score = np.zeros(len(axes))
-        for part, origins in enumerate((limb.joint_camera, elbows)):
-            radius = limb.radii_m[part] + s.clothing_m
-            log_score += self._log_score(
-                score_hypotheses(
-                    Rs[:, part],
-                    origins,
-                    limb.lengths_m[part],
-                    np.array([radius, radius]),
-                    observed,
-                    limb.placed,
-                    s.tolerance_m,
-                    self.threads,
-                )
+        counts = [
+            count_hypotheses(
+                Rs[:, part],
+                origins,
+                limb.lengths_m[part],
+                np.repeat(limb.radii_m[part] + s.clothing_m, 2),
+                observed,
+                limb.placed,
+                s.tolerance_m,
+                self.threads,
             )
+            for part, origins in enumerate((limb.joint_camera, elbows))
+        ]
+        of_both = self._log_score(UtvrTerms.from_counts(np.concatenate(counts)))
+        log_score = of_both[: len(axes)] + of_both[len(axes) :]
         explained, turn_upper, turn_lower, beyond, below = verdicts.T
         unexplained = (len(limb.exclusive_points) - explained) / limb.full_count
         if limb.hand is not None:

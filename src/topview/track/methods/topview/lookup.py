@@ -12,7 +12,7 @@ Wang, Yang, Ren, Pollefeys 2011; `topview train-poses` makes the table.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import as_file, files
 from typing import Final
 
@@ -23,8 +23,9 @@ from topview.body.model import BodyModel
 from topview.body.parts import UPPER_TORSO
 from topview.files import read_archive
 from topview.filter.turning import N_YAWS, YAWS_RAD, normalised
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import cross, unit
 from topview.kernels.lookup import project, squared_distances
+from topview.records import read_only
 from topview.track.evidence import Evidence
 from topview.track.pose import Pose
 from topview.track.stances import heading
@@ -71,10 +72,15 @@ def descriptors(covered: Floats, depth: Floats) -> Floats:
 
 def upright_axes(evidence: Evidence) -> Array:
     """[3, 3] rows: the grid's right, down, and level line of sight, in the camera frame."""
-    down = -evidence.up_camera
-    head = evidence.head_camera
+    return _upright_axes(*evidence.up_camera.tolist(), *evidence.head_camera.tolist())
+
+
+@lru_cache(maxsize=64)  # several times a frame for each person
+def _upright_axes(*up_and_head: float) -> Array:
+    up, head = np.array(up_and_head).reshape(2, 3)
+    down = -up
     away = unit(head - (head @ down) * down)
-    return np.stack([np.cross(down, away), down, away])
+    return read_only(np.stack([cross(down, away), down, away]))
 
 
 def seen_descriptor(evidence: Evidence, stature_m: float) -> Floats:

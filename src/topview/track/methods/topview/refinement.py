@@ -79,7 +79,7 @@ class Refined:
     """Refined candidates, in the order they came in.
 
     Attributes:
-        poses: M poses.
+        poses, together: M poses, and the same at once.
         unexplained: [M] share of the user's points that lie on no part, robustly counted.
         in_free_space: [M] share of the body's axis that the image shows to be in free space.
         departure: [M] mean squared turn away from the prior, square radians.
@@ -88,6 +88,7 @@ class Refined:
     """
 
     poses: list[Pose]
+    together: Pose
     unexplained: Array
     in_free_space: Array
     departure: Array
@@ -113,6 +114,7 @@ def refine(
     s = settings
     targets = targets or JointTargets.none()
     priors = [prior] * len(candidates) if isinstance(prior, Pose) else prior or candidates
+    held_to = Pose.together(priors)
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
     costs = np.empty((len(candidates), 5))
@@ -123,8 +125,8 @@ def refine(
     kernel.refine_bodies(
         necks,
         Rs,
-        np.array([pose.neck_camera for pose in priors]),
-        np.array([pose.relative() for pose in priors]),
+        held_to.neck_camera,
+        np.ascontiguousarray(np.swapaxes(held_to.relative(), 0, 1)),
         model.lengths_m,
         model.shapes_m,
         model.joints_parent,
@@ -169,7 +171,7 @@ def refine(
         costs,
     )
     poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
-    return Refined(poses, *costs.T)
+    return Refined(poses, Pose(necks, np.swapaxes(Rs, 0, 1)), *costs.T)
 
 
 def label_points(

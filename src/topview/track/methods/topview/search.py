@@ -190,14 +190,12 @@ class Search:
         """What was found, or that with limbs of bodies that look like what is seen, where all of it
         is cheaper."""
         look = replace(look, model=found.model)
-        own = found.pose.relative()
-        starts = [found.pose]
-        for lender in lenders:
-            lent = lender.relative()
-            for upper in LIMBS:
-                mixed = own.copy()
-                mixed[upper : upper + 2] = lent[upper : upper + 2]
-                starts.append(Pose.from_relative(found.pose.neck_camera, mixed))
+        mixed = np.repeat(found.pose.relative()[:, None], len(lenders) * len(LIMBS), axis=1)
+        lent = Pose.together(lenders).relative()
+        for index, upper in enumerate(LIMBS):
+            mixed[upper : upper + 2, index :: len(LIMBS)] = lent[upper : upper + 2]
+        neck_camera, Rs = found.pose.neck_camera, Pose.from_relative(found.pose.neck_camera, mixed).Rs
+        starts = [found.pose, *(Pose(neck_camera, Rs[:, k]) for k in range(Rs.shape[1]))]
         as_it_is, *tried = self._founds(starts, _thinned(look), LENT_ITERATIONS)
         together, is_better = as_it_is.pose.relative(), False
         for index, upper in enumerate(LIMBS):
@@ -241,20 +239,14 @@ class Search:
         it."""
         evidence = look.evidence
         refined = refine(starts, prior, look.model, evidence, self._refinement, iterations, hold)
-        founds = [
-            Found(pose, look.model, float(cost), float(hidden))
-            for pose, cost, hidden in zip(
-                refined.poses, costs_of(refined), refined.hidden, strict=True
-            )
-        ]
+        costs = costs_of(refined)
+        costs = costs + self.facing.costs(refined.together.Rs[UPPER_TORSO], evidence.up_camera)
+        costs = costs + _lift_costs(refined.together, look.model, evidence)
         return [
-            replace(
-                found,
-                cost=found.cost
-                + self.facing.cost(found.pose, evidence.up_camera)
-                + _lift_cost(found, evidence),
+            Found(pose, look.model, cost, hidden)
+            for pose, cost, hidden in zip(
+                refined.poses, costs.tolist(), refined.hidden.tolist(), strict=True
             )
-            for found in founds
         ]
 
     def _with_stature(self, found: Found, is_lost: bool, look: FrameContext) -> Found:
@@ -322,12 +314,13 @@ def _stature_cost(model: BodyModel, evidence: Evidence) -> float:
     return float(STOOP_WEIGHT * abs(stoop))
 
 
-def _lift_cost(found: Found, evidence: Evidence) -> float:
-    """What speaks against a pose whose feet are both off the floor."""
+def _lift_costs(poses: Pose, model: BodyModel, evidence: Evidence) -> Array:
+    """[M] what speaks against those of M poses whose feet are both off the floor."""
     if not evidence.floor.any():
-        return 0.0
+        return np.zeros(len(poses.neck_camera))
     legs = [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
-    soles = found.pose.origins(found.model)[legs]
-    soles = soles + found.pose.Rs[legs, :, 1] * found.model.lengths_m[legs, None]
-    lowest_m = float((soles @ evidence.floor[:3]).min() + evidence.floor[3])
-    return LIFT_WEIGHT_PER_M * max(0.0, lowest_m - LIFT_M)
+    soles = poses.origins(model)[legs]
+    soles = soles + poses.Rs[legs, ..., 1] * model.lengths_m[legs, None, None]
+    soles = np.ascontiguousarray(np.swapaxes(soles, 0, 1))
+    lowest_m = (soles @ evidence.floor[:3]).min(1) + evidence.floor[3]
+    return LIFT_WEIGHT_PER_M * np.maximum(0.0, lowest_m - LIFT_M)

@@ -44,9 +44,9 @@ class UsualPoses:
     def of(cls, Rs: Array) -> UsualPoses:
         """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame."""
         Rs = np.concatenate([Rs, mirrored(Rs)])
-        relative = [rotations_in_parent(own, FROM_UPPER_TORSO) for own in Rs]
+        relative = rotations_in_parent(np.swapaxes(Rs, 0, 1), FROM_UPPER_TORSO)
         axes = np.ascontiguousarray(_axes_in_torso(Rs).T, np.float32)
-        return cls(axes, np.stack(relative))
+        return cls(axes, np.ascontiguousarray(np.swapaxes(relative, 0, 1)))
 
     def towards(self, pose: Pose, share: float) -> Pose:
         """A pose whose limbs and head are turned by this share of the way to the mean of those that
