@@ -32,6 +32,7 @@ FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space samp
 LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led uphill
 UPPER_TORSO = 1
 HEAD = 0
+SLACK_M = 1e-4  # of distances in 32 bits
 LANES = 16  # parts that are compared with a point at once: all, and a power of two
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
@@ -126,8 +127,8 @@ def _side_by_side(Rs, origins, lengths, shapes, out):
     `reach_across`; what is no part is near nothing."""
     for k in range(LANES):
         for i in range(14):
-            out[i, k] = 0.0
-        out[12, k] = -np.inf
+            out[i, k] = np.float32(0.0)
+        out[12, k] = np.float32(-np.inf)
     for k in range(Rs.shape[0]):
         for i in range(3):
             for j in range(3):
@@ -140,8 +141,9 @@ def _side_by_side(Rs, origins, lengths, shapes, out):
 @njit(error_model="numpy", forceinline=True)
 def _parts_near(px, py, pz, best, parts):
     """Which parts of `_side_by_side` may come as near to a point as `best`: a bit for each. All are
-    looked at in one loop without a branch, which is fast."""
-    near = np.int64(0)
+    looked at in one loop without a branch, and so precisely that none is left out."""
+    near = np.int32(0)
+    px, py, pz, best = np.float32(px), np.float32(py), np.float32(pz), np.float32(best + SLACK_M)
     for k in range(LANES):
         dx, dy, dz = px - parts[9, k], py - parts[10, k], pz - parts[11, k]
         x = parts[0, k] * dx + parts[3, k] * dy + parts[6, k] * dz
@@ -149,8 +151,8 @@ def _parts_near(px, py, pz, best, parts):
         z = parts[2, k] * dx + parts[5, k] * dy + parts[8, k] * dz
         widest = parts[13, k] + best
         is_near = (y >= -best) & (y <= parts[12, k] + best) & (x * x + z * z <= widest * widest)
-        near |= np.int64(is_near) << k
-    return near
+        near = np.int32(near | (np.int32(is_near) << k))
+    return np.int64(near)
 
 
 @njit(error_model="numpy", inline="always")
@@ -183,7 +185,7 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
             of no surface is left as it is.
     """
     N = points.shape[0]
-    parts = np.empty((14, LANES))
+    parts = np.empty((14, LANES), np.float32)
     _side_by_side(Rs, origins, lengths, shapes, parts)
     near = np.empty(N, np.int64)
     # In three loops: what a branch depends on is known before it, or the processor guesses wrong.
@@ -554,6 +556,8 @@ def refine_bodies(
                 d = distances[i]
                 w = 1.0 / (1.0 + (d / scale) ** 2)
                 unexplained += 1.0 - w
+                if iteration == iterations:
+                    continue
                 pull(
                     sums, k,
                     points[i, 0], points[i, 1], points[i, 2],
@@ -663,7 +667,8 @@ def refine_bodies(
                 A, sums, Rs, origins, places, scales, joint_part, joints_part, chain, n_chain,
                 axes, centers, joint_weight,
             )  # fmt: skip
-            move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers)
+            if iteration < iterations:
+                move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers)
             energy += 2.0 * joint_weight * apart * 3.0 * places.shape[0]
             energy += add_limits(A, g, Rs, parents, limits, limit_weight, dof_of, n_dof_of, axes)
             relative_rotations(Rs, tree, relative)

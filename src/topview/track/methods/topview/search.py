@@ -221,6 +221,8 @@ class Search:
 
     def _cheaper(self, found: Found, other: Pose, look: FrameContext) -> Found:
         """What was found, or another pose, if both are refined and that is cheaper."""
+        if np.array_equal(found.pose.Rs, other.Rs):  # no limb has been replaced
+            return found
         before, after = self._founds([found.pose, other], look)
         gain = before.cost - after.cost
         if gain < LIMB_MARGIN:
