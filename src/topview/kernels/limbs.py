@@ -256,6 +256,7 @@ def judge_limbs(
     """
     limit_upper = (radii[0] + tolerance) ** 2
     limit_lower = (radii[1] + tolerance) ** 2
+    px, py, pz = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
     for m in range(first_row, axes.shape[0], row_step):
         u, w = axes[m, 0], axes[m, 1]
         nx = bend * (u[1] * w[2] - u[2] * w[1])
@@ -283,7 +284,7 @@ def judge_limbs(
 
         n = 0
         for i in range(points.shape[0]):
-            dx, dy, dz = points[i, 0] - joint[0], points[i, 1] - joint[1], points[i, 2] - joint[2]
+            dx, dy, dz = px[i] - joint[0], py[i] - joint[1], pz[i] - joint[2]
             t = min(max(dx * u[0] + dy * u[1] + dz * u[2], 0.0), lengths[0])
             near = (dx - t * u[0]) ** 2 + (dy - t * u[1]) ** 2 + (dz - t * u[2]) ** 2 <= limit_upper
             dx -= lengths[0] * u[0]

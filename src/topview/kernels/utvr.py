@@ -164,13 +164,17 @@ def _cells_filled(cell_of, n, grid):
     scratch."""
     for i in range(GRID):
         grid[i] = 0
-    n_cells = 0
+    n_inside = 0
     for i in range(n):
-        if cell_of[i] >= 0:
-            row, col = cell_of[i] >> 6, cell_of[i] & 63
-            bit = np.uint64(1) << np.uint64(col)
-            n_cells += np.int32((grid[row] & bit) == 0)
-            grid[row] |= bit
+        cell = cell_of[i]
+        cell_of[n_inside] = cell
+        n_inside += np.int64(cell >= 0)
+    n_cells = 0
+    for i in range(n_inside):
+        row, col = cell_of[i] >> 6, cell_of[i] & 63
+        bit = np.uint64(1) << np.uint64(col)
+        n_cells += np.int32((grid[row] & bit) == 0)
+        grid[row] |= bit
     return n_cells
 
 
