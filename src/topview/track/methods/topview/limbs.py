@@ -202,6 +202,8 @@ class _Limb:
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
 
+# Parts of the thinned and of all points, each as of `label_points`.
+Labelling = tuple[tuple[NDArray[np.int32], Array], tuple[NDArray[np.int32], Array]]
 # The N best of each limb, [n, 2, 3] directions in the parent's frame, by upper part.
 Kept = Mapping[int, Array]
 
@@ -232,16 +234,14 @@ class LimbSearch:
         """
         s = self.settings
         origins = pose.origins(model)
-        labelling = [
-            label_points(points, pose, origins, model)
-            for points in (evidence.points_camera, evidence.all_points_camera)
-        ]
+        labelling = _labelled(pose, origins, model, evidence)
+        placed = self._placed(pose, origins, model)
         hands = hands_of_arms(pose, predicted, model, evidence)
         Rs = pose.Rs.copy()
         best_of: dict[int, Array] = {}
         for upper in LIMBS:
-            limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted,
-                                      model, evidence, labelling, hands.get(upper))  # fmt: skip
+            limb = self._surroundings(upper, Pose(pose.neck_camera, Rs), origins, predicted, model,
+                                      evidence, labelling, placed, hands.get(upper))  # fmt: skip
             current = Rs[[upper, upper + 1], :, 1]
             if upper not in kept and _outside_share(limb, current, evidence) > s.outside_share:
                 rest = _at_rest(limb, evidence.up_camera)
@@ -263,7 +263,7 @@ class LimbSearch:
 
     def _surroundings(
         self, upper: int, pose: Pose, origins: Array, predicted: Pose, model: BodyModel,
-        evidence: Evidence, labelling: list[tuple[NDArray[np.int32], Array]], hand: Hand | None,
+        evidence: Evidence, labelling: Labelling, placed: NDArray[np.float32], hand: Hand | None,
     ) -> _Limb:  # fmt: skip
         s = self.settings
         parts = [upper, upper + 1]
@@ -284,7 +284,6 @@ class LimbSearch:
             points, evidence.pixels, all_labels, all_distances, joint, reach, upper, s.taken_m,
             fine.own, coarse.own,
         )  # fmt: skip
-        placed = [HEAD, UPPER_TORSO, LOWER_TORSO]
         return _Limb(
             upper,
             joint,
@@ -296,15 +295,20 @@ class LimbSearch:
             exclusive_points[:n_exclusive],
             fine,
             coarse,
-            placed_parts(
-                pose.Rs[placed],
-                origins[placed],
-                model.lengths_m[placed],
-                s.collision_share * model.radii_m[placed],
-            ),
+            placed,
             hand,
             n_own,
             float(2 * (lengths * radii).sum() / evidence.point_area_m2),
+        )
+
+    def _placed(self, pose: Pose, origins: Array, model: BodyModel) -> NDArray[np.float32]:
+        """[3, 15] head and torso, from `placed_parts`."""
+        trunk = [HEAD, UPPER_TORSO, LOWER_TORSO]
+        return placed_parts(
+            pose.Rs[trunk],
+            origins[trunk],
+            model.lengths_m[trunk],
+            self.settings.collision_share * model.radii_m[trunk],
         )
 
     def _hypotheses(
@@ -436,6 +440,14 @@ class LimbSearch:
         without = s.no_evidence + np.log1p(s.free_space_penalty * in_free_space)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(terms.has_evidence, np.log(terms.score), without + np.log(terms.coll))
+
+
+def _labelled(pose: Pose, origins: Array, model: BodyModel, evidence: Evidence) -> Labelling:
+    thinned, points = evidence.points_camera, evidence.all_points_camera
+    of_thinned = label_points(thinned, pose, origins, model, np.full(len(thinned), -1, np.int32))
+    step = -(-len(points) // max(len(thinned), 1))
+    guess = np.repeat(of_thinned[0], step)[: len(points)]  # a point's neighbour has the same part
+    return of_thinned, label_points(points, pose, origins, model, guess)
 
 
 def _places(limb: _Limb, current: Array) -> Array:

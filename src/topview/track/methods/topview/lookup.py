@@ -198,12 +198,11 @@ class Likeness:
         poses = self._below_head(nearest, model)
         ends = poses.origins(model) + poses.Rs[..., 1] * model.lengths_m[:, None, None]
         chosen: list[int] = []
-        for index in range(len(nearest)):
-            away = ends[:, chosen] - ends[:, index : index + 1]
-            if not (np.linalg.norm(away, axis=-1).mean(0) < DIFFERENT * model.stature_m).any():
-                chosen.append(index)
-            if len(chosen) == count:
-                break
+        is_left = np.ones(len(nearest), np.bool_)
+        while is_left.any() and len(chosen) < count:
+            chosen.append(int(is_left.argmax()))
+            away_m = np.linalg.norm(ends - ends[:, chosen[-1:]], axis=-1).mean(0)
+            is_left &= away_m >= DIFFERENT * model.stature_m
         return [
             Pose(poses.neck_camera[index].copy(), np.ascontiguousarray(poses.Rs[:, index]))
             for index in chosen
