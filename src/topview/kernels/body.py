@@ -231,17 +231,14 @@ def place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers):
 @njit(error_model="numpy")
 def solve_lower(A, g):
     """Solve A x = g for symmetric positive definite A [n, n] given by its lower triangle, which
-    Cholesky's factor replaces column by column; g becomes x, and is returned."""
+    Cholesky's factor replaces; g becomes x, and is returned."""
     n = A.shape[0]
-    column = np.empty(n)
-    for k in range(n):
-        A[k, k] = np.sqrt(max(A[k, k], 1e-12))
-        for i in range(k + 1, n):
-            A[i, k] /= A[k, k]
-            column[i] = A[i, k]
-        for i in range(k + 1, n):
-            for j in range(k + 1, i + 1):
-                A[i, j] -= column[i] * column[j]
+    for i in range(n):
+        for j in range(i + 1):
+            s = A[i, j]
+            for k in range(j):
+                s -= A[i, k] * A[j, k]
+            A[i, j] = np.sqrt(max(s, 1e-12)) if i == j else s / A[j, j]
     for i in range(n):
         for k in range(i):
             g[i] -= A[i, k] * g[k]
