@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numba.cpython.unsafe.numbers import trailing_zeros
 
 from topview.kernels.pulls import move_together, pull, pull_to_joints
 from topview.kernels.threads import over_threads
@@ -32,7 +31,7 @@ FLOOR_WEIGHT = 5.0  # of a part's end below the floor, against a free-space samp
 LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led uphill
 UPPER_TORSO = 1
 HEAD = 0
-SLACK_M = 1e-4  # of distances in 32 bits
+SLACK_M = 1e-4  # more than distances are wrong by in 32 bits
 LANES = 16  # parts that are compared with a point at once: all, and a power of two
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
@@ -140,8 +139,8 @@ def _side_by_side(Rs, origins, lengths, shapes, out):
 
 @njit(error_model="numpy", forceinline=True)
 def _parts_near(px, py, pz, best, parts):
-    """Which parts of `_side_by_side` may come as near to a point as `best`: a bit for each. All are
-    looked at in one loop without a branch, and so precisely that none is left out."""
+    """Which parts of `_side_by_side` may come as near to a point as `best`, a bit for each; none
+    that does is left out. All are looked at in one loop without a branch."""
     near = np.int32(0)
     px, py, pz, best = np.float32(px), np.float32(py), np.float32(pz), np.float32(best + SLACK_M)
     for k in range(LANES):
@@ -182,7 +181,7 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
         labels: [N] int32; what they are before, which must be parts or -1, is looked at first: it
             changes nothing but the time, which is least where they are right.
         distances, normals: [N] metres and [N, 3] of that surface, camera frame, filled; the normal
-            of no surface is left as it is.
+            of no surface says nothing.
     """
     N = points.shape[0]
     parts = np.empty((14, LANES), np.float32)
@@ -204,16 +203,19 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
     for i in range(N):
         if not abs(distances[i]) < reach:
             labels[i], distances[i] = -1, 0.0
-        left = near[i]
+        left, k = near[i], -1
         while left != 0:
-            k = trailing_zeros(left)
-            left &= left - 1
+            k += 1
+            is_near = left & 1
+            left >>= 1
+            if is_near == 0:
+                continue
             d, nx, ny, nz = _facing_surface(
                 points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
             )
             label = labels[i]
             best = reach if label < 0 else abs(distances[i])
-            if abs(d) < best or (abs(d) == best and 0 <= k < label):
+            if abs(d) < best or (abs(d) == best and k < label):
                 labels[i], distances[i] = k, d
                 normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
 

@@ -24,7 +24,6 @@ from topview.kernels.limits import excess
 from topview.kernels.threads import over_threads
 
 
-
 @njit(error_model="numpy")
 def _tangents(axis, out):
     """Two unit vectors across `axis` and each other, as rows of `out`."""

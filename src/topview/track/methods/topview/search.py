@@ -194,8 +194,9 @@ class Search:
         lent = Pose.together(lenders).relative()
         for index, upper in enumerate(LIMBS):
             mixed[upper : upper + 2, index :: len(LIMBS)] = lent[upper : upper + 2]
-        neck_camera, Rs = found.pose.neck_camera, Pose.from_relative(found.pose.neck_camera, mixed).Rs
-        starts = [found.pose, *(Pose(neck_camera, Rs[:, k]) for k in range(Rs.shape[1]))]
+        mixes = Pose.from_relative(found.pose.neck_camera, mixed)
+        starts = [Pose(mixes.neck_camera, mixes.Rs[:, k]) for k in range(mixed.shape[1])]
+        starts.insert(0, found.pose)
         as_it_is, *tried = self._founds(starts, _thinned(look), LENT_ITERATIONS)
         together, is_better = as_it_is.pose.relative(), False
         for index, upper in enumerate(LIMBS):
