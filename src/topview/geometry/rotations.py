@@ -58,7 +58,7 @@ def zxy_from_rotations(R: Array) -> Array:
 
 def rotations_from_vectors(vectors_rad: Array) -> Array:
     """[..., 3] axis times angle to [..., 3, 3] (Rodrigues' formula)."""
-    angle = np.linalg.norm(vectors_rad, axis=-1)[..., None, None]
+    angle = lengths(vectors_rad)[..., None, None]
     K = skew(vectors_rad)
     small = angle < 1e-8
     safe = np.where(small, 1.0, angle)
@@ -72,8 +72,9 @@ def vectors_from_rotations(R: Array) -> Array:
     w = np.stack(
         [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1
     )
-    sine = np.linalg.norm(w, axis=-1) / 2
-    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
+    sine = lengths(w) / 2
+    trace = R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2]
+    angle = np.arctan2(sine, (trace - 1) / 2)
     return w * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, 2 * sine, 1.0), 0.5)[..., None]
 
 
@@ -87,13 +88,13 @@ def nearest_rotations(M: Array) -> Array:
 def shortest_turns(directions: Array, turned: Array) -> Array:
     """[..., 3] unit vectors, and what they are to become, to the [..., 3, 3] rotations by the least
     angle; NaN stays NaN. Between opposites, any axis across will do."""
-    across = np.cross(directions, turned)
+    across = cross(directions, turned)
     cosine = (directions * turned).sum(-1)[..., None, None]
     is_opposite = cosine < -1.0 + 1e-12
     K = skew(across)
     R = np.eye(3) + K + K @ K / np.where(is_opposite, 1.0, 1.0 + cosine)
     least = np.eye(3)[np.abs(directions).argmin(-1)]
-    axis = unit(np.cross(directions, least))
+    axis = unit(cross(directions, least))
     half_turn = 2.0 * axis[..., :, None] * axis[..., None, :] - np.eye(3)
     return np.where(is_opposite, half_turn, R)
 
@@ -108,11 +109,11 @@ def are_rotations(R: Array) -> NDArray[np.bool_]:
 
 def skew(vectors: Array) -> Array:
     """[..., 3] to [..., 3, 3] with `skew(a) @ b = a x b`."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack(
-        [np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2
-    )
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    K = np.zeros((*vectors.shape, 3))
+    K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = x, y, z
+    K[..., 1, 2], K[..., 2, 0], K[..., 0, 1] = -x, -y, -z
+    return K
 
 
 def transform(R_a_b: Array, origin_a: Array) -> Array:
@@ -148,13 +149,23 @@ def horizontal(vector: Array, up: Array) -> Array:
 
 def unit(vectors: Array) -> Array:
     """[..., 3] scaled to length one; zeros stay zeros."""
-    length = np.sqrt((vectors * vectors).sum(-1, keepdims=True))
+    length = lengths(vectors)[..., None]
     return vectors / np.where(length > 0, length, 1.0)
 
 
-def cross(a: Array, b: Array) -> Array:
-    """[..., 3] a x b; numpy's own takes longer for a few vectors."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return out
+# numpy's own norm and cross product give the same bits, and take several times as long for the few
+# vectors that a body has.
+
+
+def lengths(vectors: Array) -> Array:
+    """[...] of [..., 3]."""
+    return np.sqrt(np.add.reduce(vectors * vectors, axis=-1))
+
+
+def cross(one: Array, other: Array) -> Array:
+    """[..., 3] cross products."""
+    yzx, zxy = one.take(_YZX, -1), one.take(_ZXY, -1)
+    return yzx * other.take(_ZXY, -1) - zxy * other.take(_YZX, -1)
+
+
+_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
