@@ -86,7 +86,10 @@ class UserAreas:
 
 
 def _area_of(offsets: Array) -> _Area:
-    return _Area(offsets.mean(0), np.cov(offsets.T) + 1e-6 * np.eye(2))
+    mean = offsets.mean(0)
+    away = offsets - mean
+    covariance = away.T @ away * (1.0 / (len(away) - 1))
+    return _Area(mean, covariance + 1e-6 * np.eye(2))
 
 
 def _covered(area: _Area, right_m: Array, down_m: Array, is_nearer: NDArray[np.bool_]) -> float:
