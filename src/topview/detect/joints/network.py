@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, softmax
+from scipy.special import expit
 
 from topview.detect.joints.proposals import OTHER_SIDES, PROPOSED_JOINTS, JointProposals
 from topview.detect.joints.windows import WINDOW_PIXELS, Windows
@@ -114,7 +114,9 @@ def mode_weights(mode_logits: Floats, log_scales: Floats) -> NDArray[np.float64]
         log_scales: [P, M, J, 3].
     """
     sureness = -COUNTED_SHARE * log_scales.astype(np.float64).sum(axis=(2, 3))
-    return softmax(mode_logits.astype(np.float64) + sureness, axis=1)
+    logits = mode_logits.astype(np.float64) + sureness
+    likely = np.exp(logits - logits.max(1, keepdims=True))
+    return likely / likely.sum(1, keepdims=True)
 
 
 def weights_as_json(weights: Path | None) -> dict[str, str]:

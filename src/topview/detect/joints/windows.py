@@ -66,8 +66,11 @@ class Windows:
     @property
     def looked_at(self) -> NDArray[np.float32]:
         """[P, 3, 128, 128] the images as a proposer is to see them."""
-        is_mirrored = self.is_mirrored[:, None, None, None]
-        return np.where(is_mirrored, self.images[..., ::-1], self.images)
+        if not self.is_mirrored.any():
+            return self.images
+        seen = self.images.copy()
+        seen[self.is_mirrored] = seen[self.is_mirrored, ..., ::-1]
+        return seen
 
     def to_camera(self, places: Array) -> Array:
         """[P, ..., 3] places in the boxes to metres in the camera's frame."""
