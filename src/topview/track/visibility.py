@@ -63,21 +63,21 @@ def joint_visibility(
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
     u, v = np.where(inside, u, 0), np.where(inside, v, 0)
     seen, owner = depth_m[v, u], labels[v, u]
+    is_own = owner == person
     surface = places[..., 2] - radii[:, None]
     has_reading = inside & (seen > 0)
     in_front = has_reading & (seen < surface - IN_FRONT_M)
-    confirms = has_reading & (np.abs(seen - surface) < CONFIRMS_M) & (owner == person)
+    confirms = has_reading & (np.abs(seen - surface) < CONFIRMS_M) & is_own
 
-    share = np.stack(
+    places_in_state = np.array(  # in the order of JointState, ABSENT aside
         [
-            (inside & ~in_front).mean(1),
-            (in_front & (owner == person)).mean(1),
-            (in_front & (owner != person) & (owner > 0)).mean(1),
-            (in_front & (owner == 0)).mean(1),
-            (~inside).mean(1),
-        ],
-        axis=1,
+            inside & ~in_front,
+            in_front & is_own,
+            in_front & ~is_own & (owner > 0),
+            in_front & (owner == 0),
+            ~inside,
+        ]
     )
-    state = 1 + share.argmax(1)  # in the order of JointState, ABSENT aside
+    state = 1 + places_in_state.sum(-1).argmax(0)
     state[~np.isfinite(joints_camera).all(1)] = JointState.ABSENT
     return Visibility(state.astype(np.uint8), confirms.mean(1))
