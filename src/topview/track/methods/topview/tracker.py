@@ -91,6 +91,9 @@ class TopviewTracker:
         self._step_s = 0.0  # from the one before to it
         self._hidden_share = 0.0
         self._in_sight_s = 0.0
+        self._guided_to: tuple[Pose, Array] | None = (
+            None  # since last searched, and which way is up
+        )
         self._guide = Guide(settings.guide, subject.bones)
         self._stature = StatureBelief(subject.stature_is_given)
         self._search = Search(settings.refinement, settings.limbs, subject, self._stature)
@@ -122,8 +125,11 @@ class TopviewTracker:
             self._in_sight_s += FRAME_S * frames_in(elapsed_s)
             if evidence.proposals is not None:
                 found = self._guided(look, evidence.proposals)
-                self._search.facing.begin(found.pose, evidence.up_camera)
+                self._guided_to = found.pose, evidence.up_camera
             else:
+                if self._guided_to is not None:
+                    self._search.facing.begin(*self._guided_to)
+                    self._guided_to = None
                 found = self._searched(look, statures_m)
             pose, self.model = found.pose, found.model
             self._hidden_share = found.hidden
