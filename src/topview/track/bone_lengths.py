@@ -29,7 +29,7 @@ from topview.body.parts import (
 from topview.body.proportions import ANATOMICAL
 from topview.body.shapes import dressed_shapes
 from topview.detect.joints import JointProposals
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import cross, lengths, unit
 from topview.records import read_only
 from topview.track.joint_fit import body_joints
 
@@ -223,7 +223,7 @@ def _measured(
     ways = places[_SECOND] - places[_FIRST]
     down = places[_TORSO] - places[_NECK]
     right = places[_SHOULDERS[1]] - places[_SHOULDERS[0]]
-    axes = unit(np.stack([down, np.cross(right, down)]))
+    axes = unit(np.array([down, cross(right, down)]))
     middle = 0.5 * places[_SHOULDERS].sum(0) - places[_NECK]
 
     bones = unit(ways)
@@ -234,7 +234,7 @@ def _measured(
     across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
     bent_m = across_m2 / (2.0 * expected_m[_LENGTH[: len(bones)]])
     errors_m2 = np.append(along_bones_m2 + bent_m**2, of_neck + 0.25 * sum(of_shoulders))
-    lengths_m = np.linalg.norm(ways, axis=-1)
+    lengths_m = lengths(ways)
     measured_m = np.append(lengths_m, axes @ middle)
     # Joints at one place have no direction, and tell nothing.
     is_known = np.isfinite(errors_m2) & (errors_m2 > 0.0)

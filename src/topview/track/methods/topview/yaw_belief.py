@@ -27,7 +27,7 @@ from topview.filter.turning import (
     turned_on,
     wrapped,
 )
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import cross, lengths, unit
 
 Array = NDArray[np.float64]
 
@@ -92,13 +92,14 @@ def trunk_yaws(places_camera: Array, scales_m: Array) -> tuple[Array, Array]:
         scales_m: [M, 16, 3] as in `topview.detect.joints.JointProposals`.
     """
     left, right = places_camera[:, _LEFT], places_camera[:, _RIGHT]
-    down = unit((left + right)[:, 1] - (left + right)[:, 0])
+    both = left + right
+    down = unit(both[:, 1] - both[:, 0])
     across = _across(down, (right - left).sum(1))
-    to_camera = _across(down, -(left + right).sum(1))
-    front = np.cross(across, down)
-    yaws_rad = np.arctan2(_dot(np.cross(front, to_camera), down), _dot(front, to_camera))
+    to_camera = _across(down, -both.sum(1))
+    front = cross(across, down)
+    yaws_rad = np.arctan2(_dot(cross(front, to_camera), down), _dot(front, to_camera))
 
-    breadths_m = np.maximum(np.linalg.norm(across, axis=-1), LEAST_BREADTH_M)
+    breadths_m = np.maximum(lengths(across), LEAST_BREADTH_M)
     ways = unit(front)[:, None]  # in which the sides move when the trunk turns
     trunk = places_camera[:, _TRUNK]
     along_ray = (ways * trunk / trunk[..., 2:]).sum(-1)
