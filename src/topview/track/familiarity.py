@@ -9,7 +9,7 @@ others are before the joint or beside it, so that nobody knows for sure whether 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import exp, log
 from typing import Final
 
@@ -65,19 +65,20 @@ class Familiarity:
     doubt: float = FAMILIAR_DOUBT
     disagreement: Array | None = None
 
-    def trusted(self, proposals: JointProposals) -> JointProposals:
-        """The same proposals of one person, as sure of each joint as they may be trusted to be."""
-        scales_m = self.widened(proposals).scales_m
+    def trusted_scales_m(self, proposals: JointProposals) -> Array:
+        """[1, M, J, 3] scales of one person's proposals, as sure of each joint as they may be
+        trusted to be."""
+        scales_m = self.widened_scales_m(proposals)
         if self.disagreement is not None:
             scales_m = scales_m * widening_unsteady(self.disagreement)
         if proposals.to_cover_m is not None:
             scales_m = scales_m * widening_beside(proposals.to_cover_m)[..., None]
-        return replace(proposals, scales_m=scales_m)
+        return scales_m
 
-    def widened(self, proposals: JointProposals) -> JointProposals:
-        """The same with what tells of the person alone, to be weighed against the surface that is
+    def widened_scales_m(self, proposals: JointProposals) -> Array:
+        """The same by what tells of the person alone, to be weighed against the surface that is
         seen: near other people this is as doubtful as the joints are."""
-        return replace(proposals, scales_m=self.widening * proposals.scales_m)
+        return self.widening * proposals.scales_m
 
     @property
     def widening(self) -> float:

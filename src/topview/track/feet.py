@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from topview.body.ends import ANKLES, FEET_AT_REST, LOWER_LEGS
 from topview.body.kinematics import joints_from_parts
 from topview.detect.joints.proposals import JointProposals, proposed_of_joints
-from topview.geometry.rotations import unit
+from topview.geometry.rotations import lengths, unit
 from topview.track.pose import FittedBody
 
 Array = NDArray[np.float64]
@@ -46,21 +46,24 @@ class Feet:
         kept = np.exp((self._time_s - timestamp_s) / FOOT_MEMORY_S)
         self._time_s = timestamp_s
         self._weighted_leg *= kept
-        if proposals is not None and set(_FEET) <= set(proposals.joint_names):
-            self._measure(body, proposals)
+        if proposals is not None:
+            feet = proposed_of_joints(proposals.joint_names, _FEET)
+            if (feet >= 0).all():
+                self._measure(body, proposals, feet)
         at_rest_m = body.model.stature_m * FEET_AT_REST
         of_rest = 1.0 / (FOOT_SIGMA * body.model.stature_m) ** 2
         way = unit(of_rest * at_rest_m + self._weighted_leg)
-        return way * np.linalg.norm(at_rest_m, axis=-1, keepdims=True)
+        return way * lengths(at_rest_m)[:, None]
 
-    def _measure(self, body: FittedBody, proposals: JointProposals) -> None:
-        """Count the feet of the mode that is nearest to the body; legs that are not tracked have
-        none."""
+    def _measure(
+        self, body: FittedBody, proposals: JointProposals, feet: NDArray[np.int64]
+    ) -> None:
+        """Count the feet, which are [2] of the proposed joints, of the mode that is nearest to the
+        body; legs that are not tracked have none."""
         joints = joints_from_parts(body.model, body.Ts_camera_part)
         mode = _nearest_mode(joints, proposals)
         if mode is None:
             return
-        feet = [proposals.joint_names.index(name) for name in _FEET]
         ways = proposals.positions_camera[0, mode, feet] - joints[ANKLES]
         ways_leg = np.einsum("lba,lb->la", body.Ts_camera_part[LOWER_LEGS, :3, :3], ways)
         variance = 2.0 * (proposals.scales_m[0, mode, feet] ** 2).mean(-1, keepdims=True)  # Laplace
@@ -75,5 +78,5 @@ def _nearest_mode(joints_camera: Array, proposals: JointProposals) -> int | None
     is_used = proposals.weights[0] > 0.0
     if not is_known.any() or not is_used.any():
         return None
-    gaps_m = np.linalg.norm(places - joints_camera, axis=-1)[:, is_known].mean(-1)
+    gaps_m = lengths(places - joints_camera)[:, is_known].mean(-1)
     return int(np.where(is_used, gaps_m, np.inf).argmin())

@@ -29,6 +29,7 @@ from topview.body.parts import (
     RIGHT_UPPER_ARM,
 )
 from topview.detect.joints import JointProposals
+from topview.geometry.rotations import lengths
 from topview.records import JointState
 from topview.track.familiarity import FAMILIAR, Familiarity
 from topview.track.joint_fit import body_joints
@@ -176,34 +177,35 @@ class JointSigns:
     def terms(self) -> Array:
         """[K, J, 3, 3] of `TERMS`, square metres in the camera frame."""
         levers_m, unconfirmed = _levers(self.joints_camera), 1.0 - self.visibility.confirmed
-        factors = np.stack([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
+        factors = np.array([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
+        axes = ray_axes(self.joints_camera)
         terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
-        terms[PROPOSED:] = factors[..., None, None] * self._of_ray(np.ones_like(self.joints_camera))
+        terms[PROPOSED:] = factors[..., None, None] * _along(axes, np.ones_like(self.joints_camera))
         if self.proposals is not None:
-            proposals = self.familiarity.trusted(self.proposals)
-            places, scales_m = body_joints(proposals, OUTPUT_JOINT_NAMES)
+            places, scales_m = body_joints(
+                self.proposals,
+                OUTPUT_JOINT_NAMES,
+                self.familiarity.trusted_scales_m(self.proposals),
+            )
             is_proposed = np.isfinite(scales_m).all((0, -1))
-            told = self._of_proposals(places, scales_m, proposals.weights[0])
+            told = self._of_proposals(axes, places, scales_m, self.proposals.weights[0])
             terms[:PROPOSED, is_proposed] = told[:, is_proposed]
             terms[PROPOSED:, is_proposed] = 0.0
         return terms
 
-    def _of_proposals(self, places: Array, scales_m: Array, weights: Array) -> Array:
-        """[4, J, 3, 3] the first four of `TERMS`, of [M, J, 3] proposed places, their scales, and
-        the [M] weights of the modes."""
+    def _of_proposals(self, axes: Array, places: Array, scales_m: Array, weights: Array) -> Array:
+        """[4, J, 3, 3] the first four of `TERMS`, of the joints' `ray_axes`, [M, J, 3] proposed
+        places, their scales, and the [M] weights of the modes."""
         ways = places - self.joints_camera
-        apart = np.nan_to_num(np.linalg.norm(ways / scales_m, axis=-1))
+        apart = lengths(ways / scales_m)
+        apart[np.isnan(apart)] = 0.0
         own = int(np.argmin(apart.sum(-1)))
-        stated = self._of_ray(2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
-        is_behind = self.is_behind[:, None, None]
-        return np.stack(
-            [
-                np.where(is_behind, 0.0, stated),
-                np.where(is_behind, stated, 0.0),
-                np.where(is_behind & _IS_ON_ARM[:, None, None], stated, 0.0),
-                np.einsum("m,mja,mjb->jab", weights, ways, ways),
-            ]
-        )
+        is_behind = self.is_behind
+        told = np.empty((PROPOSED, *axes.shape))
+        told[:STATED] = _along(axes, 2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
+        told[:STATED][np.array([is_behind, ~is_behind, ~(is_behind & _IS_ON_ARM)])] = 0.0
+        told[STATED] = np.einsum("m,mja,mjb->jab", weights, ways, ways)
+        return told
 
     @property
     def _lost(self) -> Array:
@@ -211,11 +213,6 @@ class JointSigns:
         is."""
         is_behind_own = self.visibility.joint_state == JointState.SELF_OCCLUDED
         return np.where(is_behind_own, 0.0, 1.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
-
-    def _of_ray(self, variances: Array) -> Array:
-        """[J, 3, 3] of [J, 3] variances to the right, down, and along the ray per depth."""
-        axes = ray_axes(self.joints_camera)
-        return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
 
 
 def ray_axes(joints_camera: Array) -> Array:
@@ -226,14 +223,18 @@ def ray_axes(joints_camera: Array) -> Array:
     return axes
 
 
+def _along(axes: Array, variances: Array) -> Array:
+    """[J, 3, 3] of [J, 3] variances along `ray_axes` [J, 3, 3]."""
+    return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
+
+
 def told_errors(
     signs: JointSigns, errors: JointErrors
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
-    matrices = errors.matrices(signs.terms())
-    tails = errors.tails_of(signs.is_behind)
-    ellipsoids = errors.ellipsoids_of(signs.is_behind)
+    matrices, is_behind = errors.matrices(signs.terms()), signs.is_behind
+    tails, ellipsoids = errors.tails_of(is_behind), errors.ellipsoids_of(is_behind)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
     covariances = ellipsoid_covariances(matrices, ellipsoids)
     covariances[is_absent] = np.nan
@@ -278,5 +279,6 @@ def _roots(matrices: Array) -> Array:
 
 def _levers(joints_camera: Array) -> Array:
     """[J] metres along the bones from where each joint's limb begins; 0 on the trunk."""
-    bones_m = np.linalg.norm(joints_camera - joints_camera[_BONE_TO], axis=-1)
-    return _LIMB_BONES @ np.nan_to_num(bones_m)
+    bones_m = lengths(joints_camera - joints_camera[_BONE_TO])
+    bones_m[np.isnan(bones_m)] = 0.0
+    return _LIMB_BONES @ bones_m

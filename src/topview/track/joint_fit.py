@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -131,14 +130,18 @@ def fit_joints(
 
 
 def body_joints(
-    proposals: JointProposals, wanted: Sequence[str] = JOINT_NAMES
+    proposals: JointProposals,
+    wanted: tuple[str, ...] = JOINT_NAMES,
+    scales_m: Array | None = None,
 ) -> tuple[Array, Array]:
     """[M, J, 3] where the wanted joints, the body's if none are named, are proposed for the first
-    person, and the scales, both in metres; infinite scales for joints that are not proposed."""
+    person, and the scales, both in metres; infinite scales for joints that are not proposed.
+    `scales_m` [P, M, all, 3] are taken in place of the proposals' own."""
     proposed = proposed_of_joints(proposals.joint_names, wanted)
-    scales_m = np.maximum(proposals.scales_m[0].take(proposed, axis=1), LEAST_SCALE_M)
-    scales_m[:, proposed < 0] = np.inf
-    return proposals.positions_camera[0].take(proposed, axis=1), scales_m
+    stated_m = proposals.scales_m if scales_m is None else scales_m
+    wanted_m = np.maximum(stated_m[0].take(proposed, axis=1), LEAST_SCALE_M)
+    wanted_m[:, proposed < 0] = np.inf
+    return proposals.positions_camera[0].take(proposed, axis=1), wanted_m
 
 
 def robust_residual(joints_camera: Array, places_camera: Array, scales_m: Array) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import inf
 from typing import Any, Final
 
@@ -256,9 +256,8 @@ class Tracker:
         with self.clock.stage("joints"):
             proposals = self._proposer.propose(windows)
             to_cover_m = windows.to_cover_m(proposals.positions_camera)
-            proposals = replace(proposals, to_cover_m=to_cover_m)
         self._proposed = {
-            person: proposals.of_person(index)
+            person: proposals.of_person(index, to_cover_m)
             for index, person in enumerate(asked)
             if proposals.weights[index].any()
         }

@@ -30,7 +30,7 @@ def test_what_is_familiar_is_not_widened():
 
 
 @given(residuals, shares, st.floats(1e-4, 2.0))
-def test_scales_are_widened_and_places_stay(residual, doubt, scale_m):
+def test_scales_are_widened(residual, doubt, scale_m):
     proposals = JointProposals(
         np.ones((1, 1, 1, 3)),
         np.full((1, 1, 1, 3), scale_m),
@@ -39,9 +39,8 @@ def test_scales_are_widened_and_places_stay(residual, doubt, scale_m):
         ("head",),
     )
     familiarity = Familiarity(residual, doubt)
-    trusted = familiarity.trusted(proposals)
-    np.testing.assert_array_equal(trusted.scales_m, familiarity.widening * proposals.scales_m)
-    assert trusted.positions_camera is proposals.positions_camera
+    trusted_m = familiarity.trusted_scales_m(proposals)
+    np.testing.assert_array_equal(trusted_m, familiarity.widening * proposals.scales_m)
 
 
 def two_joints(to_cover_m: list[float] | None) -> JointProposals:
@@ -57,11 +56,11 @@ def two_joints(to_cover_m: list[float] | None) -> JointProposals:
 
 def test_only_joints_beside_others_are_trusted_less_than_the_person():
     familiarity = Familiarity(residual=1.0)
-    alone = familiarity.widened(two_joints(None)).scales_m
-    np.testing.assert_array_equal(familiarity.trusted(two_joints(None)).scales_m, alone)
+    alone = familiarity.widened_scales_m(two_joints(None))
+    np.testing.assert_array_equal(familiarity.trusted_scales_m(two_joints(None)), alone)
     touching = two_joints([np.inf, 0.05])
-    np.testing.assert_array_equal(familiarity.widened(touching).scales_m, alone)
-    trusted = familiarity.trusted(touching).scales_m
+    np.testing.assert_array_equal(familiarity.widened_scales_m(touching), alone)
+    trusted = familiarity.trusted_scales_m(touching)
     np.testing.assert_array_equal(trusted[..., 0, :], alone[..., 0, :])
     assert (trusted[..., 1, :] > 1.2 * alone[..., 1, :]).all()
 
@@ -155,7 +154,7 @@ def test_after_a_pause_nothing_is_expected():
 
 def test_joints_that_disagree_are_trusted_less_than_stated_and_others_more():
     told = FAMILIAR_DISAGREEMENT * np.array([[0.5, 1.0, 4.0]])
-    scales = Familiarity(disagreement=told).trusted(a_head_at((0.0, 0.0, 2.0))).scales_m[0, 0, 0]
+    scales = Familiarity(disagreement=told).trusted_scales_m(a_head_at((0.0, 0.0, 2.0)))[0, 0, 0]
     assert scales[0] < 0.01
     assert scales[1] == pytest.approx(0.01)
     assert scales[2] > 0.012

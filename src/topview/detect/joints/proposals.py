@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, Protocol
 
 import numpy as np
@@ -59,6 +59,7 @@ class JointProposals:
     to_cover_m: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
         P, M = self.weights.shape
         J = len(self.joint_names)
         for name, shape in (
@@ -80,16 +81,20 @@ class JointProposals:
         if self.to_cover_m is not None:
             read_only(self.to_cover_m)
 
-    def of_person(self, index: int) -> JointProposals:
-        """The proposals of one of the people, P = 1."""
+    def of_person(
+        self, index: int, to_cover_m: NDArray[np.float64] | None = None
+    ) -> JointProposals:
+        """The proposals of one of the people, P = 1; `to_cover_m` as of all, where somebody has
+        looked since."""
         one = slice(index, index + 1)
+        to_cover_m = self.to_cover_m if to_cover_m is None else to_cover_m
         return JointProposals(
             self.positions_camera[one],
             self.scales_m[one],
             self.weights[one],
             self.p_person[one],
             self.joint_names,
-            None if self.to_cover_m is None else self.to_cover_m[one],
+            None if to_cover_m is None else to_cover_m[one],
         )
 
 
@@ -101,10 +106,11 @@ class JointProposer(Protocol):
         ...
 
 
+@lru_cache(maxsize=64)  # proposers and who asks them each have names of their own
 def proposed_of_joints(
-    joint_names: Sequence[str], wanted: Sequence[str] = JOINT_NAMES
+    joint_names: tuple[str, ...], wanted: tuple[str, ...] = JOINT_NAMES
 ) -> NDArray[np.int64]:
     """[J] index into `joint_names` of each wanted joint, the body's if none are named; -1 for one
     that is not proposed."""
     index_of = {name: index for index, name in enumerate(joint_names)}
-    return np.array([index_of.get(name, -1) for name in wanted])
+    return read_only(np.array([index_of.get(name, -1) for name in wanted]))

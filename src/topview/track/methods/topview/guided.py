@@ -168,7 +168,7 @@ class Guide:
         residual = float(fitted.residuals[int(np.argmax(belief))])
         p_person = float(proposals.p_person[0])
         familiarity = self._familiarity.update(residual, p_person, elapsed_s)
-        places, scales_m = body_joints(familiarity.widened(proposals))
+        places, scales_m = body_joints(proposals, scales_m=familiarity.widened_scales_m(proposals))
         likely = np.flatnonzero(belief > self.settings.least_weight * belief.max())
         return [
             ProposedBody(
