@@ -75,7 +75,7 @@ class PersonTrack:
         feet_leg_m = self._feet.update(body, proposals, frame.timestamp_s)
         joints_camera = output_joints(body.model, body.Ts_camera_part, feet_leg_m)
         visibility = joint_visibility(
-            joints_camera, body.model, body.person, frame.depth_m, scene.labels, frame.camera
+            joints_camera, body.model, body.person, scene.image.full, scene.labels
         )
         is_seen = (visibility.joint_state == JointState.VISIBLE) & (visibility.confirmed > 0.0)
         self._last_seen_s[is_seen] = frame.timestamp_s

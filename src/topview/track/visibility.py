@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import OUTPUT_JOINTS
-from topview.camera import project
-from topview.records import Camera, JointState
+from topview.camera.pyramid import DepthView
+from topview.kernels.visibility import look_round_joints
 
 Array = NDArray[np.float64]
 
@@ -41,9 +41,8 @@ def joint_visibility(
     joints_camera: Array,
     model: BodyModel,
     person: int,
-    depth_m: NDArray[np.float32],
+    view: DepthView,
     labels: NDArray[np.int32],
-    camera: Camera,
 ) -> Visibility:
     """Compare places around each joint with the depth image there.
 
@@ -51,33 +50,13 @@ def joint_visibility(
         joints_camera: [20, 3] metres; a joint that is NaN is absent.
         model: the body's size.
         person: id of the person.
-        depth_m: [H, W] of the whole scene.
+        view: the depth of the whole scene.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
-        camera: of the image.
     """
-    radii = model.radii_m.min(1)[_PART_OF]
-    places = np.repeat(joints_camera[:, None], len(_SAMPLES), axis=1)
-    places[..., :2] += _SAMPLES * radii[:, None, None]
-    pixels = np.nan_to_num(project(places, camera), nan=-1e6)
-    u, v = np.rint(pixels[..., 0]).astype(int), np.rint(pixels[..., 1]).astype(int)
-    inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
-    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    seen, owner = depth_m[v, u], labels[v, u]
-    is_own = owner == person
-    surface = places[..., 2] - radii[:, None]
-    has_reading = inside & (seen > 0)
-    in_front = has_reading & (seen < surface - IN_FRONT_M)
-    confirms = has_reading & (np.abs(seen - surface) < CONFIRMS_M) & is_own
-
-    places_in_state = np.array(  # in the order of JointState, ABSENT aside
-        [
-            inside & ~in_front,
-            in_front & is_own,
-            in_front & ~is_own & (owner > 0),
-            in_front & (owner == 0),
-            ~inside,
-        ]
-    )
-    state = 1 + places_in_state.sum(-1).argmax(0)
-    state[~np.isfinite(joints_camera).all(1)] = JointState.ABSENT
-    return Visibility(state.astype(np.uint8), confirms.mean(1))
+    radii_m = model.radii_m.min(1)[_PART_OF]
+    state, confirmed = np.empty(len(radii_m), np.uint8), np.empty(len(radii_m))
+    look_round_joints(
+        joints_camera, radii_m, _SAMPLES, view.depth_m, labels, person,
+        (view.fx, view.fy, view.cx, view.cy), IN_FRONT_M, CONFIRMS_M, state, confirmed,
+    )  # fmt: skip
+    return Visibility(state, confirmed)

@@ -8,6 +8,7 @@ import pytest
 from rendered_bodies import CAMERA, MODEL, render, standing_pose
 from topview.body.ends import output_joints
 from topview.body.parts import JOINT_NAMES
+from topview.camera.pyramid import DepthView
 from topview.records import JointState
 from topview.track.pose import Pose
 from topview.track.visibility import Visibility, joint_visibility
@@ -16,6 +17,11 @@ from topview.track.visibility import Visibility, joint_visibility
 def joints_of(pose: Pose) -> np.ndarray:
     """[20, 3] metres."""
     return output_joints(MODEL, pose.transforms(MODEL))
+
+
+def view_of(depth_m: np.ndarray) -> DepthView:
+    """The image with its intrinsics."""
+    return DepthView(depth_m, CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy)
 
 
 POSE = standing_pose()
@@ -30,11 +36,11 @@ def covered(slab_m: float, owner: int) -> Visibility:
     """The lower half of the image hidden by something at `slab_m`."""
     depth, whose = DEPTH.copy(), OWNER.copy()
     depth[60:], whose[60:] = slab_m, owner
-    return joint_visibility(JOINTS, MODEL, 1, depth, whose, CAMERA)
+    return joint_visibility(JOINTS, MODEL, 1, view_of(depth), whose)
 
 
 def test_one_who_stands_free_is_seen_and_confirmed():
-    seen = joint_visibility(JOINTS, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(JOINTS, MODEL, 1, view_of(DEPTH), OWNER)
     assert (seen.joint_state == VISIBLE).all()
     assert seen.confirmed.mean() > 0.8
 
@@ -61,7 +67,7 @@ def test_what_stands_behind_hides_nothing_but_confirms_nothing():
 
 
 def test_without_any_reading_nothing_hides_and_nothing_confirms():
-    seen = joint_visibility(JOINTS, MODEL, 1, np.zeros_like(DEPTH), np.zeros_like(OWNER), CAMERA)
+    seen = joint_visibility(JOINTS, MODEL, 1, view_of(np.zeros_like(DEPTH)), np.zeros_like(OWNER))
     assert (seen.joint_state == VISIBLE).all()
     assert (seen.confirmed == 0.0).all()
 
@@ -76,7 +82,7 @@ def test_without_any_reading_nothing_hides_and_nothing_confirms():
 )
 def test_out_of_view(shift_m):
     joints = joints_of(Pose(POSE.neck_camera + np.array(shift_m), POSE.Rs))
-    seen = joint_visibility(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(joints, MODEL, 1, view_of(DEPTH), OWNER)
     assert (seen.joint_state == OUT_OF_VIEW).all()
 
 
@@ -84,7 +90,7 @@ def test_legs_below_the_image_are_out_of_view_alone():
     low = Pose(POSE.neck_camera + np.array([0.0, 0.9, 0.0]), POSE.Rs)
     depth = render(low)
     owner = (depth > 0).astype(np.int32)
-    state = joint_visibility(joints_of(low), MODEL, 1, depth, owner, CAMERA).joint_state
+    state = joint_visibility(joints_of(low), MODEL, 1, view_of(depth), owner).joint_state
     assert state[JOINT_NAMES.index("left_ankle")] == OUT_OF_VIEW
     assert state[JOINT_NAMES.index("neck")] == VISIBLE
 
@@ -92,5 +98,5 @@ def test_legs_below_the_image_are_out_of_view_alone():
 def test_a_joint_that_is_not_known_is_absent():
     joints = JOINTS.copy()
     joints[KNEE] = np.nan
-    seen = joint_visibility(joints, MODEL, 1, DEPTH, OWNER, CAMERA)
+    seen = joint_visibility(joints, MODEL, 1, view_of(DEPTH), OWNER)
     assert (seen.joint_state == JointState.ABSENT).nonzero()[0].tolist() == [KNEE]

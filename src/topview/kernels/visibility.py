@@ -1,0 +1,54 @@
+"""What the depth image shows round each of a body's joints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+STATES = 5  # those of `topview.records.JointState` but for absent, in that order
+
+
+@njit(cache=True, nogil=True)
+def look_round_joints(
+    joints_camera, radii_m, circle, depth_m, labels, person, intrinsics, in_front_m, confirms_m,
+    out_state, out_confirmed,
+):  # fmt: skip
+    """Count the places round each joint by what the image shows there.
+
+    Args:
+        joints_camera: [J, 3] metres; NaN of absent ones.
+        radii_m: [J] of their parts: from a joint to the surface before it.
+        circle: [S, 2] places to the right and down, in radii.
+        depth_m: [H, W] metres, 0 without a reading.
+        labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
+        person: id.
+        intrinsics: fx, fy, cx and cy of the image.
+        in_front_m: what is nearer than the surface by more than this hides it.
+        confirms_m: what is seen of the person within this confirms it.
+        out_state: [J] becomes 0 of absent joints, otherwise 1 + the commonest of `STATES`.
+        out_confirmed: [J] becomes the share of the places that confirm the joint.
+    """
+    fx, fy, cx, cy = intrinsics
+    height, width = depth_m.shape
+    counts = np.empty(STATES, np.int64)
+    for j in range(len(joints_camera)):
+        x, y, z = joints_camera[j]
+        counts[:] = 0
+        confirming = 0
+        for right, down in circle:
+            column = np.rint(fx * (x + right * radii_m[j]) / z + cx) if z > 0.0 else -1.0
+            row = np.rint(fy * (y + down * radii_m[j]) / z + cy) if z > 0.0 else -1.0
+            if not (0.0 <= column < width and 0.0 <= row < height):
+                counts[4] += 1
+                continue
+            seen_m, owner = depth_m[int(row), int(column)], labels[int(row), int(column)]
+            surface_m = z - radii_m[j]
+            if seen_m > 0.0 and seen_m < surface_m - in_front_m:
+                counts[1 if owner == person else 2 if owner > 0 else 3] += 1
+            else:
+                counts[0] += 1
+            if seen_m > 0.0 and abs(seen_m - surface_m) < confirms_m and owner == person:
+                confirming += 1
+        is_there = np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
+        out_state[j] = 1 + np.argmax(counts) if is_there else 0
+        out_confirmed[j] = confirming / len(circle)
