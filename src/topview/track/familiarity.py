@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import share_after
-from topview.track.joint_filter import metres_of_measured
 
 Array = NDArray[np.float64]
 
@@ -160,7 +159,8 @@ class DisagreementOverTime:
         mode; None while nothing is expected."""
         mode = int(np.argmax(proposals.weights[0]))
         places, scales_m = proposals.positions_camera[0, mode], proposals.scales_m[0, mode]
-        to_metres = metres_of_measured(places)
+        depth_m = places[:, 2:]
+        to_metres = np.concatenate([depth_m, depth_m, np.ones_like(depth_m)], axis=-1)
         if self._before and not 0.0 < time_s - self._before[-1][0] <= LONGEST_STEP_S:
             self._before, self._log, self._frames = [], None, 0
         if len(self._before) == 2:
