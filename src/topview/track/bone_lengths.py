@@ -19,10 +19,8 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import (
     HEAD,
     JOINT_NAMES,
-    JOINTS,
     LEFT_UPPER_ARM,
     LEFT_UPPER_LEG,
-    PARTS,
     RIGHT_UPPER_ARM,
     RIGHT_UPPER_LEG,
 )
@@ -30,8 +28,10 @@ from topview.body.proportions import ANATOMICAL
 from topview.body.shapes import dressed_shapes
 from topview.detect.joints import JointProposals
 from topview.geometry.rotations import cross, lengths, unit
+from topview.kernels.proposed import variances_along
 from topview.records import read_only
-from topview.track.joint_fit import body_joints
+from topview.track.degrees_of_freedom import PARENT_OF
+from topview.track.joint_fit import JOINT_PART, body_joints
 
 Array = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ _FIRST = np.array([_joint(first) for _, first, _ in _BONES])
 _SECOND = np.array([_joint(second) for _, _, second in _BONES])
 _NECK, _TORSO = _joint("neck"), _joint("torso")
 _SHOULDERS = [_joint("left_shoulder"), _joint("right_shoulder")]
-# Of all that is measured: the length, and the joints whose errors count, with where to split them.
+# Of all that is measured: the length, and the joints whose errors count.
 _LENGTH = np.array(
     [
         BONE_NAMES.index(name)
@@ -94,7 +94,12 @@ _LENGTH = np.array(
     ]
 )
 _ENDS = np.concatenate([_FIRST, _SECOND, np.repeat([_NECK, *_SHOULDERS], 2)])
-_WHOSE = 2 * len(_BONES) + np.array([0, 2, 4])
+# What bones tell of a body: the parts that hang from another, and the joints at the ends of parts.
+_HANGING = np.flatnonzero(PARENT_OF >= 0)
+_PART_ENDS = np.flatnonzero(
+    [name.endswith(("elbow", "hand", "knee", "pelvis")) for name in JOINT_NAMES]
+)
+_ANKLES = [_joint("left_ankle"), _joint("right_ankle")]
 
 
 class BoneLengths:
@@ -179,9 +184,7 @@ def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
     )
 
     joints_parent = body.joints_parent.copy()
-    for index, part in enumerate(PARTS):
-        if part.parent >= 0:
-            joints_parent[index, 1] = lengths[part.parent]
+    joints_parent[_HANGING, 1] = lengths[PARENT_OF[_HANGING]]
     for index, side in ((LEFT_UPPER_ARM, -0.5), (RIGHT_UPPER_ARM, 0.5)):
         across = side * m["shoulder_breadth"]
         joints_parent[index] = across, m["shoulder_drop"], m["shoulder_front"]
@@ -189,14 +192,9 @@ def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
         joints_parent[index, 0] = side * m["hip_breadth"]
 
     joints_part = body.joints_part.copy()
-    for index, joint in enumerate(JOINTS):
-        kind = joint.name.split("_")[-1]
-        if kind in ("elbow", "hand", "knee", "pelvis"):
-            joints_part[index, 1] = lengths[joint.part]
-        elif kind == "ankle":
-            joints_part[index, 1] = m["lower_leg"]
-        elif kind == "torso":
-            joints_part[index, 1] = 0.0
+    joints_part[_PART_ENDS, 1] = lengths[JOINT_PART[_PART_ENDS]]
+    joints_part[_ANKLES, 1] = m["lower_leg"]
+    joints_part[_TORSO, 1] = 0.0
     return BodyModel(
         stature_m,
         read_only(lengths),
@@ -228,26 +226,17 @@ def _measured(
 
     bones = unit(ways)
     directions = np.concatenate([bones, bones, axes, axes, axes])
-    along_m2, all_m2 = _variances(places[_ENDS], scales_m[_ENDS], directions)
-    ends_m2, of_neck, *of_shoulders = np.split(along_m2, _WHOSE)
-    along_bones_m2 = ends_m2.reshape(2, -1).sum(0)
-    across_m2 = all_m2[: len(ends_m2)].reshape(2, -1).sum(0) - along_bones_m2
-    bent_m = across_m2 / (2.0 * expected_m[_LENGTH[: len(bones)]])
-    errors_m2 = np.append(along_bones_m2 + bent_m**2, of_neck + 0.25 * sum(of_shoulders))
+    along_m2, all_m2 = np.empty(len(_ENDS)), np.empty(len(_ENDS))
+    variances_along(places, scales_m, _ENDS, directions, along_m2, all_m2)
+    N = len(bones)
+    along_bones_m2 = along_m2[:N] + along_m2[N : 2 * N]
+    of_neck, of_left, of_right = along_m2[2 * N :].reshape(3, 2)
+    across_m2 = all_m2[:N] + all_m2[N : 2 * N] - along_bones_m2
+    bent_m = across_m2 / (2.0 * expected_m[_LENGTH[:N]])
+    errors_m2 = np.concatenate([along_bones_m2 + bent_m**2, of_neck + 0.25 * (of_left + of_right)])
     lengths_m = lengths(ways)
-    measured_m = np.append(lengths_m, axes @ middle)
+    measured_m = np.concatenate([lengths_m, axes @ middle])
     # Joints at one place have no direction, and tell nothing.
     is_known = np.isfinite(errors_m2) & (errors_m2 > 0.0)
-    is_known[: len(lengths_m)] &= lengths_m > 0.0
+    is_known[:N] &= lengths_m > 0.0
     return _LENGTH[is_known], measured_m[is_known], errors_m2[is_known]
-
-
-def _variances(places: Array, scales_m: Array, directions: Array) -> tuple[Array, Array]:
-    """[N] variances of joints along unit vectors [N, 3], and [N] those along all three axes
-    together; that of a Laplace law is twice its scale's square."""
-    rays = places / places[:, 2:]
-    squares = 2.0 * scales_m**2
-    along_ray = (directions * rays).sum(-1)
-    along = squares[:, 0] * directions[:, 0] ** 2 + squares[:, 1] * directions[:, 1] ** 2
-    along = along + squares[:, 2] * along_ray**2
-    return along, squares[:, 0] + squares[:, 1] + squares[:, 2] * (rays**2).sum(-1)

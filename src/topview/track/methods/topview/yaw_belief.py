@@ -27,7 +27,7 @@ from topview.filter.turning import (
     turned_on,
     wrapped,
 )
-from topview.geometry.rotations import cross, lengths, unit
+from topview.kernels.proposed import face_trunks
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,6 @@ TURNED_AWAY_S: Final = 1.0  # with nothing proposed for longer, somebody may fac
 
 _LEFT = np.array([JOINT_NAMES.index(f"left_{joint}") for joint in ("shoulder", "hip")])
 _RIGHT = np.array([JOINT_NAMES.index(f"right_{joint}") for joint in ("shoulder", "hip")])
-_TRUNK = np.concatenate([_LEFT, _RIGHT])
 
 
 class YawBelief:
@@ -91,31 +90,6 @@ def trunk_yaws(places_camera: Array, scales_m: Array) -> tuple[Array, Array]:
         places_camera: [M, 16, 3] metres, in the order of `JOINT_NAMES`.
         scales_m: [M, 16, 3] as in `topview.detect.joints.JointProposals`.
     """
-    left, right = places_camera[:, _LEFT], places_camera[:, _RIGHT]
-    both = left + right
-    down = unit(both[:, 1] - both[:, 0])
-    across = _across(down, (right - left).sum(1))
-    to_camera = _across(down, -both.sum(1))
-    front = cross(across, down)
-    yaws_rad = np.arctan2(_dot(cross(front, to_camera), down), _dot(front, to_camera))
-
-    breadths_m = np.maximum(lengths(across), LEAST_BREADTH_M)
-    ways = unit(front)[:, None]  # in which the sides move when the trunk turns
-    trunk = places_camera[:, _TRUNK]
-    along_ray = (ways * trunk / trunk[..., 2:]).sum(-1)
-    squares = 2.0 * scales_m[:, _TRUNK] ** 2  # the variance of a Laplace law
-    with np.errstate(invalid="ignore"):  # infinite scales give what is not finite
-        variances_m2 = (squares[..., :2] * ways[..., :2] ** 2).sum(-1)
-        variances_m2 = (variances_m2 + squares[..., 2] * along_ray**2).sum(-1)
-        sigmas_rad = np.sqrt(variances_m2) / breadths_m
-    return yaws_rad, np.where(np.isfinite(sigmas_rad), sigmas_rad, np.inf)
-
-
-def _across(axes: Array, ways: Array) -> Array:
-    """[M, 3] of ways what is across unit vectors."""
-    return ways - _dot(ways, axes)[:, None] * axes
-
-
-def _dot(one: Array, other: Array) -> Array:
-    """[M]"""
-    return (one * other).sum(-1)
+    turns, sigmas_rad = np.empty((2, len(places_camera))), np.empty(len(places_camera))
+    face_trunks(places_camera, scales_m, _LEFT, _RIGHT, LEAST_BREADTH_M, turns, sigmas_rad)
+    return np.arctan2(*turns), sigmas_rad
