@@ -48,7 +48,7 @@ from topview.track.familiarity import (
     widening_of,
     widening_unsteady,
 )
-from topview.track.joint_errors import JointSigns, ray_axes
+from topview.track.joint_errors import JointSigns
 from topview.track.joint_fit import body_joints
 from topview_lab.datasets import EvaluatedRecording, find_folder_recordings, find_utd_mhad
 from topview_lab.evaluate.run import run_all
@@ -212,6 +212,14 @@ def _proposed(signs: JointSigns) -> tuple[Array, Array, Array]:
     if disagreement is not None:
         told[:, FIRST, SECOND] = disagreement[proposed]
     return places[mode], squares, told
+
+
+def ray_axes(joints_camera: Array) -> Array:
+    """[..., 3, 3] whose columns point right, down, and along the ray by a metre of depth, of
+    [..., 3] joints."""
+    axes = np.broadcast_to(np.eye(3), (*joints_camera.shape, 3)).copy()
+    axes[..., 2] = joints_camera / joints_camera[..., 2:]
+    return axes
 
 
 def print_held(name: str, of_set: Stated) -> None:

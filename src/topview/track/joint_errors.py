@@ -30,7 +30,8 @@ from topview.body.parts import (
 )
 from topview.detect.joints import JointProposals
 from topview.geometry.rotations import lengths
-from topview.records import JointState
+from topview.kernels.joint_errors import fill_terms
+from topview.records import JointState, read_only
 from topview.track.familiarity import FAMILIAR, Familiarity
 from topview.track.joint_fit import body_joints
 from topview.track.visibility import Visibility
@@ -178,34 +179,23 @@ class JointSigns:
         """[K, J, 3, 3] of `TERMS`, square metres in the camera frame."""
         levers_m, unconfirmed = _levers(self.joints_camera), 1.0 - self.visibility.confirmed
         factors = np.array([np.ones(len(levers_m)), levers_m**2, unconfirmed, self._lost])
-        axes = ray_axes(self.joints_camera)
+        places, scales_m, weights = self._proposed()
         terms = np.zeros((len(TERMS), len(levers_m), 3, 3))
-        terms[PROPOSED:] = factors[..., None, None] * _along(axes, np.ones_like(self.joints_camera))
-        if self.proposals is not None:
-            places, scales_m = body_joints(
-                self.proposals,
-                OUTPUT_JOINT_NAMES,
-                self.familiarity.trusted_scales_m(self.proposals),
-            )
-            is_proposed = np.isfinite(scales_m).all((0, -1))
-            told = self._of_proposals(axes, places, scales_m, self.proposals.weights[0])
-            terms[:PROPOSED, is_proposed] = told[:, is_proposed]
-            terms[PROPOSED:, is_proposed] = 0.0
+        fill_terms(
+            self.joints_camera, self.is_behind, _IS_ON_ARM, factors, places, scales_m, weights,
+            terms,
+        )  # fmt: skip
         return terms
 
-    def _of_proposals(self, axes: Array, places: Array, scales_m: Array, weights: Array) -> Array:
-        """[4, J, 3, 3] the first four of `TERMS`, of the joints' `ray_axes`, [M, J, 3] proposed
-        places, their scales, and the [M] weights of the modes."""
-        ways = places - self.joints_camera
-        apart = lengths(ways / scales_m)
-        apart[np.isnan(apart)] = 0.0
-        own = int(np.argmin(apart.sum(-1)))
-        is_behind = self.is_behind
-        told = np.empty((PROPOSED, *axes.shape))
-        told[:STATED] = _along(axes, 2.0 * scales_m[own] ** 2)  # the variance of a Laplace law
-        told[:STATED][np.array([is_behind, ~is_behind, ~(is_behind & _IS_ON_ARM)])] = 0.0
-        told[STATED] = np.einsum("m,mja,mjb->jab", weights, ways, ways)
-        return told
+    def _proposed(self) -> tuple[Array, Array, Array]:
+        """[M, J, 3] proposed places, their scales as they are trusted, both in metres, and [M] the
+        weights of the modes; of none where nothing is proposed."""
+        proposals = self.proposals
+        if proposals is None:
+            nothing = np.zeros((0, *self.joints_camera.shape))
+            return nothing, nothing, read_only(np.zeros(0))
+        trusted_m = self.familiarity.trusted_scales_m(proposals)
+        return *body_joints(proposals, OUTPUT_JOINT_NAMES, trusted_m), proposals.weights[0]
 
     @property
     def _lost(self) -> Array:
@@ -213,19 +203,6 @@ class JointSigns:
         is."""
         is_behind_own = self.visibility.joint_state == JointState.SELF_OCCLUDED
         return np.where(is_behind_own, 0.0, 1.0) * -np.expm1(-self.hidden_for_s / HIDDEN_MEMORY_S)
-
-
-def ray_axes(joints_camera: Array) -> Array:
-    """[..., 3, 3] whose columns point right, down, and along the ray by a metre of depth, of
-    [..., 3] joints."""
-    axes = np.broadcast_to(np.eye(3), (*joints_camera.shape, 3)).copy()
-    axes[..., 2] = joints_camera / joints_camera[..., 2:]
-    return axes
-
-
-def _along(axes: Array, variances: Array) -> Array:
-    """[J, 3, 3] of [J, 3] variances along `ray_axes` [J, 3, 3]."""
-    return np.einsum("jab,jb,jcb->jac", axes, variances, axes)
 
 
 def told_errors(
