@@ -102,6 +102,34 @@ def count_own(
 
 
 @njit(cache=True, nogil=True)
+def middle_and_reach(counts: NDArray[np.int32], beyond_share: float) -> tuple[float, float]:
+    """The median of a set of whole numbers, and how far from it the outermost ones lie.
+
+    Args:
+        counts: [N] how often each of 0 to N - 1 is there; not all 0.
+        beyond_share: of the numbers, that do not count on each side.
+    """
+    total = 0
+    for count in counts:
+        total += count
+    beyond = beyond_share * total
+    first = last = lower = upper = -1
+    up_to = 0
+    for number in range(len(counts)):
+        up_to += counts[number]
+        if first < 0 and up_to > beyond:
+            first = number
+        if lower < 0 and up_to > (total - 1) // 2:
+            lower = number
+        if upper < 0 and up_to > total // 2:
+            upper = number
+        if last < 0 and up_to >= total - beyond:
+            last = number
+    middle = (lower + upper) / 2.0
+    return middle, max(middle - first, last - middle)
+
+
+@njit(cache=True, nogil=True)
 def fill_window(
     depth_m: NDArray[np.float32],
     labels: NDArray[np.int32],

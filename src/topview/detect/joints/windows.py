@@ -9,13 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from math import ceil, floor
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
-from topview.kernels.windows import count_own, distances_to_cover, fill_window
+from topview.kernels.windows import (
+    count_own,
+    distances_to_cover,
+    fill_window,
+    middle_and_reach,
+)
 from topview.records import read_only
 
 Array = NDArray[np.float64]
@@ -32,6 +38,9 @@ FARTHEST_MIDDLE_M: Final = 60.0  # and no farther
 DEPTH, OWN, OTHER = range(3)  # the channels
 TIMES_ASIDE: Final = 4.0  # that ways to the side of what may hide a joint count
 NO_READING: Final = 1.0  # the depth where nothing was read, as of what is far behind
+
+# From a box's middle to the middles of its pixels on one side, in halves of the box.
+_STEPS = (np.arange(WINDOW_PIXELS // 2) + 0.5) * 2.0 / WINDOW_PIXELS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,27 +146,11 @@ def box_of(view: DepthView, labels: NDArray[np.int32], person: int) -> Box | Non
     depth_mm = count_own(view.depth_m, labels, person, FARTHEST_MIDDLE_M, in_columns, in_rows)
     if in_columns.sum() < LEAST_WINDOW_PIXELS:
         return None
-    column, row = median_of_counts(in_columns), median_of_counts(in_rows)
-    middle = np.array([column, row, max(depth_mm / 1000.0, NEAREST_MIDDLE_M)])
-    across, down = _reach(in_columns, column) / view.fx, _reach(in_rows, row) / view.fy
-    return Box(middle, float(max(across, down) * middle[2]))
-
-
-def _reach(counts: NDArray[Any], middle: float) -> float:
-    """From a place to the outermost ones, but for a small share on each side."""
-    up_to = np.cumsum(counts)
-    beyond = OUTERMOST_SHARE * up_to[-1]
-    first = int(np.searchsorted(up_to, beyond, side="right"))
-    last = int(np.searchsorted(up_to, up_to[-1] - beyond, side="left"))
-    return max(middle - first, last - middle)
-
-
-def median_of_counts(counts: NDArray[Any]) -> float:
-    """Median of a set of whole numbers, of which [N] says how often each of 0 to N - 1 is there."""
-    up_to = np.cumsum(counts)
-    total = int(up_to[-1])
-    lower, upper = np.searchsorted(up_to, [(total - 1) // 2, total // 2], side="right")
-    return (int(lower) + int(upper)) / 2.0
+    column, across = middle_and_reach(in_columns, OUTERMOST_SHARE)
+    row, down = middle_and_reach(in_rows, OUTERMOST_SHARE)
+    middle_m = max(depth_mm / 1000.0, NEAREST_MIDDLE_M)
+    reach_m = max(across / view.fx, down / view.fy) * middle_m
+    return Box(np.array([column, row, middle_m]), reach_m)
 
 
 def cut_windows(
@@ -175,7 +168,7 @@ def cut_windows(
         is_mirrored: as in `Windows`; of nobody if None.
     """
     images = np.zeros((len(people), 3, WINDOW_PIXELS, WINDOW_PIXELS), np.float32)
-    middles = np.tile([view.cx, view.cy, 1.0], (len(people), 1))
+    middles = np.full((len(people), 3), (view.cx, view.cy, 1.0))
     halves_m = np.full(len(people), HALF_BOX_M)
     is_used = np.zeros(len(people), np.bool_)
     for index, person in enumerate(people):
@@ -208,10 +201,9 @@ def _picked(middle: float, half: float) -> NDArray[np.intp]:
     They are rounded as seen from the middle, which is whole or halfway between two, so that they
     are the same in a mirrored image and in one that is shifted by whole pixels.
     """
-    steps = (np.arange(WINDOW_PIXELS // 2) + 0.5) * 2.0 / WINDOW_PIXELS
-    first = np.ceil(middle)
-    away = np.rint(steps * half - (first - middle)).astype(np.intp)
-    return np.concatenate([(int(np.floor(middle)) - away)[::-1], int(first) + away])
+    first = ceil(middle)
+    away = np.rint(_STEPS * half - (first - middle)).astype(np.intp)
+    return np.concatenate([(floor(middle) - away)[::-1], first + away])
 
 
 def picked_pixels(

@@ -23,9 +23,9 @@ from topview.detect.joints.windows import (
     Windows,
     box_of,
     cut_windows,
-    median_of_counts,
     window_pixels,
 )
+from topview.kernels.windows import middle_and_reach
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 SEEDS = st.integers(0, 10_000)
@@ -190,8 +190,10 @@ def test_without_enough_pixels_there_is_no_window() -> None:
 
 
 @given(st.lists(st.integers(0, 6), min_size=1, max_size=30))
-def test_medians_of_counts_are_medians(values: list[int]) -> None:
-    assert median_of_counts(np.bincount(values)) == np.median(values)
+def test_medians_of_counts_are_medians_and_reach_to_the_outermost(values: list[int]) -> None:
+    middle, reach = middle_and_reach(np.bincount(values).astype(np.int32), 0.0)
+    assert middle == np.median(values)
+    assert reach == np.abs(np.array(values) - middle).max()
 
 
 def test_a_box_reaches_as_far_in_front_as_behind() -> None:
