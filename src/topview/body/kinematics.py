@@ -45,9 +45,15 @@ def rotations_in_parent(Rs_camera_part: NDArray, tree: Tree = FROM_HEAD) -> NDAr
     """[11, ..., 3, 3] rotations of parts in the camera frame to the same in their parents'
     frames."""
     Rs = np.array(Rs_camera_part, np.float64)
-    parts, parents = np.concatenate(_generations(tree), axis=1)
+    parts, parents = _columns(tree)
     Rs[parts] = np.swapaxes(Rs_camera_part[parents], -1, -2) @ Rs_camera_part[parts]
     return Rs
+
+
+@cache
+def _columns(tree: Tree) -> NDArray[np.int64]:
+    """[2, N] the parts and their parents."""
+    return np.array(tree).T
 
 
 def rotations_in_camera(Rs_parent_part: NDArray, tree: Tree = FROM_HEAD) -> NDArray[np.float64]:

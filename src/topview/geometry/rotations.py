@@ -69,9 +69,7 @@ def rotations_from_vectors(vectors_rad: Array) -> Array:
 
 def vectors_from_rotations(R: Array) -> Array:
     """Inverse of `rotations_from_vectors`, for angles below 180 degrees."""
-    w = np.stack(
-        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1
-    )
+    w = R[..., _ZXY, _YZX] - R[..., _YZX, _ZXY]
     sine = lengths(w) / 2
     trace = R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2]
     angle = np.arctan2(sine, (trace - 1) / 2)
