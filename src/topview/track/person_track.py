@@ -32,7 +32,8 @@ class PersonTrack:
         self._person = subject.person
         self._clock = subject.clock
         self._needs = method.needs
-        self._tracker = method.tracker(subject)
+        tracker = self._tracker = method.tracker(subject)
+        self._knowing = tracker if isinstance(tracker, KnowsFamiliarity) else None
         self._feet = Feet()
         self._disagreement = DisagreementOverTime()
         self._last_seen_s = np.full(len(OUTPUT_JOINTS), -np.inf)
@@ -62,8 +63,7 @@ class PersonTrack:
 
     def _familiarity(self, proposals: JointProposals | None, time_s: float) -> Familiarity:
         """How far the proposals of this frame can be relied on."""
-        own = self._tracker
-        familiarity = own.familiarity if isinstance(own, KnowsFamiliarity) else FAMILIAR
+        familiarity = FAMILIAR if self._knowing is None else self._knowing.familiarity
         if proposals is None:
             return familiarity
         return replace(familiarity, disagreement=self._disagreement.update(proposals, time_s))

@@ -37,6 +37,8 @@ Array = NDArray[np.float64]
 
 UNIT_AREA_M2 = 4e-4  # the seen surface whose weight is 1; ours
 
+_HEAD_TWIST = (DOF_PART == HEAD) & (DOF_AXIS == 1)
+
 
 @dataclass(frozen=True, slots=True)
 class RefinementSettings:
@@ -120,7 +122,7 @@ def refine(
     costs = np.empty((len(candidates), 5))
     weights = np.full(N_DOFS, s.turn_prior_weight)
     weights[:3] = s.place_prior_weight
-    weights[(DOF_PART == HEAD) & (DOF_AXIS == 1)] = s.twist_prior_weight
+    weights[_HEAD_TWIST] = s.twist_prior_weight
     view = evidence.view
     kernel.refine_bodies(
         necks,
