@@ -79,8 +79,8 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         Knowledge.LOOKED_AT, "tests check bounds on some of them",
     ),
     SeedUse(
-        (range(31, 41),), "crossing, the camera hung otherwise", "evaluate mounts", Knowledge.NUMBERS_READ,
-        "measured once",
+        (range(31, 41),), "crossing, the camera hung otherwise", "evaluate mounts",
+        Knowledge.NUMBERS_READ, "measured once",
     ),
     SeedUse(
         (12,), "walk", "evaluate simulated, in the README", Knowledge.LOOKED_AT,
