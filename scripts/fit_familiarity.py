@@ -341,7 +341,7 @@ def main(
         samples = gathered([read_labelled(each) for each in folders_in(rendered)])
         known_held, in_ellipsoids = known_shares(samples, weights or WEIGHTS)
         print(f"{100 * known_held:.1f} % have to hold of people whom the network knows,")
-        print(f"{100 * in_ellipsoids:.1f} % of ellipsoids (`KNOWN_SHARE` of train-confidence)")
+        print(f"{100 * in_ellipsoids:.1f} % of ellipsoids (`KNOWN_HELD` of train-confidence)")
         print(f"fitted: {fit(own, others, known_held)}")
 
 

@@ -115,18 +115,19 @@ class BeliefTables:
                 )
             read_only(table)
         known = [(name, feature) for name, feature in FEATURES.items() if name in self.tables]
-        columns = np.ones((len(known), max(feature.bins for _, feature in known), len(Kind)))
+        most = max((feature.bins for _, feature in known), default=0)
+        columns = np.ones((len(known), most, len(Kind)))
         for row, (name, feature) in enumerate(known):
             columns[row, : feature.bins] = self.tables[name].T
         ranges = [(feature.low, feature.high, feature.bins) for _, feature in known]
         object.__setattr__(self, "_known", tuple(name for name, _ in known))
-        object.__setattr__(self, "_ranges", np.array(ranges, np.float64))
+        object.__setattr__(self, "_ranges", np.array(ranges, np.float64).reshape(-1, 3))
         object.__setattr__(self, "_columns", columns)
 
     def likelihoods(self, observations: Sequence[Features]) -> Vector:
         """[N, 4] P(O | kind), the products over the features that are known (Eq. 4.10)."""
         values = [[seen.get(name, np.nan) for name in self._known] for seen in observations]
-        places = np.array(values, np.float64).reshape(-1, len(self._known))
+        places = np.array(values, np.float64).reshape(len(observations), len(self._known))
         products = np.empty((len(places), len(Kind)))
         multiply_shares(places, self._ranges, self._columns, products)
         return products

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-PLACE, VELOCITY, VARIANCE, COVARIANCE, OF_VELOCITY = range(5)
+POSITION, VELOCITY, VARIANCE, COVARIANCE, OF_VELOCITY = range(5)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -30,13 +30,13 @@ def filter_joints(places, scales, elapsed, unrest, most_surprise, state, out):
                 place, velocity, variance, covariance, of_velocity = state[:, m, j, i]
                 to_metres = places[m, j, 2] if i < 2 else 1.0
                 grows = unrest / (to_metres * to_metres)
-                state[PLACE, m, j, i] = place + t * velocity
+                state[POSITION, m, j, i] = place + t * velocity
                 state[VARIANCE, m, j, i] = (
                     variance + 2.0 * t * covariance + t2 * of_velocity + grows * t3 / 3.0
                 )
                 state[COVARIANCE, m, j, i] = covariance + t * of_velocity + grows * t2 / 2.0
                 state[OF_VELOCITY, m, j, i] = of_velocity + grows * t
-                off = places[m, j, i] / to_metres - state[PLACE, m, j, i]
+                off = places[m, j, i] / to_metres - state[POSITION, m, j, i]
                 scale = scales[m, j, i] / to_metres
                 surprise += off * off / (state[VARIANCE, m, j, i] + 2.0 * (scale * scale))
             for i in range(3):
@@ -46,19 +46,19 @@ def filter_joints(places, scales, elapsed, unrest, most_surprise, state, out):
                 scale = scales[m, j, i] / to_metres
                 noise = 2.0 * (scale * scale)  # the variance of a Laplace law
                 if surprise > most_surprise:
-                    state[PLACE, m, j, i] = measured
+                    state[POSITION, m, j, i] = measured
                     state[VELOCITY, m, j, i] = state[COVARIANCE, m, j, i] = 0.0
                     state[VARIANCE, m, j, i] = noise
                     state[OF_VELOCITY, m, j, i] = unrest / (to_metres * to_metres)
                     continue
                 off = measured - place
                 gain, velocity_gain = variance / (variance + noise), covariance / (variance + noise)
-                state[PLACE, m, j, i] = place + gain * off
+                state[POSITION, m, j, i] = place + gain * off
                 state[VELOCITY, m, j, i] = velocity + velocity_gain * off
                 state[VARIANCE, m, j, i] = (1.0 - gain) * variance
                 state[COVARIANCE, m, j, i] = (1.0 - gain) * covariance
                 state[OF_VELOCITY, m, j, i] = of_velocity - velocity_gain * covariance
-            depth = state[PLACE, m, j, 2]
-            out[m, j, 0] = state[PLACE, m, j, 0] * depth
-            out[m, j, 1] = state[PLACE, m, j, 1] * depth
+            depth = state[POSITION, m, j, 2]
+            out[m, j, 0] = state[POSITION, m, j, 0] * depth
+            out[m, j, 1] = state[POSITION, m, j, 1] * depth
             out[m, j, 2] = depth

@@ -29,7 +29,7 @@ FEWEST_JOINTS: Final = 100  # of each kind
 ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
 # Of people whom the network knows, that ellipsoids have to hold for 90 % to be held of the same
 # people with other proportions (`scripts/fit_familiarity.py`, seeds 100 to 103).
-KNOWN_SHARE: Final = 0.947
+KNOWN_HELD: Final = 0.947
 START_LOG_WEIGHT, START_MOST_M2, START_TAILS = -3.0, 0.1, 5.0
 LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
 TAILS: Final = (2.0, 50.0)
@@ -184,7 +184,7 @@ def _with_laws(source: str, values: Iterable[float]) -> JointErrors:
 
 
 def with_ellipsoids(told: JointErrors, rows: ErrorRows) -> JointErrors:
-    """The same with ellipsoids that hold `KNOWN_SHARE` of the errors of proposed joints, of either
+    """The same with ellipsoids that hold `KNOWN_HELD` of the errors of proposed joints, of either
     kind; each recording counts the same."""
     is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
     errors, is_behind = rows.errors_camera[is_proposed], rows.is_behind[is_proposed]
@@ -192,7 +192,7 @@ def with_ellipsoids(told: JointErrors, rows: ErrorRows) -> JointErrors:
     squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
     shares = _shares(is_behind, rows.recording[is_proposed])
     in_view, behind = (
-        _rounded(_weighted_quantile(squared[is_kind], shares[is_kind], KNOWN_SHARE))
+        _rounded(_weighted_quantile(squared[is_kind], shares[is_kind], KNOWN_HELD))
         for is_kind in (~is_behind, is_behind)
     )
     return msgspec.structs.replace(told, ellipsoid=in_view, ellipsoid_behind=behind)

@@ -18,7 +18,7 @@ from topview_lab.cli import train_confidence as command
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
 from topview_lab.training.joint_errors import (
-    KNOWN_SHARE,
+    KNOWN_HELD,
     ErrorRows,
     ErrorsJob,
     TermErrors,
@@ -110,7 +110,7 @@ def test_ellipsoids_hold_so_many_of_either_kind_of_proposed_joints() -> None:
     is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
     is_held = squared < told.ellipsoids_of(rows.is_behind)
     for is_kind in (rows.is_behind, ~rows.is_behind):
-        assert is_held[is_kind & is_proposed].mean() == pytest.approx(KNOWN_SHARE, abs=0.01)
+        assert is_held[is_kind & is_proposed].mean() == pytest.approx(KNOWN_HELD, abs=0.01)
     without = ErrorRows(
         rows.errors_camera[is_proposed],
         rows.terms[:, is_proposed],
