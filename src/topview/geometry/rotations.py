@@ -9,6 +9,8 @@ from topview.records import ROTATION_TOLERANCE
 
 Array = NDArray[np.float64]
 
+_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])  # the next axis, and the one after it
+
 
 def rotations_from_angles(angles_rad: Array) -> Array:
     """[..., 3] rotations about x, y, z to [..., 3, 3] matrices Rx(x) Rz(z) Ry(y).
@@ -151,19 +153,12 @@ def unit(vectors: Array) -> Array:
     return vectors / np.where(length > 0, length, 1.0)
 
 
-# numpy's own norm and cross product give the same bits, and take several times as long for the few
-# vectors that a body has.
-
-
 def lengths(vectors: Array) -> Array:
-    """[...] of [..., 3]."""
+    """[...] of [..., 3]; for a body's few vectors several times as fast as `np.linalg.norm`."""
     return np.sqrt(np.add.reduce(vectors * vectors, axis=-1))
 
 
 def cross(one: Array, other: Array) -> Array:
-    """[..., 3] cross products."""
+    """[..., 3] cross products; for a body's few vectors several times as fast as `np.cross`."""
     yzx, zxy = one.take(_YZX, -1), one.take(_ZXY, -1)
     return yzx * other.take(_ZXY, -1) - zxy * other.take(_YZX, -1)
-
-
-_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])

@@ -91,9 +91,8 @@ class TopviewTracker:
         self._step_s = 0.0  # from the one before to it
         self._hidden_share = 0.0
         self._in_sight_s = 0.0
-        self._guided_to: tuple[Pose, Array] | None = (
-            None  # since last searched, and which way is up
-        )
+        # The last pose that was guided since poses were searched, and which way was up.
+        self._guided_to: tuple[Pose, Array] | None = None
         self._guide = Guide(settings.guide, subject.bones)
         self._stature = StatureBelief(subject.stature_is_given)
         self._search = Search(settings.refinement, settings.limbs, subject, self._stature)
