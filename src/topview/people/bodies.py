@@ -145,8 +145,8 @@ def over_body(
     if places is None or not is_shown:
         return track
     if told_camera is not None and scene.is_hidden_at(told_camera):
-        # Of whom less and less is seen the network believes that the head sinks, too.
-        own_m = _hidden_height_m(scene, track, places)
+        # Of whom less and less is seen the network believes that the head sinks; not that it rises.
+        own_m = max(_hidden_height_m(scene, track, places), scene.height_of(told_camera))
         told_camera = scene.point_at(scene.overview_of(told_camera), own_m)
     if told_camera is not None and shown_m2 > TOLD_M2:
         return track.told_at(scene, told_camera)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import exp
+from math import exp, log
 from typing import Final
 
 import numpy as np
@@ -17,13 +17,15 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
-from topview.people.bodies import LARGEST_M2, body_of, is_short, nearest_body
+from topview.people.association import NEW_PER_M3
+from topview.people.bodies import LARGEST_M2, SHOWN_M2, body_of, is_short, nearest_body
 from topview.people.existence import REFUSED, Existence
 from topview.people.height import PRIOR_HEIGHT_M
-from topview.people.likelihood import EVIDENCE_MEMORY_S
+from topview.people.likelihood import EVIDENCE_MEMORY_S, FLICKER
 from topview.people.segmentation import LIMB_STEP_M, full_pixels
 from topview.people.spawning import is_free
 from topview.people.step import Step
+from topview.people.told import Told
 from topview.people.track import Track
 from topview.people.users import User
 from topview.room.scene import Scene
@@ -138,7 +140,7 @@ def track_of_cluster(
     if is_free(scene, head, tracks, step.told) is not None:
         return None
     features = step.features_under(head, nearest_body(scene, tracks))
-    born = Track.born(key, scene.cloud, head, features).found_by_body()
+    born = Track.born(key, scene.cloud, head, features).found_by_body(scene.time_s)
     evidence = born.evidence.with_network(told.log_odds, step.elapsed_s, step.told_s)
     track = replace(born, evidence=evidence)
     if track.existence(existence.likelihood) <= REFUSED:
@@ -148,7 +150,43 @@ def track_of_cluster(
     return replace(track, body_m=body_of(scene, track, step.segmentation, step.last))
 
 
-def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:
+def give_what_emerges(
+    scene: Scene, tracks: Sequence[Track], bodies_m: NDArray[np.float32], told: Told
+) -> None:
+    """Give, of the bodies [N, h, w], to people of whom nothing is seen what comes into view that is
+    nobody's: where one of them is likelier than somebody new."""
+    hidden = [row for row, track in enumerate(tracks) if _is_out_of_sight(track)]
+    if not hidden:
+        return
+    people = [track for track in tracks if track.id]
+    is_somebodys = bodies_m.min(axis=0) < np.inf
+    for is_own, _ in clusters_in(scene, is_somebodys, SHOWN_M2):
+        middle_m = np.median(scene.overview_m[is_own], axis=0).astype(np.float64)
+        ratios = [_log_ratio_at(scene, tracks[row], middle_m) for row in hidden]
+        row = hidden[int(np.argmax(ratios))]
+        is_anothers = told.share_on_body(scene, is_own, people) > 0.5
+        is_new = scene.changed_share(is_own, tracks[row].motion_s) > FLICKER
+        if max(ratios) > 0.0 and is_new and not is_anothers:
+            away_m = scene.away_m(tracks[row].place_camera)
+            bodies_m[row][is_own] = away_m[is_own]
+
+
+def _is_out_of_sight(track: Track) -> bool:
+    is_bodiless = track.body_m is None or not (track.body_m < np.inf).any()
+    return track.is_hidden and is_bodiless
+
+
+def _log_ratio_at(scene: Scene, track: Track, overview_m: NDArray[np.float64]) -> float:
+    """Log-likelihood ratio of a person who is not seen, at a place [2], against somebody
+    new."""
+    assert track.places is not None
+    head_camera = scene.point_at(overview_m, track.places.height_m)
+    return track.places.log_density(scene, head_camera, 0.0) - log(NEW_PER_M3)
+
+
+def clusters_in(
+    scene: Scene, is_somebodys: Mask, least_m2: float = SMALLEST_M2
+) -> Iterator[tuple[Mask, float]]:
     """[h, w] and the area in square metres of each cluster of a person's size; depths within one
     step by `LIMB_STEP_M` at most, so that a limb before the body is in its cluster."""
     cloud = scene.cloud
@@ -157,7 +195,7 @@ def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]
         scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
     )
     for label, area_m2 in enumerate(areas_m2.tolist()):
-        if SMALLEST_M2 < area_m2 < LARGEST_M2:
+        if least_m2 < area_m2 < LARGEST_M2:
             is_own = labels == label
             if is_short(scene, is_own):
                 yield is_own, area_m2

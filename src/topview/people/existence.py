@@ -141,7 +141,8 @@ class Existence:
     def _is_ready(self, track: Track, scene: Scene, has_network: bool) -> bool:
         if has_network and not (track.evidence.asked_s > 0.0 or self._is_first):
             return False
-        is_long_enough = self._is_first or scene.time_s - track.born_s >= NEW_TRACK_S
+        is_old = scene.time_s - track.born_s >= NEW_TRACK_S and scene.time_s > track.anew_s
+        is_long_enough = self._is_first or is_old
         return track.is_seen and is_long_enough and self.existence_of(track) > CONFIRMED
 
     def existence_of(self, track: Track) -> float:
@@ -169,7 +170,7 @@ class Existence:
             is_kept = is_asked and track.evidence.still == 1.0
             return self.existence_of(track) < REFUSED and not is_kept
         has_stood = track.evidence.still > 0.0 and not track.evidence.by_body
-        is_new = scene.time_s - track.born_s < NEW_S
+        is_new = scene.time_s - max(track.born_s, track.anew_s) < NEW_S
         least = CONFIRMED if is_new and track.id in self._unasked else DOUBTED
         is_doubted = is_asked and (is_new or has_stood)
         return self.existence_of(track) < (least if is_doubted else ENDED)

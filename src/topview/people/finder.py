@@ -21,7 +21,7 @@ from topview.kernels.pieces import fill_at
 from topview.people.appearance import EVERY_S, with_appearance
 from topview.people.association import associate, is_apart
 from topview.people.bodies import nearest_body, own_mask, split, union_of, with_pieces
-from topview.people.clusters import Clusters, track_of_cluster
+from topview.people.clusters import Clusters, give_what_emerges, track_of_cluster
 from topview.people.colors import hands_in
 from topview.people.existence import CONFIRMED, Refusal
 from topview.people.output import Found, doubtful_of, frontal_of, users_of
@@ -95,8 +95,8 @@ class PeopleFinder:
         with self.clock.stage("heads"):
             heads = self._detect(scene, before)
         with self.clock.stage("users"):
-            step = Step(scene, last, told, self.settings, self._existence.likelihood)
-            by_shape = ShapeOdds(step, before, self._existence)
+            step = Step(scene, last, told, self.settings, self._existence.likelihood, before)
+            by_shape = ShapeOdds(step, self._existence)
             told_heads = [head for head, _ in step.heads_of_doubtful.values()]
             is_time = self._looks.due(scene.time_s) > 0
             at_rest = {t.key for t in before if is_at_rest(t, scene, step.likelihood)}
@@ -207,6 +207,7 @@ class PeopleFinder:
         it is steady."""
         scene, cloud = step.scene, step.scene.cloud
         bodies_m = with_pieces(scene, tracks, self.settings)
+        give_what_emerges(scene, tracks, bodies_m, step.told)
         is_somebodys = np.minimum.reduce(bodies_m, initial=np.inf) < np.inf
         if step.told.has_network:
             is_somebodys |= self._clusters.update(scene, is_somebodys, step.elapsed_s)

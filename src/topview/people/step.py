@@ -42,6 +42,7 @@ class Step:
         told: what is known of the last frame's bodies.
         settings: how people are found.
         likelihood: of a person.
+        before: the tracks in the last frame.
         bodies: [h, w] those under heads (`body_under`), by the heads' identities.
     """
 
@@ -50,6 +51,7 @@ class Step:
     told: Told
     settings: PeopleSettings
     likelihood: Likelihood = field(default_factory=shipped_likelihood)
+    before: Sequence[Track] = ()
     bodies: dict[int, tuple[HeadCandidate, NDArray[np.float32]]] = field(default_factory=dict)
 
     @property
@@ -109,6 +111,7 @@ class Step:
                 evidence = self._with_shape(track, tracks, nearest)
             log_odds = self.told.log_odds_of(track, tracks)
             if log_odds is not None:
+                log_odds = self.told.unless_anothers(log_odds, self._share_of_others(track))
                 evidence = evidence.with_network(log_odds, self.elapsed_s, self.told_s)
             is_upright = self.told.is_upright(track, self.scene.up_camera)
             if track.id and is_upright is False and self.told.is_near(track):
@@ -117,6 +120,21 @@ class Step:
                 evidence = replace(evidence, by_body=False, was_upright=True)
             after.append(replace(track, evidence=evidence))
         return after
+
+    def _share_of_others(self, track: Track) -> float:
+        """Of what the network was asked about as a track's, the share that is on the body of one
+        who is more surely a person."""
+        asked = next((own for own in self.before if own.key == track.key), None)
+        if asked is None or asked.body_m is None or self.last is None:
+            return 0.0
+        surer = [other for other in self.before if self._is_surer(other, asked)]
+        return self.told.share_on_body(self.last, asked.body_m < np.inf, surer)
+
+    def _is_surer(self, other: Track, track: Track) -> bool:
+        """Whether another track is a person more surely than this one."""
+        own = track.evidence.log_odds(self.likelihood)
+        is_surer = not track.id or other.evidence.log_odds(self.likelihood) > own
+        return other.id > 0 and other.key != track.key and is_surer
 
     def body_under(self, head: HeadCandidate) -> NDArray[np.float32]:
         """[h, w] `body_distance` of a head of which nothing else is known; sought once."""
@@ -167,10 +185,10 @@ class Step:
         if not track.id and is_off(told_camera, track.place_camera):
             others = [other for other in tracks if other.key != track.key]
             if is_upright is False and not is_too_near(told_camera, others, self.scene):
-                return track.found_by_body(), self.head_at(told_camera)
+                return track.found_by_body(self.scene.time_s), self.head_at(told_camera)
             if is_upright:
                 there = self.head_at(told_camera)
-                return track.restarted(self.scene, there).asked_anew(), there
+                return track.restarted(self.scene, there).asked_anew(self.scene.time_s), there
         is_in_view = self.scene.covered_share(told_camera) <= IN_VIEW
         if head is None and (not track.id or (track.by_body and is_in_view)):
             return track, self.head_at(told_camera)
@@ -209,7 +227,6 @@ class ShapeOdds:
     that it tells by the network, of what is remembered by all that is known, or else by shape."""
 
     step: Step
-    before: Sequence[Track]
     existence: Existence
 
     def __call__(self, head: HeadCandidate) -> float:
@@ -219,6 +236,6 @@ class ShapeOdds:
         known = self.existence.remembered_at(head.center_camera, self.step.scene)
         if known is not None:
             return known.evidence.log_odds(likelihood)
-        seen = [track for track in self.before if track.is_seen]
+        seen = [track for track in self.step.before if track.is_seen]
         nearest = nearest_body(self.step.scene, seen)
         return likelihood.log_odds_of_shape(self.step.features_under(head, nearest))

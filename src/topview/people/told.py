@@ -15,8 +15,11 @@ from topview.body.parts import JOINTS
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.geometry.segments import square_distances
+from topview.people.likelihood import MOST_LOG_ODDS
+from topview.people.segmentation import surface_distance
 from topview.people.track import Track, is_off
 from topview.records import Person
+from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 
@@ -26,6 +29,8 @@ TOLD_JOINT, TRUNK_END = "head", "pelvis"
 SURE, SURE_M = 0.5, 0.12
 # A head that it sees so far from the track's is another's, as is one so near to another track's.
 ELSEWHERE_M, ANOTHERS_M = 0.4, 0.25
+# What is no farther from the surface of a tracked body is on it.
+ON_BODY_M: Final = 0.05
 # Trunk and legs: no head of another is so near to a bone whose ends are in their places, within
 # 10 cm, with this probability.
 BODY_BONES: Final = np.array(
@@ -189,6 +194,28 @@ class Told:
         is_anothers = self._is_anothers(head, track, tracks)
         is_elsewhere = is_anothers or not head.is_near(track.place_camera)
         return min(head.log_odds, ELSEWHERE) if is_elsewhere else head.log_odds
+
+    def share_on_body(
+        self, scene: Scene, is_own: NDArray[np.bool_], others: Sequence[Track]
+    ) -> float:
+        """Of the last frame's pixels [h, w], the largest share that is on the body of one of these
+        people."""
+        points_camera = scene.cloud.points_camera[is_own].astype(np.float64)
+        if not len(points_camera):
+            return 0.0
+        low, high = points_camera.min(0) - ON_BODY_M, points_camera.max(0) + ON_BODY_M
+        most = 0.0
+        for other in others:
+            joints = self.joints_of(other.id)
+            if joints is not None and ((joints > low) & (joints < high)).all(axis=1).any():
+                away_m = surface_distance(points_camera, joints, other.height.height_m)
+                most = max(most, float((away_m < ON_BODY_M).mean()))
+        return most
+
+    def unless_anothers(self, log_odds: float, share: float) -> float:
+        """Log-odds of a window of which a share is on another's body, for which that speaks."""
+        own = min(log_odds, MOST_LOG_ODDS)
+        return own + share * min(ELSEWHERE - own, 0.0)
 
     def _is_anothers(self, head: ToldHead, track: Track, tracks: Sequence[Track]) -> bool:
         """Whether a head that was told for one track is that of another's that is seen: the same

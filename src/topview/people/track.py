@@ -4,6 +4,7 @@ one."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 from typing import Final
 
 import msgspec
@@ -58,6 +59,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         body_m2: area of what is seen of it.
         rival_since_s: since when something else on the body has looked more like its head.
         off_since_s: since when the joint network has said that the head is elsewhere.
+        anew_s: since when what is followed is something else than before (`asked_anew`).
     """
 
     key: int
@@ -82,6 +84,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     body_m2: float = 0.0
     rival_since_s: float | None = None
     off_since_s: float | None = None
+    anew_s: float = -inf
 
     @classmethod
     def born(cls, key: int, cloud: Cloud, head: HeadCandidate, features: Features) -> Track:
@@ -175,14 +178,15 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         head = HeadCandidate(told_camera, self.confidence)
         return replace(self.restarted(scene, head), off_since_s=None)
 
-    def found_by_body(self) -> Track:
-        """Without an upright head: what the network says of the body counts from now on."""
+    def found_by_body(self, time_s: float) -> Track:
+        """Without an upright head: what the network says of the body counts from this time on."""
         evidence = replace(self.evidence, by_body=True, was_upright=False)
-        return replace(self, evidence=evidence, confidence=0.0).asked_anew()
+        return replace(self, evidence=evidence, confidence=0.0).asked_anew(time_s)
 
-    def asked_anew(self) -> Track:
-        """What the network said until now was of something else than what is followed."""
-        return replace(self, evidence=replace(self.evidence, network=0.0, asked_s=0.0))
+    def asked_anew(self, time_s: float) -> Track:
+        """What the network said until this time was of something else than what is followed."""
+        evidence = replace(self.evidence, network=0.0, asked_s=0.0)
+        return replace(self, evidence=evidence, anew_s=time_s)
 
     def restarted(self, scene: Scene, head: HeadCandidate) -> Track:
         """What was followed was not the head; this is. A stature below it was not its own, nor,

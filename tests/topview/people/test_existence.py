@@ -246,7 +246,7 @@ def test_what_was_refused_is_taken_up_and_is_nobody_hidden_where_nothing_has_cha
         assert existence.going_on([refused], LATER) == []
         scene = replace(LATER, steady=steady_for(steady_s))
         assert existence.taken_up(born, scene).key == key
-        odds = ShapeOdds(Step(scene, FIRST, NOTHING_TOLD, PeopleSettings()), [], existence)
+        odds = ShapeOdds(Step(scene, FIRST, NOTHING_TOLD, PeopleSettings()), existence)
         assert (odds(born.head) == -4.0) == (key == 7)
     assert existence.taken_up(born, LATER).key == 9  # it is not known what has changed
     elsewhere = replace(born, place_camera=HEAD + np.array([1.0, 0.0, 0.0]))

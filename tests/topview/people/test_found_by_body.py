@@ -23,7 +23,7 @@ from topview.people.clusters import (
     clusters_in,
     track_of_cluster,
 )
-from topview.people.existence import Existence
+from topview.people.existence import DOUBTED, ENDED, Existence
 from topview.people.features import SHAPE
 from topview.people.likelihood import BODY_ODDS, CUT, MOST_LOG_ODDS, Evidence, shipped_likelihood
 from topview.people.settings import PeopleSettings
@@ -309,6 +309,24 @@ def test_a_sure_network_confirms_and_an_unsure_one_does_not() -> None:
         track = replace(IN_DOUBT, evidence=replace(evidence, by_body=True), born_s=-1.0)
         [seen] = existence.confirmed([track], STANDING, {track.key}, True)
         assert (seen.id > 0) == is_person
+
+
+def test_one_answer_about_another_head_confirms_nobody() -> None:
+    """However sure it is: what is taken for somebody by it has to be so in the next frame, too; and
+    for a moment more a doubt is enough to end it."""
+    existence, sure = Existence(), np.zeros(len(SHAPE))
+    existence.confirmed([], STANDING, set(), True)
+    evidence = Evidence.starting_with(sure, 0.0).with_network(MOST_LOG_ODDS, 0.1, 0.1)
+    track = replace(IN_DOUBT, evidence=evidence, born_s=-9.0).asked_anew(STANDING.time_s)
+    track = replace(track, evidence=evidence)
+    later = replace(track, seen_s=A_FRAME_LATER.time_s, time_s=A_FRAME_LATER.time_s)
+    [first] = existence.confirmed([track], STANDING, {track.key}, True)
+    [then] = existence.confirmed([later], A_FRAME_LATER, {track.key}, True)
+    assert (first.id, then.id) == (0, 1)
+    doubted = replace(then, evidence=replace(evidence, network=-2.8, still=0.0))
+    assert ENDED < existence.existence_of(doubted) < DOUBTED
+    assert existence.has_ended(doubted, A_FRAME_LATER)
+    assert not existence.has_ended(replace(doubted, anew_s=-9.0), A_FRAME_LATER)
 
 
 def test_the_floor_alone_has_no_cluster() -> None:

@@ -10,10 +10,14 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from dressed_scenes import GROUND_Y, ROOM, person_with, scene_of, track_at
-from people_scenes import head_of, render
+from people_scenes import head_of, render, standing_person
 from topview.body.parts import JOINT_NAMES, OUTPUT_JOINT_NAMES
 from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
+from topview.people.bodies import own_mask
+from topview.people.likelihood import MOST_LOG_ODDS
+from topview.people.settings import PeopleSettings
+from topview.people.step import Step
 from topview.people.told import (
     ELSEWHERE,
     ELSEWHERE_M,
@@ -142,3 +146,47 @@ def test_no_head_is_where_the_trunk_or_a_leg_of_somebody_is() -> None:
     assert not sure.is_on_body(on_arm)
     assert not Told([person_with(joints, IN_PLACE - 0.1)]).is_on_body(on_trunk)
     assert not Told().is_on_body(on_trunk)
+
+
+def test_what_is_on_another_s_body_speaks_for_the_other() -> None:
+    """As a leg does, of which the network is asked as if it were somebody's."""
+    told = Told()
+    assert told.unless_anothers(9.0, 0.0) == MOST_LOG_ODDS
+    assert told.unless_anothers(9.0, 1.0) == told.unless_anothers(0.0, 1.0) == ELSEWHERE
+    assert told.unless_anothers(2.0, 0.5) == pytest.approx(0.5 * (2.0 + ELSEWHERE))
+    assert told.unless_anothers(2.0 * ELSEWHERE, 0.5) == 2.0 * ELSEWHERE
+
+
+STANDING, A_FRAME_LATER = (
+    scene_of(render(standing_person(0.0, 2.6, GROUND_Y), ROOM), None, index) for index in (0, 1)
+)
+WHOLE = track_at(STANDING, PLACE)
+ITS_JOINTS = np.tile(PLACE, (len(OUTPUT_JOINT_NAMES), 1))
+ITS_JOINTS[:, 1] = np.linspace(PLACE[1], GROUND_Y, len(ITS_JOINTS))
+
+
+@pytest.mark.parametrize(("aside_m", "least", "most"), [(0.0, 0.3, 0.6), (1.5, 0.0, 0.0)])
+def test_the_share_on_a_body_is_that_of_points_at_its_bones(
+    aside_m: float, least: float, most: float
+) -> None:
+    """Which are all in one line here."""
+    told = Told([person_with(ITS_JOINTS + aside_m * RIGHT, 1.0, OTHER.id)])
+    is_own = own_mask(STANDING, WHOLE)
+    assert least <= told.share_on_body(STANDING, is_own, [OTHER]) <= most
+    assert told.share_on_body(STANDING, is_own, [ONE]) == 0.0  # whose body is not tracked
+    assert told.share_on_body(STANDING, np.zeros_like(is_own), [OTHER]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("own", "others", "is_surer"), [(0, 2.0, True), (1, 4.0, True), (1, 2.0, False)]
+)
+def test_the_network_s_word_on_a_piece_of_a_surer_person_is_that_person_s(
+    own: int, others: float, is_surer: bool
+) -> None:
+    said = replace(WHOLE, id=own, evidence=WHOLE.evidence.with_network(3.0, 1.0, 0.0))
+    other = replace(OTHER, evidence=OTHER.evidence.with_network(others, 1.0, 0.0))
+    heads = {said.told_as: ToldHead(0.999, PLACE, True)}
+    told = Told([person_with(ITS_JOINTS, 1.0, OTHER.id)], heads, True)
+    step = Step(A_FRAME_LATER, STANDING, told, PeopleSettings(), before=(said, other))
+    after, _ = step.with_evidence([said, other], {1, 2})
+    assert (after.evidence.network < said.evidence.network) == is_surer
