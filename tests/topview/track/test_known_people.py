@@ -198,6 +198,25 @@ def thigh_m(person: Person) -> float:
     return float(np.linalg.norm(person.joints_camera[hip] - person.joints_camera[knee]))
 
 
+@pytest.mark.parametrize("longer", [0.85, 1.0, 1.15])
+def test_known_bones_are_those_of_a_body_that_is_searched(longer: float, tmp_path: Path) -> None:
+    """Without a joint network nothing is learnt, but what is known is used."""
+    stature_m = 1.7
+    thigh = KnownBone(longer * PROPOSED_LENGTHS["upper_leg"] * stature_m, LEAST_SIGMA_M)
+    others = {
+        name: KnownBone(share * stature_m, LEAST_SIGMA_M)
+        for name, share in PROPOSED_LENGTHS.items()
+    }
+    topview.write_bodies(
+        [KnownBody(stature_m, others | {"upper_leg": thigh})], tmp_path / "body.json"
+    )
+    settings = TrackerSettings(proposals="none", body=tmp_path / "body.json")
+    _, found = tracked(recording_of(stature_m, "reaching", 3, 3), settings)
+    lengths_m = [thigh_m(person) for people in found for person in people]
+    assert len(lengths_m) >= 2
+    assert_allclose(lengths_m, thigh.length_m, atol=1e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("stature_m", [1.15, 1.3, 1.98])
 def test_a_child_and_a_tall_person_who_sit_have_their_bones_from_the_first_frame(

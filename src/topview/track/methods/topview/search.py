@@ -18,7 +18,7 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.filter.over_time import FRAME_S, share_after
 from topview.track.body_tracker import Subject
-from topview.track.bone_lengths import dressed_body
+from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
@@ -78,14 +78,17 @@ class Search:
         limbs: LimbSettings,
         subject: Subject,
         stature: StatureBelief,
+        bones: BoneLengths,
     ) -> None:
-        """`stature`: which one is believed; it is judged here where it is doubted."""
+        """`stature`: which one is believed; it is judged here where it is doubted. `bones`: as far
+        as they are known."""
         self.facing = FacingBelief()
         self._refinement = refinement
         self._limbs = LimbSearch(limbs, subject.threads)
         self._kept: Kept = {}  # hypotheses of limbs that go on
         self._subject = subject
         self._stature = stature
+        self._bones = bones
         self._share = 0  # of the table, which is looked through next
 
     def update(
@@ -158,7 +161,7 @@ class Search:
         for stature_m in statures_m:
             model, alike = look.model, bodies
             if stature_m != model.stature_m:
-                model = dressed_body(stature_m)
+                model = self._bones.model(stature_m)
                 alike = shipped_poses().likeness(evidence, stature_m).poses(model, len(bodies))
             starts = [] if is_hidden else alike.copy()
             if found is not None:
@@ -260,14 +263,14 @@ class Search:
         self._stature.judge(cost, tried_cost)
         if self._stature.stature_m == believed_m:
             return found
-        return replace(found, pose=pose, model=dressed_body(tried_m))
+        return replace(found, pose=pose, model=self._bones.model(tried_m))
 
     def _of_stature(
         self, found: Found, stature_m: float, is_lost: bool, look: FrameContext
     ) -> tuple[Pose, float]:
         """The pose that was found, or a stance if it is lost, of a body of another stature, and
         what it costs."""
-        model, evidence = dressed_body(stature_m), look.evidence
+        model, evidence = self._bones.model(stature_m), look.evidence
         poses = [found.pose]
         with look.clock.stage("body"):
             if is_lost:

@@ -15,7 +15,7 @@ from topview.geometry.rotations import rotations_from_vectors, vectors_from_rota
 from topview.people.bodies import SHOWN_M2
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
-from topview.track.bone_lengths import BoneLengths, dressed_body
+from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
@@ -95,8 +95,10 @@ class TopviewTracker:
         self._guided_to: tuple[Pose, Array] | None = None
         self._guide = Guide(settings.guide, subject.bones)
         self._stature = StatureBelief(subject.stature_is_given)
-        self._search = Search(settings.refinement, settings.limbs, subject, self._stature)
-        self.model = dressed_body(settings.statures_m[0])
+        self._search = Search(
+            settings.refinement, settings.limbs, subject, self._stature, self.bones
+        )
+        self.model = self.bones.model(settings.statures_m[0])
 
     @property
     def bones(self) -> BoneLengths:
@@ -142,7 +144,7 @@ class TopviewTracker:
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
-            self.model = dressed_body(stature_m)
+            self.model = self.bones.model(stature_m)
 
     def _is_out_of_sight(self, evidence: Evidence) -> bool:
         """Whether too little is seen to look for a pose. Of whom joints have been proposed before,
