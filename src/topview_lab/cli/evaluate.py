@@ -8,8 +8,10 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
 from topview.cli.progress import warn
+from topview.io import write_atomically
 from topview.records import InputError
 from topview.track.run import track_offline, track_recording
 from topview_lab.cli.evaluate_facing import facing
@@ -50,6 +52,7 @@ from topview_lab.evaluate.starts import (
     starts_by_pose,
     starts_table,
 )
+from topview_lab.evaluate.worst import worst_png, worst_recordings
 
 evaluate = App(name="evaluate", help="Measure the tracker against reference skeletons.")
 evaluate.command(people)
@@ -209,6 +212,8 @@ def _evaluate(
     recordings: Sequence[EvaluatedRecording], title: str, options: EvaluateOptions
 ) -> int:
     check_output(options)
+    if options.worst is not None:
+        prepare_output_file("--worst", options.worst, options.force)
     if options.predictions is None:
         check_tracker(options)
         track = track_offline if options.offline else track_recording
@@ -237,4 +242,7 @@ def _evaluate(
         )
         if options.json is not None:
             write_json(options.json, summary, title, options.made_by(), run.problems)
+        if options.worst is not None:
+            worst = worst_recordings(run.evaluation, options.offsets)
+            write_atomically(options.worst, worst_png(worst, recordings))
     return status(measured, run.planned, run.interrupted)

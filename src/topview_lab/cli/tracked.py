@@ -76,6 +76,7 @@ class EvaluateOptions(TrackedOptions):
         predictions: measure the skeletons of these files instead of the tracker: a folder with
             NAME.npz or NAME/skeletons.npz of each sequence, or one file.
         map: names of their joints in ours, like nose=head,chest=torso, besides the known ones.
+        worst: file for a picture (PNG) of the worst moments of the ten worst recordings.
     """
 
     detail: Annotated[bool, Parameter(negative="")] = False
@@ -83,6 +84,7 @@ class EvaluateOptions(TrackedOptions):
     offline: Annotated[bool, Parameter(negative="")] = False
     predictions: Path | None = None
     map: str = ""
+    worst: Path | None = None
 
     def made_by(self) -> dict[str, Any]:
         """What the measured skeletons come from, for the file of numbers."""
