@@ -2,8 +2,8 @@
 
 Rendered recordings: `names` [K], `joints` [F, R, K, 3], `present` [F, R], and where known
 `joint_occ_person`, `joint_occ_furniture`, `joint_occ_self`, `joint_outside` [F, R, K] shares,
-`ids` [R], `stature` [R], `actions` [F, R], `bodies` [R], and `part_names` [B] with
-`Ts_camera_part` [F, R, B, 4, 4]. Keys beyond these are ignored.
+`person_outside` [F, R], `ids` [R], `stature` [R], `actions` [F, R], `bodies` [R], and `part_names`
+[B] with `Ts_camera_part` [F, R, B, 4, 4]. Keys beyond these are ignored.
 
 Composites of real recordings: `joint_names` [K], `joints` [R, F, K, 3], and where known
 `joint_not_behind_other` [R, F, K], which says True where no other layer hides the joint.
@@ -37,6 +37,7 @@ _SHARES: Final = {
     "occluded_by_self": "joint_occ_self",
     "outside": "joint_outside",
 }
+_ALL_OUTSIDE: Final = "person_outside"  # the same of the whole person
 
 
 _NUMBERS: Final = "iuf"
@@ -46,7 +47,7 @@ _KINDS: Final = {
     "ids": "iu",
     "stature": _NUMBERS,
     "Ts_camera_part": _NUMBERS,
-    **dict.fromkeys(_SHARES.values(), _NUMBERS),
+    **dict.fromkeys((*_SHARES.values(), _ALL_OUTSIDE), _NUMBERS),
 }
 """What NumPy calls the types that a key may have."""
 _KIND_NAMES: Final = {
@@ -113,6 +114,7 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
     joints_camera = arrays["joints"]
     F, R, K = _joint_axes(joints_camera, len(arrays["names"]), source)
     shapes = {"present": (F, R), "ids": (R,), "stature": (R,), "actions": (F, R), "bodies": (R,)}
+    shapes[_ALL_OUTSIDE] = (F, R)
     shapes |= dict.fromkeys(_SHARES.values(), (F, R, K))
     if "Ts_camera_part" in arrays:
         _require(arrays, ("part_names",), source)
@@ -130,7 +132,7 @@ def _rendered(arrays: Arrays, source: str) -> ReferenceSequence:
         names=arrays["names"],
         joints_camera=joints_camera,
         present=arrays["present"].astype(bool),
-        shares={share: arrays[key] for share, key in _SHARES.items() if key in arrays},
+        shares=_shares(arrays),
         person_ids=arrays.get("ids"),
         statures_m=arrays.get("stature"),
         actions=arrays["actions"].astype(str) if "actions" in arrays else None,
@@ -181,6 +183,20 @@ def _orientations(
             "no rotation; its columns must be units at right angles, or NaN where unknown"
         )
     return names, Rs_camera_part
+
+
+def _shares(arrays: Arrays) -> dict[str, NDArray[Any]]:
+    """What hides each joint. Of one that faces away all round, files say that it is outside, and
+    nothing else: where nothing of the person is, the own body hides it."""
+    shares = {share: arrays[key] for share, key in _SHARES.items() if key in arrays}
+    is_told = {"occluded_by_self", "outside"} <= shares.keys() and _ALL_OUTSIDE in arrays
+    if is_told:
+        own, outside = shares["occluded_by_self"], shares["outside"]
+        is_whole = np.asarray(arrays[_ALL_OUTSIDE] == 0.0)[..., None]
+        is_away = (outside == 1.0) & np.isnan(own) & is_whole
+        shares["occluded_by_self"] = np.where(is_away, 1.0, own)
+        shares["outside"] = np.where(is_away, 0.0, outside)
+    return shares
 
 
 def _composite(arrays: Arrays, source: str) -> ReferenceSequence:

@@ -36,6 +36,24 @@ class TestWhatTheTruthTells:
         for i, name in enumerate(names):
             assert getattr(reference, name) == pytest.approx(0.1 * i)
 
+    def test_what_faces_away_in_view_is_hidden_by_the_own_body(self) -> None:
+        """Files say that it is outside, as of all that nothing faces the camera of."""
+        own, outside = np.full((2, 1, J), np.nan), np.ones((2, 1, J))
+        own[:, :, 1], outside[:, :, 1] = 0.25, 0.0
+        arrays = rendered_groundtruth(
+            [2.0, 3.0],
+            joint_occ_self=own,
+            joint_outside=outside,
+            person_outside=np.array([[0.0], [0.5]]),
+        )
+        reference = reference_from(arrays, "truth")
+        assert reference.occluded_by_self is not None
+        assert reference.outside is not None
+        assert reference.occluded_by_self[0, 0, :3].tolist() == [1.0, 0.25, 1.0]
+        assert reference.outside[0, 0, :3].tolist() == [0.0, 0.0, 0.0]
+        np.testing.assert_array_equal(reference.occluded_by_self[1], own[1])
+        np.testing.assert_array_equal(reference.outside[1], outside[1])
+
     def test_actions_and_bodies(self) -> None:
         told = {"actions": np.array([["wave"], ["box"]]), "bodies": np.array(["woman 1.62 m"])}
         reference = reference_from(rendered_groundtruth([2.0, 3.0], **told), "truth", action="x")
