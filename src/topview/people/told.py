@@ -31,6 +31,10 @@ SURE, SURE_M = 0.5, 0.12
 ELSEWHERE_M, ANOTHERS_M = 0.4, 0.25
 # What is no farther from the surface of a tracked body is on it.
 ON_BODY_M: Final = 0.05
+# No surface is farther from the bones.
+THICKEST_M: Final = 0.2
+# About so many points tell which share of a body is another's.
+SHARE_POINTS: Final = 250
 # Trunk and legs: no head of another is so near to a bone whose ends are in their places, within
 # 10 cm, with this probability.
 BODY_BONES: Final = np.array(
@@ -203,11 +207,14 @@ class Told:
         points_camera = scene.cloud.points_camera[is_own].astype(np.float64)
         if not len(points_camera):
             return 0.0
-        low, high = points_camera.min(0) - ON_BODY_M, points_camera.max(0) + ON_BODY_M
+        points_camera = points_camera[:: max(len(points_camera) // SHARE_POINTS, 1)]
+        low, high = points_camera.min(0) - THICKEST_M, points_camera.max(0) + THICKEST_M
         most = 0.0
         for other in others:
             joints = self.joints_of(other.id)
-            if joints is not None and ((joints > low) & (joints < high)).all(axis=1).any():
+            if joints is None:
+                continue
+            if (np.nanmax(joints, 0) > low).all() and (np.nanmin(joints, 0) < high).all():
                 away_m = surface_distance(points_camera, joints, other.height.height_m)
                 most = max(most, float((away_m < ON_BODY_M).mean()))
         return most

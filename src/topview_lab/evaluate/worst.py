@@ -27,15 +27,15 @@ from topview_lab.metrics import Evaluation, Offsets
 from topview_lab.metrics.errors import pool, position_errors
 
 # The look of the picture, and what it shows: all ours.
-RECORDINGS: Final = 10
-MOMENTS: Final = 3
-APART_S: Final = 1.0  # between two moments of one recording
+WORST_RECORDINGS: Final = 10
+WORST_MOMENTS: Final = 3
+MOMENTS_APART_S: Final = 1.0  # between two moments of one recording
 WORST_JOINTS: Final = 2  # are named below a moment
 SHOWN_CM: Final = 10.0  # longer errors are drawn
-PANEL_PX: Final = (300, 300)
-MARGIN_PX, HEADER_PX, LINE_PX = 14, 64, 22
-AROUND: Final = 1.25  # how much larger the part of the image is than who is in it
-TRUTH, PREDICTED, APART = TEXT, PEOPLE[0], PEOPLE[4]
+MOMENT_PX: Final = (300, 300)
+WORST_GAP_PX, WORST_TITLE_PX, CAPTION_LINE_PX = 14, 64, 22
+ROOM_AROUND: Final = 1.25  # how much larger the part of the image is than who is in it
+TRUTH_COLOR, PREDICTED_COLOR, APART_COLOR = TEXT, PEOPLE[0], PEOPLE[4]
 
 Vector = NDArray[np.float64]
 
@@ -85,11 +85,11 @@ class WorstRecording:
 def worst_recordings(
     evaluation: Evaluation,
     offsets: Offsets = "set",
-    recordings: int = RECORDINGS,
-    moments: int = MOMENTS,
+    recordings: int = WORST_RECORDINGS,
+    moments: int = WORST_MOMENTS,
 ) -> list[WorstRecording]:
     """Those whose joints are farthest off, the worst first; of each the moments in which somebody's
-    are, at least `APART_S` apart. Recordings in which nobody was found have none."""
+    are, at least `MOMENTS_APART_S` apart. Recordings in which nobody was found have none."""
     of_all = pool(evaluation, offsets)
     errors_cm, samples = position_errors(of_all).offset_out, of_all.samples
     is_told = np.isfinite(errors_cm).any(axis=1)
@@ -121,7 +121,7 @@ def _apart(times_s: Vector, errors_cm: Vector, count: int) -> list[int]:
     chosen: list[int] = []
     for index in np.argsort(-errors_cm, kind="stable").tolist():
         if len(chosen) < count and all(
-            abs(times_s[index] - times_s[other]) >= APART_S for other in chosen
+            abs(times_s[index] - times_s[other]) >= MOMENTS_APART_S for other in chosen
         ):
             chosen.append(index)
     return sorted(chosen)
@@ -135,21 +135,21 @@ def worst_png(worst: Sequence[WorstRecording], recordings: Sequence[EvaluatedRec
     """
     by_name = {recording.name: recording for recording in recordings}
     rows = [_row(each, _frames_of(by_name[each.name], each)) for each in worst]
-    header = np.full((HEADER_PX, _width_px(), 3), GROUND, np.uint8)
-    used = draw_text(header, "where bodies are worst", (MARGIN_PX, 28), 14, TEXT)
-    draw_text(header, "cm with constant offsets out", (MARGIN_PX + used + 16, 28), 10, MUTED)
-    left = float(MARGIN_PX)
+    header = np.full((WORST_TITLE_PX, _width_px(), 3), GROUND, np.uint8)
+    used = draw_text(header, "where bodies are worst", (WORST_GAP_PX, 28), 14, TEXT)
+    draw_text(header, "cm with constant offsets out", (WORST_GAP_PX + used + 16, 28), 10, MUTED)
+    left = float(WORST_GAP_PX)
     for text, color in (
-        ("reference", TRUTH),
-        ("predicted", PREDICTED),
-        (f"apart, where more than {SHOWN_CM:.0f} cm", APART),
+        ("reference", TRUTH_COLOR),
+        ("predicted", PREDICTED_COLOR),
+        (f"apart, where more than {SHOWN_CM:.0f} cm", APART_COLOR),
     ):
         left += draw_text(header, text, (left, 52), 9, color) + 18
     return png_of(np.vstack([header, *rows]))
 
 
 def _width_px() -> int:
-    return MARGIN_PX + MOMENTS * (PANEL_PX[0] + MARGIN_PX)
+    return WORST_GAP_PX + WORST_MOMENTS * (MOMENT_PX[0] + WORST_GAP_PX)
 
 
 def _frames_of(recording: EvaluatedRecording, worst: WorstRecording) -> Mapping[int, Frame]:
@@ -165,15 +165,17 @@ def _frames_of(recording: EvaluatedRecording, worst: WorstRecording) -> Mapping[
 
 
 def _row(worst: WorstRecording, frames: Mapping[int, Frame]) -> Image:
-    row = np.full((2 * LINE_PX + PANEL_PX[1] + MARGIN_PX, _width_px(), 3), GROUND, np.uint8)
+    row = np.full(
+        (2 * CAPTION_LINE_PX + MOMENT_PX[1] + WORST_GAP_PX, _width_px(), 3), GROUND, np.uint8
+    )
     title = f"{worst.name}   {worst.mean_cm:.1f} cm, {worst.within_10:.1%} within 10 cm"
-    draw_text(row, title, (MARGIN_PX, 14), 10, TEXT)
+    draw_text(row, title, (WORST_GAP_PX, 14), 10, TEXT)
     for column, moment in enumerate(worst.moments):
-        left = MARGIN_PX + column * (PANEL_PX[0] + MARGIN_PX)
-        row[LINE_PX : LINE_PX + PANEL_PX[1], left : left + PANEL_PX[0]] = moment_picture(
-            frames[moment.frame], moment
+        left = WORST_GAP_PX + column * (MOMENT_PX[0] + WORST_GAP_PX)
+        row[CAPTION_LINE_PX : CAPTION_LINE_PX + MOMENT_PX[1], left : left + MOMENT_PX[0]] = (
+            moment_picture(frames[moment.frame], moment)
         )
-        draw_text(row, moment.caption, (left, LINE_PX + PANEL_PX[1] + 14), 8, MUTED)
+        draw_text(row, moment.caption, (left, CAPTION_LINE_PX + MOMENT_PX[1] + 14), 8, MUTED)
     return row
 
 
@@ -181,7 +183,7 @@ def moment_picture(frame: Frame, moment: Moment) -> Image:
     """[H, W, 3] the part of a frame in which somebody is, with both skeletons over it."""
     both_camera = np.concatenate([moment.reference_camera, moment.predicted_camera])
     corner, side = _square_around(both_camera[np.isfinite(both_camera).all(axis=1)], frame.camera)
-    scale = PANEL_PX[0] / side
+    scale = MOMENT_PX[0] / side
     image = frame_picture(frame)
     height, width = image.shape[:2]
     panel = np.full((side, side, 3), GROUND, np.uint8)
@@ -189,18 +191,18 @@ def moment_picture(frame: Frame, moment: Moment) -> Image:
     left, top, right, bottom = max(x, 0), max(y, 0), min(x + side, width), min(y + side, height)
     if left < right and top < bottom:
         panel[top - y : bottom - y, left - x : right - x] = image[top:bottom, left:right]
-    panel = resized(panel, PANEL_PX)
+    panel = resized(panel, MOMENT_PX)
     truth_px, predicted_px = (
         pixels_of(joints, frame.camera, scale) - np.array(corner) * scale
         for joints in (moment.reference_camera, moment.predicted_camera)
     )
-    for joints_px, color in ((truth_px, TRUTH), (predicted_px, PREDICTED)):
+    for joints_px, color in ((truth_px, TRUTH_COLOR), (predicted_px, PREDICTED_COLOR)):
         for j, joint in enumerate(JOINTS):
             if joint.bone_to >= 0:
                 ends_px = joints_px[j], joints_px[joint.bone_to]
                 draw_bone(panel, ends_px, color, 2, joint.name.startswith("right_"))
     for j in np.flatnonzero(moment.errors_cm > SHOWN_CM):
-        draw_line(panel, truth_px[j], predicted_px[j], APART)
+        draw_line(panel, truth_px[j], predicted_px[j], APART_COLOR)
     return panel
 
 
@@ -208,6 +210,6 @@ def _square_around(points_camera: Vector, camera: Camera) -> tuple[tuple[int, in
     """The first pixel (x, y) and the side of a square of the image around [N, 3] points."""
     places_px = pixels_of(points_camera, camera, 1.0)
     low, high = places_px.min(axis=0), places_px.max(axis=0)
-    side = max(int(AROUND * (high - low).max()), 1)
+    side = max(int(ROOM_AROUND * (high - low).max()), 1)
     x, y = np.round(0.5 * (low + high - side)).astype(int).tolist()
     return (x, y), side

@@ -15,12 +15,12 @@ from topview.records import Camera, Frame, InputError
 from topview_lab.cli.evaluate import evaluate
 from topview_lab.datasets import FolderRecording
 from topview_lab.evaluate.worst import (
-    APART,
-    APART_S,
-    MARGIN_PX,
-    MOMENTS,
-    PANEL_PX,
-    RECORDINGS,
+    APART_COLOR,
+    MOMENT_PX,
+    MOMENTS_APART_S,
+    WORST_GAP_PX,
+    WORST_MOMENTS,
+    WORST_RECORDINGS,
     Moment,
     WorstRecording,
     moment_picture,
@@ -53,9 +53,9 @@ def test_the_worst_recording_is_the_first_and_its_moments_are_apart() -> None:
     assert worst.mean_cm > better.mean_cm
     assert worst.within_10 < better.within_10 < 1.0
     assert [moment.frame for moment in worst.moments] == [10, 50, 90]
-    assert len(better.moments) <= MOMENTS
+    assert len(better.moments) <= WORST_MOMENTS
     times_s = np.array([moment.frame for moment in worst.moments]) / 30.0
-    assert (np.diff(times_s) >= APART_S).all()
+    assert (np.diff(times_s) >= MOMENTS_APART_S).all()
 
 
 def test_a_moment_says_which_joints_are_off() -> None:
@@ -66,8 +66,8 @@ def test_a_moment_says_which_joints_are_off() -> None:
 
 
 def test_no_more_recordings_than_there_is_room_for_and_nobody_is_no_row() -> None:
-    many = evaluation_of(**{f"r{k}": {k: 0.1 * k} for k in range(RECORDINGS + 3)})
-    assert len(worst_recordings(many)) == RECORDINGS
+    many = evaluation_of(**{f"r{k}": {k: 0.1 * k} for k in range(WORST_RECORDINGS + 3)})
+    assert len(worst_recordings(many)) == WORST_RECORDINGS
     truth = np.tile(standing()[None], (FRAMES, 1, 1, 1))
     nobody = evaluate_sequence(predicted_of(np.full_like(truth, np.nan)), reference_of(truth))
     assert worst_recordings(nobody) == []
@@ -84,8 +84,8 @@ def moment_of(predicted_camera: NDArray[np.float64], errors_cm: float) -> Moment
 @pytest.mark.parametrize(("errors_cm", "is_drawn"), [(2.0, False), (40.0, True)])
 def test_what_is_far_apart_is_joined_by_lines(errors_cm: float, is_drawn: bool) -> None:
     picture = moment_picture(flat_frame(), moment_of(standing(0.4), errors_cm))
-    assert picture.shape == (PANEL_PX[1], PANEL_PX[0], 3)
-    assert (np.abs(picture.astype(int) - APART).sum(-1) < 60).any() == is_drawn
+    assert picture.shape == (MOMENT_PX[1], MOMENT_PX[0], 3)
+    assert (np.abs(picture.astype(int) - APART_COLOR).sum(-1) < 60).any() == is_drawn
 
 
 @pytest.mark.parametrize("x_m", [0.0, -1.4, 40.0])
@@ -116,7 +116,7 @@ def test_the_command_writes_the_picture(tmp_path: Path) -> None:
     assert evaluate([*command, "--worst", str(picture)], result_action="return_value") == 0
     image = cv2.imread(str(picture))
     assert image is not None
-    assert image.shape[1] == MARGIN_PX + MOMENTS * (PANEL_PX[0] + MARGIN_PX)
+    assert image.shape[1] == WORST_GAP_PX + WORST_MOMENTS * (MOMENT_PX[0] + WORST_GAP_PX)
     assert image.std() > 3.0
     with pytest.raises(InputError, match="--force replaces it"):
         evaluate([*command, "--worst", str(picture)], result_action="return_value")
