@@ -164,11 +164,10 @@ def give_what_emerges(
         middle_m = np.median(scene.overview_m[is_own], axis=0).astype(np.float64)
         ratios = [_log_ratio_at(scene, tracks[row], middle_m) for row in hidden]
         row = hidden[int(np.argmax(ratios))]
-        is_anothers = told.share_on_body(scene, is_own, people) > 0.5
-        is_new = scene.changed_share(is_own, tracks[row].motion_s) > FLICKER
-        if max(ratios) > 0.0 and is_new and not is_anothers:
-            away_m = scene.away_m(tracks[row].place_camera)
-            bodies_m[row][is_own] = away_m[is_own]
+        if max(ratios) <= 0.0 or told.share_on_body(scene, is_own, people) > 0.5:
+            continue
+        if scene.changed_share(is_own, tracks[row].motion_s) > FLICKER:
+            bodies_m[row][is_own] = scene.away_m(tracks[row].place_camera)[is_own]
 
 
 def _is_out_of_sight(track: Track) -> bool:
