@@ -146,6 +146,10 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "measured once",
     ),
     SeedUse(
+        (range(11100, 11105), range(11200, 11205)), "the report's --seed 41 and 42: detection",
+        "who is found, by the finder alone", Knowledge.NUMBERS_READ, "measured once",
+    ),
+    SeedUse(
         (3040, 3041), "four_users", "why hidden people are lost without a network",
         Knowledge.LOOKED_AT, "read frame by frame; nothing that was tried is kept",
     ),
