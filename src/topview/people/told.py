@@ -202,8 +202,8 @@ class Told:
     def share_on_body(
         self, scene: Scene, is_own: NDArray[np.bool_], others: Sequence[Track]
     ) -> float:
-        """Of the last frame's pixels [h, w], the largest share that is on the body of one of these
-        people."""
+        """Of pixels [h, w], of the last frame or the next, the largest share that is on the body of
+        one of these people, as it was in the last frame."""
         points_camera = scene.cloud.points_camera[is_own].astype(np.float64)
         if not len(points_camera):
             return 0.0

@@ -25,13 +25,13 @@ from topview.view.palette import GROUND, MUTED, PEOPLE, TEXT
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.metrics import Evaluation, Offsets
 from topview_lab.metrics.errors import pool, position_errors
+from topview_lab.metrics.statistics import WITHIN, Statistic, statistic
 
 # The look of the picture, and what it shows: all ours.
 WORST_RECORDINGS: Final = 10
 WORST_MOMENTS: Final = 3
 MOMENTS_APART_S: Final = 1.0  # between two moments of one recording
 WORST_JOINTS: Final = 2  # are named below a moment
-SHOWN_CM: Final = 10.0  # longer errors are drawn
 MOMENT_PX: Final = (300, 300)
 WORST_GAP_PX, WORST_TITLE_PX, CAPTION_LINE_PX = 14, 64, 22
 ROOM_AROUND: Final = 1.25  # how much larger the part of the image is than who is in it
@@ -72,13 +72,12 @@ class WorstRecording:
 
     Attributes:
         name: of the recording.
-        mean_cm, within_10: of all joints, with the constant offsets out.
+        joints: errors of all of them, with the constant offsets out.
         moments: the worst ones, in the order of the recording.
     """
 
     name: str
-    mean_cm: float
-    within_10: float
+    joints: Statistic
     moments: tuple[Moment, ...]
 
 
@@ -99,7 +98,6 @@ def worst_recordings(
         if not len(rows):
             continue
         own_cm = errors_cm[rows]
-        known_cm = own_cm[np.isfinite(own_cm)]
         chosen = _apart(samples.time_s[rows], np.nanmean(own_cm, axis=1), moments)
         shown = tuple(
             Moment(
@@ -110,9 +108,8 @@ def worst_recordings(
             )
             for row in rows[chosen]
         )
-        within_10 = float((known_cm <= SHOWN_CM).mean())
-        worst.append(WorstRecording(sequence.name, float(known_cm.mean()), within_10, shown))
-    worst.sort(key=lambda recording: -recording.mean_cm)
+        worst.append(WorstRecording(sequence.name, statistic(own_cm), shown))
+    worst.sort(key=lambda recording: -recording.joints.mean)
     return worst[:recordings]
 
 
@@ -142,7 +139,7 @@ def worst_png(worst: Sequence[WorstRecording], recordings: Sequence[EvaluatedRec
     for text, color in (
         ("reference", TRUTH_COLOR),
         ("predicted", PREDICTED_COLOR),
-        (f"apart, where more than {SHOWN_CM:.0f} cm", APART_COLOR),
+        (f"apart, where more than {WITHIN:.0f} cm", APART_COLOR),
     ):
         left += draw_text(header, text, (left, 52), 9, color) + 18
     return png_of(np.vstack([header, *rows]))
@@ -168,7 +165,8 @@ def _row(worst: WorstRecording, frames: Mapping[int, Frame]) -> Image:
     row = np.full(
         (2 * CAPTION_LINE_PX + MOMENT_PX[1] + WORST_GAP_PX, _width_px(), 3), GROUND, np.uint8
     )
-    title = f"{worst.name}   {worst.mean_cm:.1f} cm, {worst.within_10:.1%} within 10 cm"
+    joints = worst.joints
+    title = f"{worst.name}   {joints.mean:.1f} cm, {joints.within_10:.1%} within {WITHIN:.0f} cm"
     draw_text(row, title, (WORST_GAP_PX, 14), 10, TEXT)
     for column, moment in enumerate(worst.moments):
         left = WORST_GAP_PX + column * (MOMENT_PX[0] + WORST_GAP_PX)
@@ -201,7 +199,7 @@ def moment_picture(frame: Frame, moment: Moment) -> Image:
             if joint.bone_to >= 0:
                 ends_px = joints_px[j], joints_px[joint.bone_to]
                 draw_bone(panel, ends_px, color, 2, joint.name.startswith("right_"))
-    for j in np.flatnonzero(moment.errors_cm > SHOWN_CM):
+    for j in np.flatnonzero(moment.errors_cm > WITHIN):
         draw_line(panel, truth_px[j], predicted_px[j], APART_COLOR)
     return panel
 

@@ -28,6 +28,7 @@ from topview_lab.evaluate.worst import (
     worst_recordings,
 )
 from topview_lab.metrics import Evaluation, evaluate_sequence
+from topview_lab.metrics.statistics import statistic
 
 FRAMES = 120
 HAND = JOINT_NAMES.index("left_hand")
@@ -50,8 +51,8 @@ def test_the_worst_recording_is_the_first_and_its_moments_are_apart() -> None:
     evaluation = evaluation_of(good={10: 0.15}, bad={50: 0.8, 52: 0.7, 90: 0.3, 10: 0.2})
     worst, better = worst_recordings(evaluation)
     assert (worst.name, better.name) == ("bad", "good")
-    assert worst.mean_cm > better.mean_cm
-    assert worst.within_10 < better.within_10 < 1.0
+    assert worst.joints.mean > better.joints.mean
+    assert worst.joints.within_10 < better.joints.within_10 < 1.0
     assert [moment.frame for moment in worst.moments] == [10, 50, 90]
     assert len(better.moments) <= WORST_MOMENTS
     times_s = np.array([moment.frame for moment in worst.moments]) / 30.0
@@ -126,4 +127,4 @@ def test_frames_that_are_gone_are_told(tmp_path: Path) -> None:
     recording = FolderRecording(write_rendered(tmp_path / "a", [2.0]))
     gone = Moment(7, standing(), standing(), np.zeros(len(JOINT_NAMES)))
     with pytest.raises(InputError, match="a: frames that were measured can no longer be read"):
-        worst_png([WorstRecording("a", 1.0, 1.0, (gone,))], [recording])
+        worst_png([WorstRecording("a", statistic(np.zeros(1)), (gone,))], [recording])
