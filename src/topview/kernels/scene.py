@@ -272,6 +272,7 @@ def learn_background(
     tolerance: Law,
     out_mean_m: NDArray[np.float32],
     out_steady_s: NDArray[np.float32],
+    out_known_s: NDArray[np.float32],
 ) -> None:
     """Where a frame shows nobody, blend a steady depth into the mean, and start again with one
     that is further away; nearer ones hide the room.
@@ -283,7 +284,8 @@ def learn_background(
         elapsed_s: since the last frame.
         tolerance: steady is what differs by less.
         out_mean_m: [h, w] so far, updated.
-        out_steady_s: [h, w] for how long it has been steady, updated.
+        out_steady_s: [h, w] for how long it has been seen steady, updated.
+        out_known_s: [h, w] for how long it has been the furthest, hidden or not, updated.
     """
     height, width = depth_m.shape
     for row in range(height):
@@ -300,6 +302,8 @@ def learn_background(
             out_mean_m[row, column] = z if is_further else mean_m
             steady_s = steady_s + np.float32(elapsed_s) if is_steady else steady_s
             out_steady_s[row, column] = np.float32(0.0) if is_further else steady_s
+            known_s = out_known_s[row, column] + np.float32(elapsed_s)
+            out_known_s[row, column] = np.float32(0.0) if is_further else known_s
 
 
 @njit(cache=True, nogil=True)
@@ -307,11 +311,12 @@ def changed_share(
     is_own: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     mean_m: NDArray[np.float32],
-    steady_s: NDArray[np.float32],
+    known_s: NDArray[np.float32],
     since_s: float,
     tolerance: Law,
 ) -> float:
-    """Share of a thing's pixels [h, w] whose depth has not been the same for `since_s`; 1 of none.
+    """Share of a thing's pixels [h, w] whose depth has not been the same for `since_s`, but while
+    something hid it; 1 of none.
 
     The other arguments are those of `learn_background`, which has learnt from this depth.
     """
@@ -323,7 +328,7 @@ def changed_share(
             z = depth_m[row, column]
             is_there = z > mean_m[row, column] - law_at(z, tolerance)
             own += 1
-            changed += not is_there or steady_s[row, column] < np.float32(since_s)
+            changed += not is_there or known_s[row, column] < np.float32(since_s)
     return changed / own if own else 1.0
 
 

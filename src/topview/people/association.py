@@ -18,6 +18,7 @@ from topview.people.appearance import clothes_under, head_colors_against, unlike
 from topview.people.existence import is_too_near
 from topview.people.height import TALLER_M, sunk_m
 from topview.people.motion import Motion
+from topview.people.places import SAME_HEAD_M
 from topview.people.track import Track
 from topview.room.scene import Scene
 
@@ -46,8 +47,6 @@ AT_ONCE_M, AT_ONCE = 0.06, 0.75
 FOLLOWED_S: Final = 0.5
 # Less likely places are not looked at.
 FARTHEST: Final = -8.0
-# Two heads' centres are farther apart.
-SAME_HEAD_M: Final = 0.2
 
 
 def associate(

@@ -34,9 +34,9 @@ Mask = NDArray[np.bool_]
 
 # The id under which the network is asked about a cluster; no track has it.
 CLUSTER_ID: Final = -(2**31) + 1
-# All ours. What is seen of a person: at least of somebody small whose feet are nearest; and of
-# most, which is asked about first.
-SMALLEST_M2, USUAL_M2 = 0.1, 0.35
+# All ours. What is seen of a person: at least an arm, or a side, beside whoever hides the rest; and
+# of most, which is asked about first.
+SMALLEST_M2, USUAL_M2 = 0.05, 0.35
 # For so long the network looks at a cluster, at 30 frames a second once as it is and once mirrored,
 # until that is forgotten or the cluster moves; it is not learnt as the room's before.
 LOOKED_AT_S: Final = 0.06

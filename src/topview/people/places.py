@@ -38,8 +38,9 @@ SETS_OUT_PER_S, WALK_M_PER_S = 0.2, 0.7
 # How soon it is noticed that a head is not where it would be seen, per second: in free space; at a
 # surface that is no head; behind cover; and how soon somebody out of the picture has gone for good.
 FREE_PER_S, SURFACE_PER_S, HIDDEN_PER_S, OUTSIDE_PER_S = 15.0, 2.0, 0.02, 0.1
-# Two heads are not nearer to each other, seen from above; a shoulder is nearer to its own head.
-HEADS_APART_M: Final = 0.33
+# Two heads that are told from each other are not nearer, seen from above; a shoulder is nearer to
+# its own head. In no hug are their centres nearer than a head is broad.
+HEADS_APART_M, SAME_HEAD_M = 0.33, 0.2
 # What random numbers are for.
 BEGIN, STEP, RESAMPLE = range(3)
 # A head that comes back is this far from one of the samples.
@@ -125,7 +126,8 @@ class Places(msgspec.Struct, frozen=True, eq=False):
         )
         for other in others_camera:
             aside_m = np.linalg.norm(moved.overview_m - scene.overview_of(other), axis=1)
-            rates[aside_m < HEADS_APART_M] = FREE_PER_S
+            above_m = self.height_m + self.rise_m - scene.height_of(other)
+            rates[np.hypot(aside_m, above_m) < SAME_HEAD_M] = FREE_PER_S
         likely = self.weights * np.exp(-rates * step_s)
         left = float(likely.sum())
         presence = self.presence * left / (1.0 - self.presence + self.presence * left)

@@ -210,6 +210,15 @@ def test_how_long_a_depth_has_been_the_same() -> None:
         assert steady.changed_share(is_own, depth, seconds + 0.1) == 1.0
 
 
+def test_what_something_hides_for_a_while_has_not_changed() -> None:
+    steady, nobody = Background(np.inf), np.zeros((4, 6), np.bool_)
+    thing, passer = np.full((4, 6), 3.0, np.float32), np.full((4, 6), 1.5, np.float32)
+    for time_s, depth in ((0.0, thing), (1.0, thing), (2.0, passer), (3.0, passer), (4.0, thing)):
+        steady.update(depth, nobody, time_s)
+    assert steady.changed_share(~nobody, thing, 3.9) == 0.0
+    assert steady.changed_share(~nobody, passer, 3.9) == 1.0
+
+
 def test_by_overview_who_is_near_a_head_is_one_user_and_what_touches_both_is_both() -> None:
     ground_y = 1.1
     xs = (-0.45, 0.45)

@@ -55,9 +55,21 @@ def test_who_stands_behind_cover_is_still_there() -> None:
 
 
 def test_where_another_s_head_is_nobody_is_hidden() -> None:
-    assert watched(COVERED, 0.5, 1, [HEAD])[0].presence < 0.2
+    places, scene = watched(COVERED, 0.5, 1, [HEAD])
+    is_there = np.linalg.norm(places.overview_m - scene.overview_of(HEAD), axis=1) < 0.1
+    assert places.presence < 0.8
+    assert places.weights[is_there].sum() < 0.05
     far = HEAD + np.array([1.5, 0.0, 0.0])
     assert watched(COVERED, 0.5, 1, [far])[0].presence > 0.9
+
+
+def test_who_is_held_by_somebody_taller_is_still_there() -> None:
+    over = HEAD - np.array([0.0, 0.3, 0.0])
+    places, scene = watched(COVERED, 1.0, 1, [over])
+    assert places.presence > 0.9
+    assert scene.overview_of(places.best(scene)[0]) == pytest.approx(
+        scene.overview_of(HEAD), abs=0.2
+    )
 
 
 def test_beside_cover_a_part_of_the_head_is_hidden() -> None:
