@@ -1,23 +1,25 @@
-"""People found in simulated recordings by the people finder alone, without their bodies."""
+"""People found in simulated recordings: by the people finder alone, or by the whole tracker."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import radians
-from typing import Final, Literal, cast
+from typing import Final, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body import JOINT_NAMES
 from topview.camera.pyramid import Pyramid
 from topview.detect.detectors import DepthAndSkinHeads, DetectorName, SkinHeads
 from topview.detect.skin import BackgroundName, SkinSettings
 from topview.people.finder import PeopleFinder
 from topview.people.settings import PeopleSettings
-from topview.people.users import User, by_depth
+from topview.people.users import by_depth
 from topview.records import Frame
 from topview.timing import StageClock
+from topview.track import Tracker, TrackerSettings
 from topview_lab.metrics.heads import PeopleFound, TrueHeads, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
 from topview_lab.sim.appearance import SKINS
@@ -36,6 +38,8 @@ BACKGROUNDS: Final[dict[str, tuple[DetectorName, type[SkinHeads], BackgroundName
     "skin, what keeps still in depth": ("skin", SkinHeads, "still"),
 }
 """Detectors that search skin before another background than by default."""
+WITH_NETWORK: Final = "auto, with bodies and the joint network"
+"""The whole tracker as it is by default."""
 TONE_GROUPS: Final = ("light", "middle", "dark")
 HEAD_JOINT: Final = SIM_JOINT_NAMES.index("head")
 
@@ -117,18 +121,25 @@ class Finding:
     found: dict[str, PeopleFound]
 
 
+class FoundHead(NamedTuple):
+    """Somebody who is found in a frame: the identity, and [3] the head."""
+
+    id: int
+    head_camera: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class Search:
     """Find the people of a case with each of some detectors, in any process."""
 
     case: Case
-    detectors: tuple[str, ...] = (*DETECTOR_NAMES, *BACKGROUNDS)
+    detectors: tuple[str, ...] = (*DETECTOR_NAMES, *BACKGROUNDS, WITH_NETWORK)
 
     def __call__(self) -> Finding:
         scene = self.case.make()
         recording = SimulatedRecording(scene)
-        finders = {name: finder_by_name(name) for name in self.detectors}
-        users: dict[str, list[list[User]]] = {name: [] for name in self.detectors}
+        seekers = {name: seeker_by_name(name) for name in self.detectors}
+        heads: dict[str, list[list[FoundHead]]] = {name: [] for name in self.detectors}
         truths: list[FrameTruth] = []
         for index in range(scene.frames):
             simulated = recording.simulate(index)
@@ -140,12 +151,26 @@ class Search:
                 altered_color(simulated.color, self.case.conditions.colour),
             )
             truths.append(simulated.truth)
-            for name, finder in finders.items():
-                users[name].append(by_depth(finder.update(Pyramid(frame))))
+            for name, seek in seekers.items():
+                heads[name].append(seek(frame))
         return Finding(
             tuple(_tone(actor.body.appearance.skin) for actor in scene.actors),
-            {name: compared_with_truth(own, truths, scene.fps) for name, own in users.items()},
+            {name: compared_with_truth(own, truths, scene.fps) for name, own in heads.items()},
         )
+
+
+def seeker_by_name(name: str) -> Callable[[Frame], list[FoundHead]]:
+    """What finds heads in one frame after the other: a finder (`finder_by_name`), or the whole
+    tracker."""
+    if name == WITH_NETWORK:
+        tracker, head = Tracker(TrackerSettings(threads=1)), JOINT_NAMES.index("head")
+        return lambda frame: [
+            FoundHead(person.id, person.joints_camera[head]) for person in tracker.update(frame)
+        ]
+    finder = finder_by_name(name)
+    return lambda frame: [
+        FoundHead(user.id, user.head_camera) for user in by_depth(finder.update(Pyramid(frame)))
+    ]
 
 
 def finder_by_name(name: str) -> PeopleFinder:
@@ -158,17 +183,17 @@ def finder_by_name(name: str) -> PeopleFinder:
 
 
 def compared_with_truth(
-    users: Sequence[Sequence[User]], truths: Sequence[FrameTruth], fps: float
+    heads: Sequence[Sequence[FoundHead]], truths: Sequence[FrameTruth], fps: float
 ) -> PeopleFound:
-    """Users of F frames against their truths."""
-    slots = max(map(len, users), default=0)
-    found_camera = np.full((len(users), slots, 3), np.nan)
-    ids = np.zeros((len(users), slots), np.int64)
-    for f, frame in enumerate(users):
-        for slot, user in enumerate(frame):
-            found_camera[f, slot] = user.head_camera
-            ids[f, slot] = user.id
-    return measure_heads(true_heads(truths), found_camera, ids, np.arange(len(users)) / fps)
+    """Heads of F frames against their truths."""
+    slots = max(map(len, heads), default=0)
+    found_camera = np.full((len(heads), slots, 3), np.nan)
+    ids = np.zeros((len(heads), slots), np.int64)
+    for f, frame in enumerate(heads):
+        for slot, head in enumerate(frame):
+            found_camera[f, slot] = head.head_camera
+            ids[f, slot] = head.id
+    return measure_heads(true_heads(truths), found_camera, ids, np.arange(len(heads)) / fps)
 
 
 def true_heads(truths: Sequence[FrameTruth]) -> TrueHeads:

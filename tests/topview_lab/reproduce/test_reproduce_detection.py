@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from topview_lab.metrics.heads import PeopleFound, PersonFound
-from topview_lab.reproduce.finding import SPECIAL, Case, Finding, altered_color
+from topview_lab.reproduce.finding import (
+    AUTO,
+    SPECIAL,
+    WITH_NETWORK,
+    Case,
+    Finding,
+    Search,
+    altered_color,
+)
 from topview_lab.reproduce.tally import HEADER, Tally
 
 COLOR = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
@@ -65,3 +73,12 @@ def test_a_row_counts_people_and_recordings():
 
 def test_nobody_is_no_number_and_no_error():
     assert Tally.of([]).row("nobody").cells[3] == "–"
+
+
+def test_the_whole_tracker_is_counted_as_the_finder_is():
+    found = Search(Case("walking", 1, 12), (AUTO, WITH_NETWORK))().found
+    assert set(found) == {AUTO, WITH_NETWORK}
+    (by_finder,), (by_tracker,) = (found[name].people for name in (AUTO, WITH_NETWORK))
+    assert all((each.frames, each.false, each.exchanges) == (12, 0, 0) for each in found.values())
+    assert len(by_finder.errors_m) == len(by_tracker.errors_m) == by_finder.frames == 12
+    assert not np.array_equal(by_finder.errors_m, by_tracker.errors_m)
