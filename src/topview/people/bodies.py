@@ -144,7 +144,7 @@ def over_body(
     places = track.places
     if places is None or not is_shown:
         return track
-    if told_camera is not None and scene.is_hidden_at(told_camera):
+    if told_camera is not None and track.evidence.was_upright and scene.is_hidden_at(told_camera):
         # Of whom less and less is seen the network believes that the head sinks; not that it rises.
         own_m = max(_hidden_height_m(scene, track, places), scene.height_of(told_camera))
         told_camera = scene.point_at(scene.overview_of(told_camera), own_m)

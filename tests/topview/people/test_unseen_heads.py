@@ -179,17 +179,22 @@ def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
 
 
 def test_who_goes_behind_something_does_not_sink() -> None:
-    """Half of him is behind a board, with his head: the network believes that it is lower; only
-    where nothing hides the place that it tells is it believed."""
+    """Half of him is behind a board, with his head: the network believes that it is lower. It is
+    believed where nothing hides the place that it tells, and of whom no upright head was known."""
     z = 3.0
     truth = head_of(0.0, z, GROUND_Y)
     low = truth + np.array([0.05, 0.3, 0.0])
     board = box((-0.6, GROUND_Y - 2.3, 2.0), (0.1, GROUND_Y, 2.1))
     shown = scene_of(render(standing_person(0.0, z, GROUND_Y), ROOM), None, 0)
-    for things, sunk_m in ((ROOM, 0.3), ([*ROOM, board], 0.0)):
+    for things, was_upright, sunk_m in (
+        (ROOM, True, 0.3),
+        ([*ROOM, board], True, 0.0),
+        ([*ROOM, board], False, 0.3),
+    ):
         depth_m = render(standing_person(0.0, z, GROUND_Y), list(things))
         track, before = track_at(shown, truth), shown
-        track = replace(track, body_m=body_at(shown, truth))
+        evidence = replace(track.evidence, was_upright=was_upright)
+        track = replace(track, evidence=evidence, body_m=body_at(shown, truth))
         for index in range(1, 11):
             scene = scene_of(depth_m, None, index)
             track, before = missed(track, before, scene, low), scene
