@@ -146,8 +146,14 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         "measured once",
     ),
     SeedUse(
-        (range(11100, 11105), range(11200, 11205)), "the report's --seed 41 and 42: detection",
-        "who is found, by the finder alone", Knowledge.NUMBERS_READ, "measured once",
+        (range(11100, 11105), range(11300, 11305)), "the report's --seed 41 and 43: detection",
+        "who is found, by the finder alone and by the tracker", Knowledge.NUMBERS_READ,
+        "measured once",
+    ),
+    SeedUse(
+        (range(11200, 11205),), "the report's --seed 42: detection",
+        "who is found, by the finder alone and by the tracker", Knowledge.LOOKED_AT,
+        "a crossing and a hug read frame by frame",
     ),
     SeedUse(
         (3040, 3041), "four_users", "why hidden people are lost without a network",
