@@ -79,8 +79,9 @@ SEED_USES: Final[tuple[SeedUse, ...]] = (
         Knowledge.LOOKED_AT, "tests check bounds on some of them",
     ),
     SeedUse(
-        (range(31, 51),), "crossing, the camera hung otherwise", "evaluate mounts",
-        Knowledge.NUMBERS_READ, "31 to 40 measured once; 41 to 50 twice, one detail between",
+        (range(31, 61),), "crossing, the camera hung otherwise", "evaluate mounts",
+        Knowledge.NUMBERS_READ,
+        "31 to 40 and 51 to 60 measured once; 41 to 50 twice, one detail between",
     ),
     SeedUse(
         (12,), "walk", "evaluate simulated, in the README", Knowledge.LOOKED_AT,
