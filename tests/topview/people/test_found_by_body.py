@@ -77,6 +77,15 @@ def test_a_cluster_has_a_persons_size_and_is_no_track_s() -> None:
     assert len(left) == 1
 
 
+@pytest.mark.parametrize(("length_m", "is_cluster"), [(0.6, True), (0.2, False)])
+def test_an_arm_is_a_cluster_and_a_hand_is_none(length_m: float, is_cluster: bool) -> None:
+    """Whoever is hidden but for an arm beside the one in front is asked about."""
+    top = np.array([0.0, GROUND_Y - 1.3, 3.0])
+    depth_m = render(limb(top, top + np.array([0.0, length_m, 0.0]), 0.05), ROOM)
+    found = list(clusters_in(scene_of(depth_m, None, 0), nobodys(depth_m)))
+    assert [0.05 < area_m2 < 0.1 for _, area_m2 in found] == [True] * is_cluster
+
+
 def test_who_lies_stretched_is_longer_than_anybody_is_high() -> None:
     scene = scene_of(LYING, None, 0)
     right_m, forward_m = scene.plan_m
