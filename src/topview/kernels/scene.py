@@ -272,7 +272,7 @@ def learn_background(
     tolerance: Law,
     out_mean_m: NDArray[np.float32],
     out_steady_s: NDArray[np.float32],
-    out_known_s: NDArray[np.float32],
+    out_age_s: NDArray[np.float32],
 ) -> None:
     """Where a frame shows nobody, blend a steady depth into the mean, and start again with one
     that is further away; nearer ones hide the room.
@@ -285,7 +285,7 @@ def learn_background(
         tolerance: steady is what differs by less.
         out_mean_m: [h, w] so far, updated.
         out_steady_s: [h, w] for how long it has been seen steady, updated.
-        out_known_s: [h, w] for how long it has been the furthest, hidden or not, updated.
+        out_age_s: [h, w] for how long it has been the furthest, hidden or not, updated.
     """
     height, width = depth_m.shape
     for row in range(height):
@@ -302,8 +302,8 @@ def learn_background(
             out_mean_m[row, column] = z if is_further else mean_m
             steady_s = steady_s + np.float32(elapsed_s) if is_steady else steady_s
             out_steady_s[row, column] = np.float32(0.0) if is_further else steady_s
-            known_s = out_known_s[row, column] + np.float32(elapsed_s)
-            out_known_s[row, column] = np.float32(0.0) if is_further else known_s
+            age_s = out_age_s[row, column] + np.float32(elapsed_s)
+            out_age_s[row, column] = np.float32(0.0) if is_further else age_s
 
 
 @njit(cache=True, nogil=True)
@@ -311,7 +311,7 @@ def changed_share(
     is_own: NDArray[np.bool_],
     depth_m: NDArray[np.float32],
     mean_m: NDArray[np.float32],
-    known_s: NDArray[np.float32],
+    age_s: NDArray[np.float32],
     since_s: float,
     tolerance: Law,
 ) -> float:
@@ -328,7 +328,7 @@ def changed_share(
             z = depth_m[row, column]
             is_there = z > mean_m[row, column] - law_at(z, tolerance)
             own += 1
-            changed += not is_there or known_s[row, column] < np.float32(since_s)
+            changed += not is_there or age_s[row, column] < np.float32(since_s)
     return changed / own if own else 1.0
 
 

@@ -30,7 +30,7 @@ class Background:
     def __init__(self, longest_gap_s: float = LONGEST_GAP_S) -> None:
         self._longest_gap_s = longest_gap_s
         self._mean_m = np.zeros((0, 0), np.float32)
-        self._steady_s, self._known_s = np.zeros((2, 0, 0), np.float32)
+        self._steady_s, self._age_s = np.zeros((2, 0, 0), np.float32)
         # The last frame, and what of it was somebody's.
         self._last_m, self._was_somebodys = self._mean_m, np.zeros((0, 0), np.bool_)
         self._last_s: float | None = None
@@ -54,7 +54,7 @@ class Background:
             noise.times(TOLERANCE_NOISES, TOLERANCE_M),
             self._mean_m,
             self._steady_s,
-            self._known_s,
+            self._age_s,
         )
         self._last_m, self._was_somebodys = depth_m, is_somebodys
 
@@ -98,11 +98,11 @@ class Background:
         """Share of the pixels [h, w] of a thing whose depths, which it has learnt from, have been
         the same for less than `since_s`, but while something hid it; 1 of none."""
         tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        return changed_share(is_own, depth_m, self._mean_m, self._known_s, since_s, tolerance)
+        return changed_share(is_own, depth_m, self._mean_m, self._age_s, since_s, tolerance)
 
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""
         if self._mean_m.shape != depth_m.shape:
             self._mean_m, self._steady_s = np.zeros_like(depth_m), np.zeros_like(depth_m)
-            self._known_s = np.zeros_like(depth_m)
+            self._age_s = np.zeros_like(depth_m)
             self._last_m, self._was_somebodys = depth_m, np.zeros(depth_m.shape, np.bool_)

@@ -20,6 +20,7 @@ from topview.people.users import by_depth
 from topview.records import Frame
 from topview.timing import StageClock
 from topview.track import Tracker, TrackerSettings
+from topview_lab.datasets.true_heads import HEAD_NAME
 from topview_lab.metrics.heads import PeopleFound, TrueHeads, measure_heads
 from topview_lab.sim import Scene, SimulatedRecording, scene_by_name
 from topview_lab.sim.appearance import SKINS
@@ -41,7 +42,7 @@ BACKGROUNDS: Final[dict[str, tuple[DetectorName, type[SkinHeads], BackgroundName
 WITH_NETWORK: Final = "auto, with bodies and the joint network"
 """The whole tracker as it is by default."""
 TONE_GROUPS: Final = ("light", "middle", "dark")
-HEAD_JOINT: Final = SIM_JOINT_NAMES.index("head")
+HEAD_JOINT: Final = SIM_JOINT_NAMES.index(HEAD_NAME)
 
 DARK, BRIGHT = 0.2, 2.5
 """Factors on the grey levels of an under- and an over-exposed picture (ours)."""
@@ -163,7 +164,7 @@ def seeker_by_name(name: str) -> Callable[[Frame], list[FoundHead]]:
     """What finds heads in one frame after the other: a finder (`finder_by_name`), or the whole
     tracker."""
     if name == WITH_NETWORK:
-        tracker, head = Tracker(TrackerSettings(threads=1)), JOINT_NAMES.index("head")
+        tracker, head = Tracker(TrackerSettings(threads=1)), JOINT_NAMES.index(HEAD_NAME)
         return lambda frame: [
             FoundHead(person.id, person.joints_camera[head]) for person in tracker.update(frame)
         ]

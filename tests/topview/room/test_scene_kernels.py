@@ -141,15 +141,15 @@ def test_points_are_where_the_pixels_look(generator: np.random.Generator) -> Non
 
 def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> None:
     mean = np.array([[2.0, 2.0, 2.0, 2.0, 2.0]], np.float32)
-    steady_s, known_s = np.full((2, 1, 5), 0.5, np.float32)
+    steady_s, age_s = np.full((2, 1, 5), 0.5, np.float32)
     # Steady, nearer, further away, nothing, somebody.
     depth = np.array([[1.98, 1.5, 2.5, 0.0, 2.0]], np.float32)
     somebody = np.array([[False, False, False, False, True]])
     tolerance = 0.03, 0.01, 0.004
-    learn_background(depth, somebody, 0.1, 0.25, tolerance, mean, steady_s, known_s)
+    learn_background(depth, somebody, 0.1, 0.25, tolerance, mean, steady_s, age_s)
     np.testing.assert_allclose(mean, [[1.998, 2.0, 2.5, 2.0, 2.0]])
     np.testing.assert_array_equal(steady_s, [[0.75, 0.5, 0.0, 0.5, 0.5]])
-    np.testing.assert_array_equal(known_s, [[0.75, 0.75, 0.0, 0.75, 0.75]])
+    np.testing.assert_array_equal(age_s, [[0.75, 0.75, 0.0, 0.75, 0.75]])
     seen = np.empty((1, 5), np.bool_)
     shows_background(depth, mean, steady_s, 0.5, tolerance, seen)
     np.testing.assert_array_equal(seen, [[True, False, False, False, True]])
