@@ -253,6 +253,23 @@ def solve_lower(A, g):
 
 
 @njit(error_model="numpy")
+def marginal_information(L, out):
+    """Fill `out` [K] with one over the first of the diagonal of the inverse of L L^T, given by
+    Cholesky's factor L [n, n] in the lower triangle."""
+    n = L.shape[0]
+    column = np.empty(n)
+    for d in range(out.shape[0]):
+        variance = 0.0
+        for i in range(d, n):
+            s = 1.0 if i == d else 0.0
+            for k in range(d, i):
+                s -= L[i, k] * column[k]
+            column[i] = s / L[i, i]
+            variance += column[i] * column[i]
+        out[d] = 1.0 / variance
+
+
+@njit(error_model="numpy")
 def multiply(A, B, transpose_a, out):
     for i in range(3):
         for j in range(3):
@@ -268,6 +285,15 @@ def copy(R, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = R[i, j]
+
+
+@njit(error_model="numpy")
+def copy_system(A, g, out_A, out_g):
+    """Copy the lower triangle of A [n, n], and g [n]."""
+    for i in range(A.shape[0]):
+        out_g[i] = g[i]
+        for j in range(i + 1):
+            out_A[i, j] = A[i, j]
 
 
 @njit(error_model="numpy")
@@ -470,7 +496,7 @@ def refine_bodies(
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, depth, mine, nearest, corner, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
-    iterations, places, scales, joint_part, joints_part, joint_weight, costs,
+    iterations, places, scales, joint_part, joints_part, joint_weight, costs, information,
 ):  # fmt: skip
     """Refine M candidate poses in place and fill `costs` [M, 5].
 
@@ -503,6 +529,8 @@ def refine_bodies(
         costs: [M, 5] unexplained share of the points, share of axis samples in free space, mean
             squared departure from the prior pose, share of axis samples that something else than
             the user hides or that lie outside of the image, and mean robust residual of the joints.
+        information: [M, K] is filled with what is known of the first K degrees of freedom, each
+            with all others free: inverse variance in the unit of the prior weights, with the prior.
     """
     H, W = depth.shape
     B = Rs_all.shape[1]
@@ -520,8 +548,8 @@ def refine_bodies(
     away = np.empty(3)
     axes = np.empty((D, 3))
     centers = np.empty((D, 3))
-    A = np.empty((D, D))
-    g = np.empty(D)
+    A, best_A = np.empty((D, D)), np.empty((D, D))
+    g, best_g = np.empty(D), np.empty(D)
     sums = np.empty((B, 6, 7))
     labels = np.full(N, -1, np.int32)  # of a candidate are a good guess of the next one's
     distances = np.empty(N)
@@ -698,13 +726,16 @@ def refine_bodies(
                     best_neck[i] = neck[i]
                 for k in range(B):
                     copy(Rs[k], best_Rs[k])
-            elif iteration < iterations:
+                if iteration < iterations:
+                    copy_system(A, g, best_A, best_g)
+            else:
                 damping = max(damping, LEAST_DAMPING) * RAISED
                 for i in range(3):
                     neck[i] = best_neck[i]
                 for k in range(B):
                     copy(best_Rs[k], Rs[k])
-                continue
+                relative_rotations(Rs, tree, relative)
+                copy_system(best_A, best_g, A, g)
             if iteration == iterations:
                 break
             for d in range(D):
@@ -719,3 +750,6 @@ def refine_bodies(
             neck[i] = best_neck[i]
         for k in range(B):
             copy(best_Rs[k], Rs[k])
+        if iterations > 0:
+            solve_lower(best_A, best_g)
+            marginal_information(best_A, information[m])

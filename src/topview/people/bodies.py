@@ -1,19 +1,17 @@
-"""Which points are each track's body, and what they tell where the head is not seen."""
+"""Which points are each track's body."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
-from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M, sunk_m
+from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
 from topview.people.pieces import Pieces
-from topview.people.places import HEADS_APART_M, Places
+from topview.people.places import HEADS_APART_M
 from topview.people.segmentation import (
     LIMB_STEP_M,
     Memory,
@@ -32,29 +30,19 @@ Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-# All ours. A limb whose connection with the body is hidden seems further away from the head by this
-# much in each second, until it is out of reach.
+# All ours. A limb whose connection with the body is hidden seems so much further away from the head
+# in each second, until it is out of reach.
 FADING_M_PER_S: Final = 1.5
 # What stands under a head that something hides is its body, where the place is as certain.
 CERTAIN: Final = 0.8
 # Of whom more than the first is seen is there, though the head is hidden. More than the second is
 # not seen of anybody, be it a large person with the chair.
 SHOWN_M2, LARGEST_M2 = 0.03, 1.2
-# The trunk is between these shares of the stature; so much of it, in columns as high, tells where
-# the head is, but for so much.
-TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
 # To the right, forward and up: arms stretched beyond the head make who lies longer by a quarter.
 LONGEST_M: Final = np.array([1.25, 1.25, 1.0]) * MAX_HEIGHT_M
-# Where so much of the body is seen the joint network knows where the head is, where less is, it is
-# so exact.
-TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
 # What hangs together, and is all farther than the first from the box round somebody's joints, is
 # not the body. A head goes no farther in one step than the second.
 OFF_BODY_M, HEAD_STEP_M = 0.5, 0.25
-# Where nothing hides a head that is not made out, for so long, nobody is there.
-BENT_S: Final = 3.0
-# Who comes to be hidden seems to slide down by so much before the head is missed.
-SLID_M: Final = 0.35
 
 
 def stature_m(track: Track) -> float:
@@ -120,67 +108,6 @@ def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:
     for body_m in bodies_m[1:]:
         np.minimum(nearest_m, body_m, out=nearest_m)
     return nearest_m
-
-
-def over_body(
-    scene: Scene,
-    track: Track,
-    seen: Sequence[Track],
-    told: Told,
-    told_camera: Vector | None,
-    settings: PeopleSettings,
-    elapsed_s: float,
-) -> Track:
-    """A track whose head is not seen, at the place that its body tells: by the head [3] that
-    the joint network told, or else by its trunk. Its own is what is nobody's whose head is seen."""
-    people = [track, *(other for other in seen if other.id)]
-    bodies_m = np.array([person.body_m for person in people])
-    bodies_m[:, ~own_mask(scene, track)] = np.inf
-    split(scene, people, bodies_m, told, dataclasses.replace(settings.segmentation, share_m=0.0))
-    body = bodies_m[0]
-    shown_m2 = area_m2(scene, replace(track, body_m=body))
-    is_shown = SHOWN_M2 < shown_m2 < LARGEST_M2
-    track = replace(track, body_m2=shown_m2 if is_shown else 0.0)
-    places = track.places
-    if places is None or not is_shown:
-        return track
-    if told_camera is not None and track.evidence.was_upright and scene.is_hidden_at(told_camera):
-        # Of whom less and less is seen the network believes that the head sinks; not that it rises.
-        own_m = max(_hidden_height_m(scene, track, places), scene.height_of(told_camera))
-        told_camera = scene.point_at(scene.overview_of(told_camera), own_m)
-    if told_camera is not None and shown_m2 > TOLD_M2:
-        return track.told_at(scene, told_camera)
-    if told_camera is not None:
-        height_m = scene.height_of(told_camera)
-        place = scene.overview_of(told_camera)
-        return track.placed(scene, places.drawn_to(place, height_m, FAINT_SIGMA_M, elapsed_s))
-    if places.outside > 0.5:
-        return track
-    is_bent = track.unseen_s(scene.time_s) < BENT_S
-    trunk = _trunk(scene, track, body)
-    if trunk is None or not (is_bent or scene.covered_share(track.place_camera) > 0.5):
-        return track
-    height_m = _hidden_height_m(scene, track, places)
-    return track.placed(scene, places.drawn_to(trunk, height_m, TRUNK_SIGMA_M, elapsed_s))
-
-
-def _hidden_height_m(scene: Scene, track: Track, places: Places) -> float:
-    """Of a head that is not seen: that of before; where something hides it, it has not slid down
-    from where the stature puts it."""
-    below_m = sunk_m(scene, track.place_camera, track.height) or 0.0
-    has_slid = 0.0 < below_m < SLID_M and scene.is_hidden_at(track.place_camera)
-    return places.height_m + (below_m if has_slid else 0.0)
-
-
-def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:
-    """[2] the middle of what is seen of the trunk, from above; None if that is too little."""
-    low_m, high_m = (share * track.height.height_m for share in TRUNK)
-    is_trunk = (body < np.inf) & (scene.heights_m > low_m) & (scene.heights_m < high_m)
-    pixel_m = scene.cloud.pixel_m(track.place_camera)
-    is_trunk &= np.count_nonzero(is_trunk, axis=0) * pixel_m > COLUMN_M
-    if np.count_nonzero(is_trunk) * pixel_m**2 < TRUNK_M2:
-        return None
-    return np.median(scene.overview_m[is_trunk], axis=0).astype(np.float64)
 
 
 def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings) -> Distance:

@@ -34,9 +34,8 @@ Mask = NDArray[np.bool_]
 
 # The id under which the network is asked about a cluster; no track has it.
 CLUSTER_ID: Final = -(2**31) + 1
-# All ours. What is seen of a person: at least an arm, or a side, beside whoever hides the rest; and
-# of most, which is asked about first.
-SMALLEST_M2, USUAL_M2 = 0.05, 0.35
+# All ours. What is seen of most people, which is asked about first.
+USUAL_M2: Final = 0.35
 # For so long the network looks at a cluster, at 30 frames a second once as it is and once mirrored,
 # until that is forgotten or the cluster moves; it is not learnt as the room's before.
 LOOKED_AT_S: Final = 0.06
@@ -160,7 +159,7 @@ def give_what_emerges(
         return
     people = [track for track in tracks if track.id]
     is_somebodys = bodies_m.min(axis=0) < np.inf
-    for is_own, _ in clusters_in(scene, is_somebodys, SHOWN_M2):
+    for is_own, _ in clusters_in(scene, is_somebodys):
         middle_m = np.median(scene.overview_m[is_own], axis=0).astype(np.float64)
         ratios = [_log_ratio_at(scene, tracks[row], middle_m) for row in hidden]
         row = hidden[int(np.argmax(ratios))]
@@ -183,18 +182,17 @@ def _log_ratio_at(scene: Scene, track: Track, overview_m: NDArray[np.float64]) -
     return track.places.log_density(scene, head_camera, 0.0) - log(NEW_PER_M3)
 
 
-def clusters_in(
-    scene: Scene, is_somebodys: Mask, least_m2: float = SMALLEST_M2
-) -> Iterator[tuple[Mask, float]]:
-    """[h, w] and the area in square metres of each cluster of a person's size; depths within one
-    step by `LIMB_STEP_M` at most, so that a limb before the body is in its cluster."""
+def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:
+    """[h, w] and the area in square metres of each cluster of a person's size, or as large as what
+    shows of somebody beside whoever hides the rest; depths within one step by `LIMB_STEP_M` at
+    most, so that a limb before the body is in its cluster."""
     cloud = scene.cloud
     labels = np.empty(cloud.depth_m.shape, np.int32)
     areas_m2 = clusters_of(
         scene.standing_px, is_somebodys, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels
     )
     for label, area_m2 in enumerate(areas_m2.tolist()):
-        if least_m2 < area_m2 < LARGEST_M2:
+        if SHOWN_M2 < area_m2 < LARGEST_M2:
             is_own = labels == label
             if is_short(scene, is_own):
                 yield is_own, area_m2

@@ -117,4 +117,5 @@ def _user(scene: Scene, track: Track, is_own: Mask, face_share: float | None) ->
         track.height.is_measured,
         full_pixels(scene, is_own),
         face_share,
+        (track.places or track.motion).sigma_m,
     )

@@ -171,6 +171,12 @@ class Places(msgspec.Struct, frozen=True, eq=False):
         mean = (self.weights * is_near[best]) @ self.overview_m / share[best]
         return scene.point_at(mean, self.height_m), float(share[best])
 
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation along each axis of the floor."""
+        offsets = self.overview_m - self.weights @ self.overview_m
+        return float(np.sqrt(0.5 * (self.weights @ np.square(offsets).sum(axis=1))))
+
     def log_density(self, scene: Scene, head_camera: Vector, unseen_s: float) -> float:
         """Of a head measured at [3], per cubic metre."""
         offsets = scene.overview_of(head_camera) - self.overview_m

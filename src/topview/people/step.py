@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
-from topview.people.bodies import body_of, nearest_body, over_body
+from topview.people.bodies import body_of, nearest_body
 from topview.people.existence import Existence, is_too_near
 from topview.people.features import FEATURE_NAMES, Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
@@ -22,6 +22,7 @@ from topview.people.segmentation import SegmentationSettings, body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
 from topview.people.track import SURE_HEAD, Track, is_off
+from topview.people.unseen_heads import over_body
 from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]

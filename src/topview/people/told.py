@@ -16,19 +16,17 @@ from topview.detect.heads import HEAD_RADIUS_M
 from topview.detect.joints.proposals import JointProposals
 from topview.geometry.segments import square_distances
 from topview.people.likelihood import MOST_LOG_ODDS
+from topview.people.places import HEADS_APART_M
 from topview.people.segmentation import surface_distance
+from topview.people.told_head import ToldHead
 from topview.people.track import Track, is_off
 from topview.records import Person
 from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 
-TOLD_JOINT, TRUNK_END = "head", "pelvis"
-# All ours. A network that takes a window for a person's by this probability, and is no less exact
-# than this (Laplace's scale), knows where the head is.
-SURE, SURE_M = 0.5, 0.12
-# A head that it sees so far from the track's is another's, as is one so near to another track's.
-ELSEWHERE_M, ANOTHERS_M = 0.4, 0.25
+# All ours. A head that the network sees so near to another track's is that one's.
+ANOTHERS_M: Final = 0.25
 # What is no farther from the surface of a tracked body is on it.
 ON_BODY_M: Final = 0.05
 # No surface is farther from the bones.
@@ -50,45 +48,6 @@ ELSEWHERE: Final = -4.0
 # A head that is above the pelvis by less than this share of the way is of somebody who lies, bends
 # or is on all fours.
 UPRIGHT_SHARE: Final = 0.5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ToldHead:
-    """What the joint network said of one window.
-
-    Attributes:
-        p_person: probability that it shows a person.
-        head_camera: [3] metres.
-        is_sure: whether the network knows where the head is.
-        trunk_camera: [3] unit vector from the pelvis to the head; None where no pelvis is proposed.
-    """
-
-    p_person: float
-    head_camera: Vector
-    is_sure: bool
-    trunk_camera: Vector | None = None
-
-    @classmethod
-    def of(cls, proposals: JointProposals) -> ToldHead:
-        """Of one person's proposals."""
-        mode, head = int(np.argmax(proposals.weights[0])), proposals.joint_names.index(TOLD_JOINT)
-        p_person = float(proposals.p_person[0])
-        is_sure = p_person > SURE and proposals.scales_m[0, mode, head].max() < SURE_M
-        joints_camera = proposals.positions_camera[0, mode]
-        trunk_camera = None
-        if TRUNK_END in proposals.joint_names:
-            way = joints_camera[head] - joints_camera[proposals.joint_names.index(TRUNK_END)]
-            trunk_camera = way / max(float(np.linalg.norm(way)), 1e-6)
-        return cls(p_person, joints_camera[head], bool(is_sure), trunk_camera)
-
-    def is_near(self, head_camera: Vector) -> bool:
-        """Whether it may be the head at [3] that the network saw."""
-        return bool(np.linalg.norm(self.head_camera - head_camera) < ELSEWHERE_M)
-
-    @property
-    def log_odds(self) -> float:
-        """Of a person."""
-        return float(np.log(max(self.p_person, 1e-6)) - np.log(max(1.0 - self.p_person, 1e-6)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +81,15 @@ class Told:
         """Whether the network was asked about a track."""
         return track.told_as in self.heads
 
-    def head_of(self, track: Track, tracks: Sequence[Track], elapsed_s: float) -> Vector | None:
-        """[3] a track's head, if the network knows it and it is not another's; now, as the track
-        has gone on for so long."""
+    def head_of(
+        self, track: Track, tracks: Sequence[Track], elapsed_s: float, *, roughly: bool = False
+    ) -> Vector | None:
+        """[3] a track's head, if the network knows it, or about where it is, and it is not
+        another's; now, as the track has gone on for so long."""
         head = self.heads.get(track.told_as)
-        if head is None or not head.is_sure or self._is_anothers(head, track, tracks):
+        if head is None or not (head.is_sure or (roughly and head.is_rough)):
+            return None
+        if self._is_anothers(head, track, tracks):
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
 
@@ -156,8 +119,8 @@ class Told:
         place = head_camera.tolist()
         return any(
             head is not None
-            and head.is_sure
-            and dist(head.head_camera.tolist(), place) < ANOTHERS_M
+            and head.is_rough
+            and dist(head.head_camera.tolist(), place) < HEADS_APART_M
             for head in told
         )
 

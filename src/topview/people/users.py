@@ -42,6 +42,7 @@ class User:
             bodies are tracked. Empty while the person is fully hidden.
         face_share: how much of late the face has been seen to look at the camera, 0..1; None where
             nothing could tell (no colour, too far away, the head hidden).
+        head_sigma_m: standard deviation of `head_camera` along each axis.
     """
 
     id: int
@@ -51,6 +52,7 @@ class User:
     height_is_measured: bool
     pixels: NDArray[np.int32]
     face_share: float | None = None
+    head_sigma_m: float = 0.0
 
     def __post_init__(self) -> None:
         read_only(self.head_camera)

@@ -31,7 +31,7 @@ DOF_PART = np.array(
     [UPPER_TORSO] * 6 + [HEAD] * 3 + [LOWER_TORSO] * 3 + [p for p in _LIMB_PARTS for _ in range(2)]
 )
 DOF_AXIS = np.array([0, 1, 2] * 4 + [0, 2] * len(_LIMB_PARTS))
-N_DOFS = len(DOF_PART)
+N_DOFS, N_ROOT_DOFS = len(DOF_PART), 6
 DOF_OF, N_DOF_OF = _padded(
     [[d for d in range(3, N_DOFS) if DOF_PART[d] == part] for part in range(len(PARTS))]
 )

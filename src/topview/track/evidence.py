@@ -69,6 +69,7 @@ class Evidence:
         points_camera: [N, 3] every n-th of them, for refinement.
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
+        head_sigma_m: standard deviation of it along each axis, metres.
         stature_m: as measured; None while nobody could measure it.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
         hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 for methods that
@@ -103,6 +104,7 @@ class Evidence:
     nearer_bodies: tuple[FittedBody, ...] = ()
     face_share: float | None = None
     proposals: JointProposals | None = None
+    head_sigma_m: float = 0.0
 
     def observed(self, is_coarse: bool) -> Observed:
         """The scene and the user's points, at half the resolution if `is_coarse`."""
@@ -224,4 +226,5 @@ def gather(
         hands=hands,
         face_share=user.face_share,
         proposals=proposals,
+        head_sigma_m=user.head_sigma_m,
     )

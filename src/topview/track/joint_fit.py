@@ -88,6 +88,14 @@ class JointTargets:
     places_camera: Array
     scales_m: Array
 
+    def with_place(self, joint: int, place_camera: Array, sigma_m: float) -> JointTargets:
+        """With another place [3] of a joint, where that is surer than the one that is proposed."""
+        if sigma_m >= self.scales_m[joint].max():
+            return self
+        places_camera, scales_m = self.places_camera.copy(), self.scales_m.copy()
+        places_camera[joint], scales_m[joint] = place_camera, max(sigma_m, LEAST_SCALE_M)
+        return JointTargets(places_camera, scales_m)
+
     @staticmethod
     def none() -> JointTargets:
         """No joint is proposed."""

@@ -22,7 +22,8 @@ from topview.detect.protocol import HeadDetector
 from topview.kernels.threads import use_threads
 from topview.people.finder import PeopleFinder
 from topview.people.protocol import Finder
-from topview.people.told import Told, ToldHead
+from topview.people.told import Told
+from topview.people.told_head import ToldHead
 from topview.people.users import HandCandidate, User, by_depth, label_image
 from topview.records import Frame, InputError, PartMap, Person, shown
 from topview.room.camera_motion import CameraMotion

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from dressed_scenes import GROUND_Y, ROOM, UP, person_with, scene_of, track_at
 from people_scenes import box, head_of, render, standing_person
 from topview.body.parts import JOINTS
-from topview.people.bodies import over_body
 from topview.people.clusters import give_what_emerges
 from topview.people.settings import PeopleSettings
 from topview.people.told import NOTHING_TOLD, Told
 from topview.people.track import Track
+from topview.people.unseen_heads import over_body
 from topview.room.background import Background
 from topview.room.scene import Scene
 

@@ -28,7 +28,8 @@ from topview.people.features import SHAPE
 from topview.people.likelihood import BODY_ODDS, CUT, MOST_LOG_ODDS, Evidence, shipped_likelihood
 from topview.people.settings import PeopleSettings
 from topview.people.step import Step
-from topview.people.told import Told, ToldHead
+from topview.people.told import Told
+from topview.people.told_head import ToldHead
 from topview.track import Tracker, TrackerSettings
 
 UP = np.array([0.0, -1.0, 0.0])

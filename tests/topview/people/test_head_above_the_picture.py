@@ -8,7 +8,8 @@ from dressed_scenes import GROUND_Y, UP
 from people_scenes import frame, head_of, plane, render, standing_person, with_noise
 from topview.camera.pyramid import Pyramid
 from topview.people.finder import PeopleFinder
-from topview.people.told import NOTHING_TOLD, Told, ToldHead
+from topview.people.told import NOTHING_TOLD, Told
+from topview.people.told_head import ToldHead
 from topview.records import Camera
 
 FAR_M, NEAR_M = 4.2, 1.5

@@ -18,15 +18,8 @@ from topview.people.bodies import own_mask
 from topview.people.likelihood import MOST_LOG_ODDS
 from topview.people.settings import PeopleSettings
 from topview.people.step import Step
-from topview.people.told import (
-    ELSEWHERE,
-    ELSEWHERE_M,
-    IN_PLACE,
-    SURE_M,
-    TOLD_JOINT,
-    Told,
-    ToldHead,
-)
+from topview.people.told import ELSEWHERE, IN_PLACE, Told
+from topview.people.told_head import ELSEWHERE_M, ROUGH_M, SURE_M, TOLD_JOINT, ToldHead
 from topview.people.track import Track
 
 SCENE = scene_of(render([], ROOM), None, 0)
@@ -38,7 +31,8 @@ BOTH = [ONE, OTHER]
 
 
 def told_of(id: int, place_camera: NDArray[np.float64], p_person: float = 0.95) -> Told:
-    return Told((), {id: ToldHead(p_person, place_camera, p_person > 0.5)}, True)
+    is_sure = p_person > 0.5
+    return Told((), {id: ToldHead(p_person, place_camera, is_sure, is_rough=is_sure)}, True)
 
 
 def proposals_of(p_person: float, scale_m: float) -> JointProposals:
@@ -50,20 +44,24 @@ def proposals_of(p_person: float, scale_m: float) -> JointProposals:
 
 
 @pytest.mark.parametrize(
-    ("p_person", "scale_m", "is_sure"),
+    ("p_person", "scale_m", "is_sure", "is_rough"),
     [
-        (0.9, 0.5 * SURE_M, True),
-        (0.1, 0.5 * SURE_M, False),
-        (0.9, 2.0 * SURE_M, False),
+        (0.9, 0.5 * SURE_M, True, True),
+        (0.1, 0.5 * SURE_M, False, False),
+        (0.9, 0.5 * (SURE_M + ROUGH_M), False, True),
+        (0.9, 1.1 * ROUGH_M, False, False),
     ],
 )
 def test_the_head_is_that_of_the_likeliest_mode(
-    p_person: float, scale_m: float, is_sure: bool
+    p_person: float, scale_m: float, is_sure: bool, is_rough: bool
 ) -> None:
     told = Told.of((), {1: proposals_of(p_person, scale_m)}, True)
     head = told.heads[1]
     np.testing.assert_array_equal(head.head_camera, PLACE)
     assert head.is_sure == is_sure
+    assert head.is_rough == is_rough
+    assert (told.head_of(ONE, BOTH, 0.0) is not None) == is_sure
+    assert (told.head_of(ONE, BOTH, 0.0, roughly=True) is not None) == is_rough
     assert head.log_odds == pytest.approx(np.log(p_person / (1.0 - p_person)))
     assert np.isfinite([ToldHead(p, PLACE, True).log_odds for p in (0.0, 1.0)]).all()
 
@@ -113,9 +111,9 @@ def test_two_who_hug_are_two_where_the_network_sees_two_heads(apart_m: float) ->
 
 
 def test_the_head_that_the_network_sees_is_a_persons_own() -> None:
-    """So no new person has it; where it is not sure it claims nothing."""
+    """So no new person has it; where it does not know it claims nothing."""
     seen = PLACE + 0.3 * RIGHT
-    assert told_of(1, seen).claims(seen + 0.05 * RIGHT, BOTH)
+    assert told_of(1, seen).claims(seen + 0.3 * RIGHT, BOTH)
     assert not told_of(1, seen).claims(PLACE - 0.5 * RIGHT, BOTH)
     assert not told_of(1, seen, 0.2).claims(seen, BOTH)
     assert not told_of(1, seen).claims(seen, [replace(ONE, id=0), OTHER])

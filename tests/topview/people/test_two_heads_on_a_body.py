@@ -16,7 +16,8 @@ from topview.people.likelihood import Evidence
 from topview.people.settings import PeopleSettings
 from topview.people.spawning import rejoined
 from topview.people.step import Step
-from topview.people.told import NOTHING_TOLD, Told, ToldHead
+from topview.people.told import NOTHING_TOLD, Told
+from topview.people.told_head import ToldHead
 from topview.people.track import Track
 from topview.room.scene import Scene
 

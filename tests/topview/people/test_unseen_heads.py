@@ -26,12 +26,14 @@ from topview.body.parts import JOINTS
 from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import HeadTemplate, track_head
 from topview.people.appearance import head_colors_against, with_appearance
-from topview.people.bodies import body_of, over_body
+from topview.people.bodies import body_of
 from topview.people.motion import Motion
 from topview.people.segmentation import SegmentationSettings, body_distance
 from topview.people.settings import PeopleSettings
 from topview.people.told import NOTHING_TOLD, Told
+from topview.people.told_head import ToldHead
 from topview.people.track import Track
+from topview.people.unseen_heads import over_body
 from topview.records import Person
 from topview.room.scene import Scene
 
@@ -150,14 +152,18 @@ def test_the_colours_of_a_bent_or_unsure_head_are_not_learnt() -> None:
 
 
 def missed(
-    track: Track, before: Scene, scene: Scene, told_camera: NDArray[np.float64] | None = None
+    track: Track,
+    before: Scene,
+    scene: Scene,
+    told_camera: NDArray[np.float64] | None = None,
+    told: Told = NOTHING_TOLD,
 ) -> Track:
     """After a frame in which no head was its own, and the network told one or none."""
     now = track.coasted(scene)
     body_m = body_of(scene, now, SegmentationSettings(), before)
     elapsed_s = scene.time_s - before.time_s
     track = replace(now, body_m=body_m)
-    return over_body(scene, track, [], NOTHING_TOLD, told_camera, PeopleSettings(), elapsed_s)
+    return over_body(scene, track, [], told, told_camera, PeopleSettings(), elapsed_s)
 
 
 def test_a_head_that_is_not_seen_goes_where_the_trunk_goes() -> None:
@@ -200,6 +206,28 @@ def test_who_goes_behind_something_does_not_sink() -> None:
             track, before = missed(track, before, scene, low), scene
         assert track.body_m2 > 0.03
         assert track.place_camera[1] - truth[1] == pytest.approx(sunk_m, abs=0.08)
+
+
+@pytest.mark.parametrize("is_rough", [True, False])
+def test_a_head_that_the_network_knows_roughly_draws_the_place_and_not_the_height(
+    is_rough: bool,
+) -> None:
+    """A leg is seen below a board; he was expected 30 cm beside his place."""
+    z = 3.0
+    truth = head_of(0.0, z, GROUND_Y)
+    board = box((-2.0, truth[1] - 0.5, 2.5), (2.0, GROUND_Y - 0.5, 2.6))
+    depth_m = render(standing_person(0.0, z, GROUND_Y), [*ROOM, board])
+    before = scene_of(depth_m, None, 0)
+    expected = truth - np.array([0.3, 0.0, 0.0])
+    low = truth + np.array([0.0, 0.3, 0.0])
+    told = Told((), {1: ToldHead(0.9, low, False, is_rough=is_rough)}, True)
+    track = replace(track_at(before, expected), body_m=body_at(before, truth))
+    for index in range(1, 16):
+        scene = scene_of(depth_m, None, index)
+        track, before = missed(track, before, scene, told=told), scene
+    assert track.body_m2 > 0.03
+    assert (abs(track.place_camera[0] - truth[0]) < 0.15) == is_rough
+    assert track.place_camera[1] == pytest.approx(truth[1], abs=0.1)
 
 
 def test_whose_head_is_lost_beside_anothers_keeps_what_the_fitted_bodies_leave_to_him() -> None:

@@ -224,7 +224,7 @@ def test_the_network_s_proposals_come_with_a_given_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # One of random weights sees the head anywhere.
-    monkeypatch.setattr("topview.people.told.ELSEWHERE_M", np.inf)
+    monkeypatch.setattr("topview.people.told_head.ELSEWHERE_M", np.inf)
     weights = write_network(tmp_path / "own.onnx")
     tracker = run(people([3, 8]), TrackerSettings(threads=1, weights=weights))
     kept = json.loads(json.dumps(tracker.settings_as_json()))

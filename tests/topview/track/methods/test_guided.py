@@ -27,6 +27,7 @@ from topview.track.joint_fit import JointTargets
 from topview.track.methods.topview import TopviewSettings
 from topview.track.methods.topview.guided import Guide, GuideSettings
 from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.methods.topview.whole_body import RootCertainty
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 
@@ -133,16 +134,70 @@ def test_of_whom_next_to_nothing_is_left_to_see_the_pose_is_kept_below_the_head(
     tracker = TopviewSettings().tracker(subject())
     given = proposals([joints_of(TRUTH)], (1.0,))
     before = tracker.update(replace(evidence, proposals=given))
-    depth_m = render(TRUTH)
-    rows = np.arange(depth_m.shape[0])[:, None]
-    lowest = rows > np.flatnonzero((depth_m > 0.0).any(1)).max() - 8
     head_camera = evidence.head_camera + np.array([0.1, 0.0, 0.0])
-    foot = at_frame(evidence_in(depth_m, (depth_m > 0.0) & lowest, head_camera), 1)
+    foot = at_frame(evidence_in(render(TRUTH), foot_of(TRUTH), head_camera), 1)
     assert len(foot.points_camera) > 30
     kept = tracker.update(replace(foot, head_is_seen=False))
     np.testing.assert_allclose(kept.Rs, before.Rs)
     head = joints_of(kept, tracker.model)[JOINT_NAMES.index("head")]
     np.testing.assert_allclose(head, head_camera, atol=0.02)
+
+
+def foot_of(pose: Pose) -> np.ndarray:
+    """[H, W] the lowest pixels of a body."""
+    is_body = render(pose) > 0.0
+    rows = np.arange(len(is_body))[:, None]
+    return is_body & (rows > np.flatnonzero(is_body.any(1)).max() - 8)
+
+
+def foot_at(head_camera: np.ndarray, frame: int) -> Evidence:
+    """Of whom only a foot shows below a board, and whose head is thought to be at [3]."""
+    depth_m, is_foot = render(TRUTH), foot_of(TRUTH)
+    own = evidence_in(np.where(is_foot, depth_m, np.float32(1.0)), is_foot, head_camera)
+    return replace(at_frame(own, frame), head_is_seen=False)
+
+
+@pytest.mark.parametrize(("sigma_m", "is_followed"), [(0.1, True), (2.0, False)])
+def test_the_head_is_below_the_place_where_it_is_thought_to_be_as_far_as_that_is_known(
+    evidence, sigma_m: float, is_followed: bool
+):
+    """It is hidden, joints are hardly told, and it is thought to be 20 cm aside."""
+    tracker = TopviewSettings().tracker(subject())
+    place = evidence.head_camera + np.array([0.2, 0.0, 0.0])
+    told = proposals([joints_of(TRUTH)], (1.0,), scale_m=1.0)
+    head = place
+    for frame in range(20):
+        foot = replace(foot_at(place, frame), head_sigma_m=sigma_m)
+        pose = tracker.update(replace(foot, proposals=told))
+        head = joints_of(pose, tracker.model)[JOINT_NAMES.index("head")]
+    assert (np.linalg.norm(head - place) < 0.08) == is_followed
+    assert (np.linalg.norm(head - evidence.head_camera) < 0.08) != is_followed
+
+
+def test_a_pose_that_was_hardly_known_is_given_up_sooner_than_one_that_was(evidence):
+    """Joints were told 40 cm beside the truth, surely or not; after that they are told there."""
+    aside = np.array([0.4, 0.0, 0.0])
+    away_m = {}
+    for scale_m in (0.02, 1.0):
+        tracker = TopviewSettings().tracker(subject())
+        for frame in range(15):
+            foot = replace(foot_at(evidence.head_camera + aside, frame), head_sigma_m=5.0)
+            told = proposals([joints_of(TRUTH) + aside], (1.0,), scale_m=scale_m)
+            tracker.update(replace(foot, proposals=told))
+        foot = replace(foot_at(evidence.head_camera, 15), head_sigma_m=5.0)
+        told = proposals([joints_of(TRUTH)], (1.0,), scale_m=0.2)
+        pose = tracker.update(replace(foot, proposals=told))
+        away_m[scale_m] = np.linalg.norm(pose.neck_camera - TRUTH.neck_camera)
+    assert away_m[1.0] < 0.8 * away_m[0.02]
+
+
+def test_the_root_is_held_as_surely_as_it_was_known():
+    weights = RefinementSettings().prior_weights
+    root = RootCertainty()
+    np.testing.assert_allclose(root.hold(weights, 1 / 30, 1 / 30), 1.0)
+    root.update(weights[:6])
+    np.testing.assert_allclose(root.hold(weights, 1 / 30, 1 / 30), [0.5] * 6 + [1.0] * 22)
+    np.testing.assert_allclose(root.hold(weights, 0.1, 1 / 30), [0.25] * 6 + [1.0] * 22)
 
 
 def test_modes_that_hardly_count_are_no_hypotheses():

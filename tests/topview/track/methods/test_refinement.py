@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
 from topview.body.parts import PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors
+from topview.kernels.body import marginal_information
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.pose import Pose
@@ -114,3 +115,24 @@ def test_refined_rotations_are_proper(evidence):
         identity = pose.Rs @ np.swapaxes(pose.Rs, 1, 2)
         assert np.abs(identity - np.eye(3)).max() < 1e-9
         assert np.linalg.det(pose.Rs) == pytest.approx(1.0)
+
+
+def test_what_is_known_of_each_degree_of_freedom_leaves_all_others_free():
+    rng = np.random.default_rng(0)
+    B = rng.normal(size=(28, 40))
+    A = B @ B.T
+    known = np.empty(6)
+    marginal_information(np.linalg.cholesky(A), known)
+    np.testing.assert_allclose(known, 1.0 / np.linalg.inv(A).diagonal()[:6])
+
+
+def test_of_whom_more_is_seen_more_is_known(evidence):
+    """With the prior, and never less than that."""
+    few = replace(evidence, points_camera=evidence.points_camera[::20].copy())
+    known, less, nothing = (
+        refine([TRUTH], None, MODEL, own, SETTINGS).information[0]
+        for own in (evidence, few, replace(few, points_camera=np.zeros((0, 3))))
+    )
+    assert (known[:3] > less[:3]).all()
+    assert (less[:3] > nothing[:3]).all()
+    assert (nothing > 0.9 * SETTINGS.prior_weights[:6]).all()

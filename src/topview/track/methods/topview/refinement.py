@@ -26,6 +26,7 @@ from topview.track.degrees_of_freedom import (
     N_CHAIN,
     N_DOF_OF,
     N_DOFS,
+    N_ROOT_DOFS,
     PARENT_OF,
     TREE,
 )
@@ -75,6 +76,14 @@ class RefinementSettings:
     joint_weight: float = 0.1
     samples_per_part: int = 5
 
+    @property
+    def prior_weights(self) -> Array:
+        """[D] of each degree of freedom away from the prior."""
+        weights = np.full(N_DOFS, self.turn_prior_weight)
+        weights[:3] = self.place_prior_weight
+        weights[_HEAD_TWIST] = self.twist_prior_weight
+        return weights
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Refined:
@@ -87,6 +96,8 @@ class Refined:
         departure: [M] mean squared turn away from the prior, square radians.
         hidden: [M] share of the body's axis that is behind others or objects, or out of view.
         apart: [M] mean robust residual of the proposed joints, in units of scale; 0 without any.
+        information: [M, 6] inverse variances of the root's place and turn, each with all else free,
+            in the unit of the prior's weights, with the prior.
     """
 
     poses: list[Pose]
@@ -96,6 +107,7 @@ class Refined:
     departure: Array
     hidden: Array
     apart: Array
+    information: Array
 
 
 def refine(
@@ -105,13 +117,13 @@ def refine(
     evidence: Evidence,
     settings: RefinementSettings,
     iterations: int | None = None,
-    hold: float = 1.0,
+    hold: float | Array = 1.0,
     targets: JointTargets | None = None,
 ) -> Refined:
     """Refine candidate poses against the evidence, each on its own.
 
     All are held softly to `prior`, or each to one of its own, or to where it starts if there is
-    none; `hold` is a factor on how firmly.
+    none; `hold` is a factor on how firmly, or [D] of them.
     """
     s = settings
     targets = targets or JointTargets.none()
@@ -120,9 +132,7 @@ def refine(
     necks = np.array([pose.neck_camera for pose in candidates])
     Rs = np.array([pose.Rs for pose in candidates])
     costs = np.empty((len(candidates), 5))
-    weights = np.full(N_DOFS, s.turn_prior_weight)
-    weights[:3] = s.place_prior_weight
-    weights[_HEAD_TWIST] = s.twist_prior_weight
+    information = np.zeros((len(candidates), N_ROOT_DOFS))
     view = evidence.view
     kernel.refine_bodies(
         necks,
@@ -143,7 +153,7 @@ def refine(
         N_CHAIN,
         DOF_OF,
         N_DOF_OF,
-        weights * hold,
+        s.prior_weights * hold,
         evidence.points_camera,
         view.depth_m,
         evidence.user_mask,
@@ -171,9 +181,11 @@ def refine(
         model.joints_part,
         s.joint_weight,
         costs,
+        information,
     )
     poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
-    return Refined(poses, Pose(necks, np.swapaxes(Rs, 0, 1)), *costs.T)
+    together = Pose(necks, np.swapaxes(Rs, 0, 1))
+    return Refined(poses, together, *costs.T, information=information)
 
 
 def label_points(

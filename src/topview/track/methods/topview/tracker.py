@@ -25,9 +25,9 @@ from topview.track.methods.topview.search import LOOK_S, Search
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
+    RootCertainty,
     beyond_tolerance,
     costs_of,
-    firmness,
 )
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -94,6 +94,7 @@ class TopviewTracker:
         # The last pose that was guided since poses were searched, and which way was up.
         self._guided_to: tuple[Pose, Array] | None = None
         self._guide = Guide(settings.guide, subject.bones)
+        self._root = RootCertainty()
         self._stature = StatureBelief(subject.stature_is_given)
         self._search = Search(
             settings.refinement, settings.limbs, subject, self._stature, self.bones
@@ -177,27 +178,39 @@ class TopviewTracker:
             belief = self._guide.believe(proposals, elapsed_s)
             look = replace(look, model=self._guide.model(proposals, belief, stature_m))
             bodies = self._guide.bodies(proposals, belief, look.model, elapsed_s)
+            if not look.evidence.head_is_seen:
+                head = look.evidence.head_camera, look.evidence.head_sigma_m
+                bodies = [body.with_head_at(*head) for body in bodies]
         moving = None if self.pose is None else self._predicted(self.pose, look)
+        weights = self.settings.guide.refinement.prior_weights
+        hold = self._root.hold(weights, elapsed_s, look.elapsed_s)
         with look.clock.stage("refinement"):
             found = min(
-                (self._refined_guided(body, moving, look) for body in bodies),
+                (self._refined_guided(body, moving, hold, look) for body in bodies),
                 key=lambda found: found.cost,
             )
+        assert found.root_information is not None
+        self._root.update(found.root_information)
         hidden = beyond_tolerance(max(found.hidden, look.evidence.hidden_share))
         return replace(found, hidden=hidden)
 
-    def _refined_guided(self, body: ProposedBody, moving: Pose | None, look: FrameContext) -> Found:
+    def _refined_guided(
+        self, body: ProposedBody, moving: Pose | None, hold: Array, look: FrameContext
+    ) -> Found:
         """The better of the proposed and the predicted pose, refined with the proposed joints."""
         starts = [body.pose] if moving is None else [body.pose, moving]
         guide = self.settings.guide
         refined = refine(
             starts, moving, look.model, look.evidence, guide.refinement,
-            hold=firmness(look.elapsed_s), targets=body.targets,
+            hold=hold, targets=body.targets,
         )  # fmt: skip
         costs = costs_of(refined) + guide.joints_cost * refined.apart + body.cost
         best = int(np.argmin(costs))
         hidden = float(refined.hidden[best])
-        return Found(refined.poses[best], look.model, float(costs[best]), hidden)
+        known = refined.information[best]
+        return Found(
+            refined.poses[best], look.model, float(costs[best]), hidden, root_information=known
+        )
 
     def _hidden_now(self, look: FrameContext) -> float:
         """Share that is hidden, or was in the last frame, beyond what is tolerated."""

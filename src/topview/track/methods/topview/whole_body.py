@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from topview.body.model import BodyModel
 from topview.filter.over_time import frames_in
 from topview.timing import StageClock
+from topview.track.degrees_of_freedom import N_DOFS, N_ROOT_DOFS
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import Refined
 from topview.track.pose import Pose
@@ -36,14 +37,39 @@ class FrameContext:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A pose, the body it was found for, its cost, the share of it that is occluded, and whether it
-    has not moved on from the last one."""
+    """A pose, the body it was found for, its cost, the share of it that is occluded, whether it has
+    not moved on from the last one, and [6] what is known of its root (`Refined.information`)."""
 
     pose: Pose
     model: BodyModel
     cost: float
     hidden: float
     is_new: bool = False
+    root_information: Array | None = None
+
+
+class RootCertainty:
+    """How surely the last guided pose's root was known: of whom little is seen it is little, and
+    grows less, so that the pose is given up for what comes to be seen.
+
+    The information form of a Kalman filter, for each degree of freedom by itself: the prior of the
+    next frame is as sure as the last estimate and a random walk since then, together.
+    """
+
+    def __init__(self) -> None:
+        self._known = np.full(N_ROOT_DOFS, np.inf)
+
+    def update(self, information: Array) -> None:
+        """With [6] what is known after a frame (`Refined.information`)."""
+        self._known = information
+
+    def hold(self, weights: Array, guided_s: float, elapsed_s: float) -> Array:
+        """[D] factors on a prior's weights [D], of a pose that was guided so long ago and estimated
+        so long ago."""
+        hold = np.full(N_DOFS, firmness(elapsed_s))
+        walk = firmness(guided_s)
+        hold[:N_ROOT_DOFS] = walk / (1.0 + walk * weights[:N_ROOT_DOFS] / self._known)
+        return hold
 
 
 def costs_of(refined: Refined) -> Array:
