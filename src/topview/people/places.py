@@ -49,6 +49,9 @@ SPREAD_M: Final = 0.2
 RISE_M, RISE_M_PER_S = 0.06, 0.03
 # For so long an error of where a body is seen stays the same.
 ALIKE_S: Final = 0.15
+# The width of the Gaussian that each sample stands for, as a share of their spread (the best for
+# two dimensions, were they one Gaussian).
+KERNEL: Final = SAMPLES ** (-1 / 6)
 # Samples that are all less likely than this were wrong: they are moved.
 LEAST_LIKELY: Final = 1e-3
 # Whoever was seen a moment ago, or whose body is, is there so surely.
@@ -151,15 +154,28 @@ class Places(msgspec.Struct, frozen=True, eq=False):
         self, overview_m: Vector, height_m: float, sigma_m: float, elapsed_s: float
     ) -> Places:
         """Where the body is seen, the head is over it ([2] metres) but for an error, which is much
-        the same from frame to frame: so somebody is there."""
+        the same from frame to frame: so somebody is there.
+
+        Each sample stands for all places near it, as a Gaussian (the regularized particle filter:
+        Musso, Oudjane, Le Gland 2001), whose mean moves: no sample may be where the head is.
+        """
         offsets = self.overview_m - overview_m
-        squares = np.einsum("ij,ij->i", offsets, offsets) / sigma_m**2
-        likely = self.weights * np.exp(-0.5 * squares * min(elapsed_s / ALIKE_S, 1.0))
+        variance_m2 = sigma_m**2 / min(max(elapsed_s, 1e-3) / ALIKE_S, 1.0)
+        own_m2 = (KERNEL * self.sigma_m) ** 2
+        squares = np.einsum("ij,ij->i", offsets, offsets) / (variance_m2 + own_m2)
+        likely = self.weights * np.exp(-0.5 * squares)
         total = float(likely.sum())
         if total < LEAST_LIKELY:
             shifted = self.overview_m + (overview_m - self.weights @ self.overview_m)
             return replace(self, overview_m=shifted, height_m=height_m, presence=SURELY_THERE)
-        return replace(self, weights=likely / total, height_m=height_m, presence=SURELY_THERE)
+        moved = self.overview_m - own_m2 / (variance_m2 + own_m2) * offsets
+        return replace(
+            self,
+            overview_m=moved,
+            weights=likely / total,
+            height_m=height_m,
+            presence=SURELY_THERE,
+        )
 
     def best(self, scene: Scene) -> tuple[Vector, float]:
         """[3] the head's most likely place, and the probability that it is within `PLACE_M`

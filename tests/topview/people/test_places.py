@@ -113,6 +113,17 @@ def test_the_samples_belong_to_a_track_and_a_moment() -> None:
     assert not np.array_equal(first.velocity, later.velocity)
 
 
+def test_the_head_is_over_a_body_where_there_is_no_sample() -> None:
+    """Half a metre from the middle of all; the nearest sample is 20 cm off."""
+    places, scene = watched(COVERED, 0.5)
+    body_m = scene.overview_of(HEAD) + np.array([0.5, 0.0])
+    nearest_m = np.linalg.norm(places.overview_m - body_m, axis=1).min()
+    for _ in range(60):
+        places = places.drawn_to(body_m, 1.4, 0.17, 1 / FPS)
+    away_m = np.linalg.norm(places.weights @ places.overview_m - body_m)
+    assert away_m < 0.8 * nearest_m
+
+
 @pytest.mark.parametrize("offset_m", [0.2, 5.0])
 def test_a_body_that_is_seen_draws_the_head_over_it(offset_m: float) -> None:
     """Even if that is far away from all of the samples."""
