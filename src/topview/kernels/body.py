@@ -536,10 +536,6 @@ def refine_bodies(
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
-    is_guarded = False
-    for j in range(places.shape[0]):
-        for i in range(3):
-            is_guarded |= scales[j, i] < np.inf
     best_neck = np.empty(3)
     best_Rs = np.empty((B, 3, 3))
     origins = np.empty((B, 3))
@@ -714,7 +710,7 @@ def refine_bodies(
                     g[d] -= prior_weights[d] * away[dof_axis[d]]
                     departure += away[dof_axis[d]] ** 2
                     energy += prior_weights[d] * away[dof_axis[d]] ** 2
-            if iteration == 0 or energy < least or not is_guarded:
+            if iteration == 0 or energy < least:
                 least = energy
                 damping *= EASED
                 costs[m, 0] = unexplained / max(N, 1)

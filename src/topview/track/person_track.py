@@ -26,6 +26,7 @@ class PersonTrack:
 
     Attributes:
         signs: what the last frame told of how far the joints may be off; None before.
+        last_s: time of the last frame in which the person was there.
     """
 
     def __init__(self, subject: Subject, method: BodyMethod) -> None:
@@ -40,22 +41,22 @@ class PersonTrack:
         self.signs: JointSigns | None = None
         self._stature_m: float | None = None
         self._first_s: float | None = None
-        self._last_s = 0.0
+        self.last_s = 0.0
 
     def fit(self, scene: FittedScene, user: User) -> FittedBody:
         """Fit the body in a scene in which the nearer bodies are fitted."""
         with self._clock.stage("evidence"):
             evidence = scene.evidence_for(user, with_unowned_mask=self._needs.unowned_mask)
         self._stature_m = None if evidence.stature_m is None else float(evidence.stature_m)
-        self._last_s = evidence.timestamp_s
-        self._first_s = self._last_s if self._first_s is None else self._first_s
+        self.last_s = evidence.timestamp_s
+        self._first_s = self.last_s if self._first_s is None else self._first_s
         pose = self._tracker.update(evidence)
         model = self._tracker.model
         return FittedBody(self._person, model, pose.transforms(model))
 
     def learnt(self) -> KnownBody:
         """What has been learnt of the body."""
-        seconds = 0.0 if self._first_s is None else self._last_s - self._first_s
+        seconds = 0.0 if self._first_s is None else self.last_s - self._first_s
         bones: dict[str, KnownBone] = {}
         if isinstance(self._tracker, LearnsBones):
             bones = self._tracker.bones.known(self._tracker.model.stature_m)

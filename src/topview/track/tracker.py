@@ -41,6 +41,9 @@ from topview.track.smoothing import Smoothing
 
 _LOGGER: Final = logging.getLogger(__name__)
 
+# Ours: for so long somebody's body and pose are kept while nobody can tell where the person is.
+KEPT_S: Final = 10.0
+
 
 class Tracker:
     """Tracks every person in a stream of frames.
@@ -93,6 +96,7 @@ class Tracker:
         self._known = KnownPeople(self.settings.stature, known)
         self._learnt = LearntBodies()
         self._tracks: dict[int, PersonTrack] = {}
+        self._away: dict[int, PersonTrack] = {}  # of who is not there for a moment
         self._people: list[Person] = []
         self._proposed: dict[int, JointProposals] = {}
         self._looks_mirrored = False
@@ -127,8 +131,10 @@ class Tracker:
             self._check_still(image, labels)
         self._count_light()
         scene = self._scene(image, labels, users, hands)
-        tracks = {user.id: self._track_of(user, threads) for user in users}
+        known = self._still_known(frame.timestamp_s)
+        tracks = {user.id: known.get(user.id) or self._new_track(user, threads) for user in users}
         self._learn(self._tracks.keys() - tracks.keys())
+        self._away = {person: own for person, own in known.items() if person not in tracks}
         self._tracks = tracks
         for user in users:
             scene = scene.with_body(self._tracks[user.id].fit(scene, user))
@@ -286,11 +292,14 @@ class Tracker:
         for person in ids:
             self._learnt.add(person, self._tracks[person].learnt())
 
-    def _track_of(self, user: User, threads: int) -> PersonTrack:
-        """The track of a user, made where there is none yet."""
-        track = self._tracks.get(user.id)
-        if track is not None:
-            return track
+    def _still_known(self, time_s: float) -> dict[int, PersonTrack]:
+        """By id, the tracks of those who were there in the last frame, or a moment ago."""
+        away = self._away.items()
+        recent = {person: track for person, track in away if time_s - track.last_s < KEPT_S}
+        return recent | self._tracks
+
+    def _new_track(self, user: User, threads: int) -> PersonTrack:
+        """Of a user of whom none is known."""
         known = self._known.body_of(user.id)
         is_given = self._known.stature_of(user.id) is not None
         subject = Subject(user.id, self.settings.seed, threads, self.clock, known, is_given)

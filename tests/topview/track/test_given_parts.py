@@ -35,6 +35,7 @@ from topview.track.methods.topview import TopviewSettings
 from topview.track.methods.utvr import UtvrSettings
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
+from topview.track.tracker import KEPT_S
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.bodies import SIM_JOINT_NAMES as TRUE_JOINT_NAMES
 
@@ -223,3 +224,29 @@ def test_a_setting_out_of_range_is_one_line_that_names_it(make: Any, wrong: dict
     with pytest.raises(InputError, match=rf"^{name} is .*; it must .*$") as told:
         make(**wrong)
     assert "\n" not in str(told.value)
+
+
+class LosesSomebody(EverythingIsSomebody):
+    """The same, who cannot be told of in the second frame."""
+
+    def update(self, image: Pyramid, told: Told = NOTHING_TOLD) -> list[User]:
+        users = super().update(image, told)
+        return [] if len(self.tracked) == 2 else users
+
+
+@pytest.mark.parametrize(("gone_s", "is_kept"), [(0.1, True), (KEPT_S + 0.1, False)])
+def test_whoever_cannot_be_told_of_for_a_moment_keeps_the_body(gone_s: float, is_kept: bool):
+    """Another tracker of the body is made only for who was away for long."""
+    made: list[Subject] = []
+
+    class Counting(Upright):
+        def tracker(self, subject: Subject) -> UprightTracker:
+            made.append(subject)
+            return super().tracker(subject)
+
+    first, second, third = recording_of(ONE)
+    tracker = Tracker(TrackerSettings(threads=1), body=Counting(), finder=LosesSomebody())
+    frames = (first, second, replace(third, timestamp_s=first.timestamp_s + gone_s))
+    there = [len(tracker.update(frame)) for frame in frames]
+    assert there == [1, 0, 1]
+    assert [subject.person for subject in made] == [7] * (1 if is_kept else 2)

@@ -13,6 +13,7 @@ from topview.detect.joints import JointProposals
 from topview.filter.over_time import FRAME_S, begins_turn, frames_in, share_after
 from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview.people.bodies import SHOWN_M2
+from topview.people.unseen_heads import TOLD_M2
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
 from topview.track.bone_lengths import BoneLengths
@@ -149,10 +150,12 @@ class TopviewTracker:
 
     def _is_out_of_sight(self, evidence: Evidence) -> bool:
         """Whether too little is seen to look for a pose. Of whom joints have been proposed before,
-        but not in this frame, that is less than somebody is found by."""
+        but not in this frame, that is less than somebody is found by; or, where the head is not
+        seen, than tells where the head is."""
         points = len(evidence.points_camera)
         if evidence.proposals is None and self._guide.has_begun:
-            return points * evidence.point_area_m2 < SHOWN_M2
+            least_m2 = SHOWN_M2 if evidence.head_is_seen else TOLD_M2
+            return points * evidence.point_area_m2 < least_m2
         return points < LEAST_BODY_POINTS
 
     def _hidden(self, evidence: Evidence) -> Pose:
