@@ -15,7 +15,7 @@ Vector = NDArray[np.float64]
 TOLD_JOINT, TRUNK_END = "head", "pelvis"
 # All ours. A network that takes a window for a person's by this probability, and is no less exact
 # than this (Laplace's scale), knows where the head is; no less than the last, about where.
-SURE, SURE_M, ROUGH_M = 0.5, 0.12, 0.2
+SURE, SURE_M, ROUGHLY_M = 0.5, 0.12, 0.2
 # A head that it sees so far from the track's is another's.
 ELSEWHERE_M: Final = 0.4
 
@@ -49,7 +49,7 @@ class ToldHead:
         if TRUNK_END in proposals.joint_names:
             way = joints_camera[head] - joints_camera[proposals.joint_names.index(TRUNK_END)]
             trunk_camera = way / max(float(np.linalg.norm(way)), 1e-6)
-        is_sure, is_rough = scale_m < SURE_M, scale_m < ROUGH_M
+        is_sure, is_rough = scale_m < SURE_M, scale_m < ROUGHLY_M
         return cls(p_person, joints_camera[head], is_sure, trunk_camera, is_rough)
 
     def is_near(self, head_camera: Vector) -> bool:

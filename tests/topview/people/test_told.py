@@ -19,7 +19,7 @@ from topview.people.likelihood import MOST_LOG_ODDS
 from topview.people.settings import PeopleSettings
 from topview.people.step import Step
 from topview.people.told import ELSEWHERE, IN_PLACE, Told
-from topview.people.told_head import ELSEWHERE_M, ROUGH_M, SURE_M, TOLD_JOINT, ToldHead
+from topview.people.told_head import ELSEWHERE_M, ROUGHLY_M, SURE_M, TOLD_JOINT, ToldHead
 from topview.people.track import Track
 
 SCENE = scene_of(render([], ROOM), None, 0)
@@ -48,8 +48,8 @@ def proposals_of(p_person: float, scale_m: float) -> JointProposals:
     [
         (0.9, 0.5 * SURE_M, True, True),
         (0.1, 0.5 * SURE_M, False, False),
-        (0.9, 0.5 * (SURE_M + ROUGH_M), False, True),
-        (0.9, 1.1 * ROUGH_M, False, False),
+        (0.9, 0.5 * (SURE_M + ROUGHLY_M), False, True),
+        (0.9, 1.1 * ROUGHLY_M, False, False),
     ],
 )
 def test_the_head_is_that_of_the_likeliest_mode(
