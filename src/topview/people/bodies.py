@@ -43,6 +43,9 @@ LONGEST_M: Final = np.array([1.25, 1.25, 1.0]) * MAX_HEIGHT_M
 # What hangs together, and is all farther than the first from the box round somebody's joints, is
 # not the body. A head goes no farther in one step than the second.
 OFF_BODY_M, HEAD_STEP_M = 0.5, 0.25
+# Who is out of the picture with this probability shows at its border, which is so broad a share of
+# it, at most.
+OUT, BORDER = 0.9, 0.05
 
 
 def stature_m(track: Track) -> float:
@@ -68,7 +71,7 @@ def body_of(
         memory = Memory(track.body_m, last.cloud.depth_m, faded_m)
     is_sure = track.certainty > CERTAIN
     is_hidden = not track.is_seen and is_sure and scene.is_hidden_at(track.place_camera)
-    return body_distance(
+    body_m = body_distance(
         scene,
         track.place_camera if told_camera is None else told_camera,
         stature_m(track),
@@ -77,6 +80,28 @@ def body_of(
         from_head=track.is_seen or is_hidden or told_camera is not None,
         jump=jump_of(scene.cloud.camera.noise, LIMB_STEP_M) if track.by_body else None,
     )
+    if track.places is not None and track.places.outside > OUT:
+        _leave_out_inner(scene, body_m)
+    return body_m
+
+
+def _leave_out_inner(scene: Scene, body_m: Distance) -> None:
+    """Take from the body, [h, w], of one who is out of the picture the pieces that are at none of
+    its sides, nor at its top."""
+    rows, columns = (max(round(BORDER * size), 1) for size in body_m.shape)
+    is_border = np.ones(body_m.shape, np.bool_)
+    is_border[rows:, columns:-columns] = False
+    _keep_together(scene, body_m, is_border)
+
+
+def _keep_together(scene: Scene, body_m: Distance, is_kept: Mask) -> None:
+    """Leave to a body, [h, w], what is kept, [h, w], and what hangs together with that."""
+    cloud, is_own = scene.cloud, body_m < np.inf
+    labels = np.empty(body_m.shape, np.int32)
+    clusters_of(scene.standing_px, ~is_own, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels)
+    kept = np.unique(labels[is_own & is_kept])
+    hangs_together = (labels > 0) & np.isin(labels, kept)
+    body_m[is_own & ~is_kept & ~hangs_together] = np.inf
 
 
 def _is_near(head_camera: Vector, others_camera: Sequence[Vector]) -> bool:
@@ -168,10 +193,7 @@ def _leave_out_far(scene: Scene, track: Track, body_m: Distance, joints_camera: 
     points_camera = cloud.points_camera[is_own]
     off_m = np.maximum(low - points_camera, points_camera - high).max(axis=1)
     is_far = off_m > OFF_BODY_M
-    if not is_far.any():
-        return
-    labels = np.empty(body_m.shape, np.int32)
-    clusters_of(scene.standing_px, ~is_own, cloud.depth_m, cloud.camera.fx, LIMB_STEP_M, labels)
-    own = labels[is_own]
-    hangs_together = (own > 0) & np.isin(own, own[~is_far])
-    body_m[is_own] = np.where(is_far & ~hangs_together, np.inf, body_m[is_own])
+    if is_far.any():
+        is_kept = np.zeros(body_m.shape, np.bool_)
+        is_kept[is_own] = ~is_far
+        _keep_together(scene, body_m, is_kept)
