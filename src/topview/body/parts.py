@@ -120,6 +120,7 @@ JOINTS: Final[tuple[Joint, ...]] = (
 )
 
 JOINT_NAMES: Final[tuple[str, ...]] = tuple(joint.name for joint in JOINTS)
+HEAD_CENTRE_JOINT: Final = JOINT_NAMES.index("head")
 
 END_JOINTS: Final[tuple[Joint, ...]] = (
     Joint("left_wrist", LEFT_FOREARM, JOINT_NAMES.index("left_elbow")),

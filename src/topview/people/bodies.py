@@ -30,8 +30,8 @@ Vector = NDArray[np.float64]
 Distance = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-# All ours. A limb whose connection with the body is hidden seems so much further away from the head
-# in each second, until it is out of reach.
+# All ours. A limb whose connection with the body is hidden seems further away from the head by this
+# much in each second, until it is out of reach.
 FADING_M_PER_S: Final = 1.5
 # What stands under a head that something hides is its body, where the place is as certain.
 CERTAIN: Final = 0.8
@@ -43,8 +43,8 @@ LONGEST_M: Final = np.array([1.25, 1.25, 1.0]) * MAX_HEIGHT_M
 # What hangs together, and is all farther than the first from the box round somebody's joints, is
 # not the body. A head goes no farther in one step than the second.
 OFF_BODY_M, HEAD_STEP_M = 0.5, 0.25
-# Who is out of the picture with this probability shows at its border, which is so broad a share of
-# it, at most.
+# Who is out of the picture with this probability shows at its sides or top at most, each of which
+# is so broad a share of it.
 OUT, BORDER = 0.9, 0.05
 
 

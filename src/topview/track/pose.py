@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from topview.body.kinematics import Tree, place_part, rotations_in_camera, rotations_in_parent
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, JOINT_NAMES, PART_NAMES, PARTS, UPPER_TORSO, other_side
+from topview.body.parts import (
+    HEAD,
+    HEAD_CENTRE_JOINT,
+    PART_NAMES,
+    PARTS,
+    UPPER_TORSO,
+    other_side,
+)
 from topview.geometry.rotations import transform
 
 Array = NDArray[np.float64]
@@ -36,7 +43,6 @@ HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 
 _MIRRORED = np.diag([-1.0, 1.0, 1.0])
-_HEAD_CENTRE = JOINT_NAMES.index("head")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +69,7 @@ class Pose:
     @staticmethod
     def below_head(head_camera: Array, Rs: Array, model: BodyModel) -> Pose:
         """The pose of these rotations whose head has its centre at a [3] place."""
-        down_m = model.lengths_m[HEAD] - model.joints_part[_HEAD_CENTRE, 1]
+        down_m = model.lengths_m[HEAD] - model.joints_part[HEAD_CENTRE_JOINT, 1]
         return Pose(head_camera + down_m * Rs[HEAD][:, 1], Rs)
 
     def origins(self, model: BodyModel) -> Array:

@@ -239,15 +239,20 @@ def test_after_a_long_time_a_frame_is_believed_as_it_is():
     np.testing.assert_allclose(belief, (0.2, 0.8), atol=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_body_that_is_seen_and_proposed_stays_in_whatever_pose(seed):
-    """Limbs far beyond their limits: steps that would lead uphill are not taken."""
+def bent_at_random(seed: int, waist_deg: float, limbs_deg: float) -> Pose:
+    """The true pose with its joints turned about all their axes, each by so much at most."""
     rng = np.random.default_rng(seed)
     Rs = TRUTH.relative()
     for part in range(2, 11):
-        most_deg = 60.0 if part == 2 else 140.0
+        most_deg = waist_deg if part == 2 else limbs_deg
         Rs[part] = rotations_from_angles(np.radians(rng.uniform(-most_deg, most_deg, 3)))
-    pose = Pose.from_relative(TRUTH.neck_camera, Rs)
+    return Pose.from_relative(TRUTH.neck_camera, Rs)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_body_that_is_seen_and_proposed_stays_in_whatever_pose(seed):
+    """Limbs far beyond their limits: steps that would lead uphill are not taken."""
+    pose = bent_at_random(seed, 60.0, 140.0)
     targets = JointTargets(joints_of(pose), np.full((16, 3), 0.03))
     settings = RefinementSettings(limit_weight=1.0)
     (found,) = refine([pose], TRUTH, MODEL, evidence_of(pose), settings, targets=targets).poses
@@ -258,12 +263,7 @@ def test_a_body_that_is_seen_and_proposed_stays_in_whatever_pose(seed):
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_step_that_leads_uphill_is_tried_again_shorter(seed):
     """The fourth or fifth does; those after it still come nearer."""
-    rng = np.random.default_rng(seed)
-    Rs = TRUTH.relative()
-    for part in range(2, 11):
-        most_deg = 40.0 if part == 2 else 90.0
-        Rs[part] = rotations_from_angles(np.radians(rng.uniform(-most_deg, most_deg, 3)))
-    pose = Pose.from_relative(TRUTH.neck_camera, Rs)
+    pose = bent_at_random(seed, 40.0, 90.0)
     targets, evidence = JointTargets(joints_of(pose), np.full((16, 3), 0.03)), evidence_of(pose)
     settings = RefinementSettings(limit_weight=1.0)
     off_m = {}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import HEAD_CENTRE_JOINT
 from topview.detect.joints import JointProposals
 from topview.filter.over_time import frames_in
 from topview.records import check_range
@@ -26,8 +26,6 @@ from topview.track.joint_fit import JointFitSettings, JointTargets, body_joints,
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.yaw_belief import YawBelief, trunk_yaws
 from topview.track.pose import Pose
-
-_HEAD_JOINT: Final = JOINT_NAMES.index("head")
 
 # Fitted on rendered people, seeds 20, 21 and 110 to 124. With these a fifth of that, single people
 # are better still, and people who hug far worse: each is drawn to what is seen of the other. Limits
@@ -103,7 +101,7 @@ class ProposedBody:
 
     def with_head_at(self, place_camera: NDArray[np.float64], sigma_m: float) -> ProposedBody:
         """With the head at another place [3], if that is surer than the one that is proposed."""
-        targets = self.targets.with_place(_HEAD_JOINT, place_camera, sigma_m)
+        targets = self.targets.with_place(HEAD_CENTRE_JOINT, place_camera, sigma_m)
         return replace(self, targets=targets)
 
 
