@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -21,6 +21,7 @@ from topview.records import read_only
 
 MID_SPINE_OVER_HIPS = 0.10  # share of H: height of the reported "torso" landmark; ours
 HEAD_CENTRE = 0.5  # share of the head's length
+THINNEST_M = 0.015  # no semi-axis of a part's surface is less; ours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +58,12 @@ class BodyModel:
             read_only(one.joints_parent * stature_m),
             read_only(one.joints_part * stature_m),
         )
+
+    def thicker(self, by_m: NDArray[np.float64]) -> BodyModel:
+        """With a surface that lies farther out, by [11] metres of each part."""
+        shapes_m = self.shapes_m.copy()
+        shapes_m[:, :4] = np.maximum(shapes_m[:, :4] + by_m[:, None], THINNEST_M)
+        return replace(self, shapes_m=read_only(shapes_m))
 
 
 @cache

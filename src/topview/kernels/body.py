@@ -1,6 +1,7 @@
 """Gauss-Newton for many candidate poses of the whole body (articulated ICP, ours).
 
-Every point pulls the nearest part surface that faces the camera (point to plane). Parts that the
+Every point pulls the nearest part surface that faces the camera (point to plane), where the surface
+that is seen there faces as it does, if that is known. Parts that the
 image shows to be in free space are pushed out of it, back onto the user's silhouette; limbs are
 pushed out of the torso, joints back within their limits. Each candidate is refined on its own and
 all sums are taken in one fixed order, so the result does not depend on the number of threads.
@@ -32,6 +33,7 @@ LEAST_DAMPING, RAISED, EASED = 0.05, 4.0, 0.25  # of steps, where one has led up
 UPPER_TORSO = 1
 HEAD = 0
 SLACK_M = 1e-4  # more than distances are wrong by in 32 bits
+TURNED_M = 0.05  # as far off counts a surface at right angles to the one that is seen
 LANES = 16  # parts that are compared with a point at once: all, and a power of two
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
@@ -170,18 +172,32 @@ def _facing_surface(px, py, pz, k, Rs, origins, lengths, shapes):
     return np.inf if faces_away else d, cx, cy, cz
 
 
+@njit(error_model="numpy", inline="always")
+def _unlike(d, nx, ny, nz, seen):
+    """How far a surface with this distance and normal is from what is seen, and how far turned,
+    metres; the [3] normal that is seen is zeros where none is known."""
+    turned = seen[0] * (seen[0] - nx) + seen[1] * (seen[1] - ny) + seen[2] * (seen[2] - nz)
+    return abs(d) + TURNED_M * turned
+
+
 @njit(cache=True, error_model="numpy")
-def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances, normals):
-    """Label every point with the part whose camera-facing surface is nearest, -1 beyond `reach`.
+def assign_points(
+    points, seen_normals, Rs, origins, lengths, shapes, reach, labels, distances, normals, unlike
+):  # fmt: skip
+    """Label every point with the part whose camera-facing surface is most like what is seen there,
+    -1 where none is nearer than `reach`.
 
     Args:
-        points: [N, 3] metres, camera frame.
+        points, seen_normals: [N, 3] metres, camera frame, and [N, 3] of the surface that is seen
+            there, zeros where it is not known.
         Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
         reach: metres.
         labels: [N] int32; what they are before, which must be parts or -1, is looked at first: it
             changes nothing but the time, which is least where they are right.
         distances, normals: [N] metres and [N, 3] of that surface, camera frame, filled; the normal
             of no surface says nothing.
+        unlike: [N] metres, filled: the distance, and more for a surface that is turned away from
+            the one that is seen.
     """
     N = points.shape[0]
     parts = np.empty((14, LANES), np.float32)
@@ -191,17 +207,20 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
     for i in range(N):
         k = labels[i]
         near[i] = 0
-        distances[i] = np.inf
+        distances[i] = unlike[i] = np.inf
         if k >= 0:
             near[i] = np.int64(1) << k
             distances[i], normals[i, 0], normals[i, 1], normals[i, 2] = _facing_surface(
                 points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
             )
+            unlike[i] = _unlike(
+                distances[i], normals[i, 0], normals[i, 1], normals[i, 2], seen_normals[i]
+            )
     for i in range(N):
-        best = min(abs(distances[i]), reach)
+        best = min(unlike[i], reach)
         near[i] = ~near[i] & _parts_near(points[i, 0], points[i, 1], points[i, 2], best, parts)
     for i in range(N):
-        if not abs(distances[i]) < reach:
+        if not unlike[i] < reach:
             labels[i], distances[i] = -1, 0.0
         left, k = near[i], -1
         while left != 0:
@@ -214,9 +233,10 @@ def assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances
                 points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
             )
             label = labels[i]
-            best = reach if label < 0 else abs(distances[i])
-            if abs(d) < best or (abs(d) == best and k < label):
-                labels[i], distances[i] = k, d
+            best = reach if label < 0 else unlike[i]
+            off = _unlike(d, nx, ny, nz, seen_normals[i])
+            if off < best or (off == best and k < label):
+                labels[i], distances[i], unlike[i] = k, d, off
                 normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
 
 
@@ -494,7 +514,7 @@ def refine_bodies(
     first_row, row_step,
     necks, Rs_all, necks_prior, Rs_prior, lengths, shapes, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
-    points, depth, mine, nearest, corner, fx, fy, cx, cy, head, head_weight, floor,
+    points, seen_normals, depth, mine, nearest, corner, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
     iterations, places, scales, joint_part, joints_part, joint_weight, costs, information,
 ):  # fmt: skip
@@ -512,7 +532,7 @@ def refine_bodies(
         chain, n_chain: [B, C] and [B], the degrees of freedom that move each part.
         dof_of, n_dof_of: [B, 3] and [B], those that turn the part itself.
         prior_weights: [D].
-        points: [N, 3] the user's points, metres, camera frame.
+        points, seen_normals: as in `assign_points`, of the user.
         depth: [H, W] float32 metres, 0 without a reading; mine: [H, W] bool, the user's pixels;
             nearest, corner: as in `nearest_own`.
         head, head_weight: [3] measured centre of the head, and its weight, 0 for none.
@@ -548,7 +568,7 @@ def refine_bodies(
     g, best_g = np.empty(D), np.empty(D)
     sums = np.empty((B, 6, 7))
     labels = np.full(N, -1, np.int32)  # of a candidate are a good guess of the next one's
-    distances = np.empty(N)
+    distances, unlike = np.empty(N), np.empty(N)
     normals = np.empty((N, 3))
     for m in range(first_row, necks.shape[0], row_step):
         neck = necks[m]
@@ -563,7 +583,10 @@ def refine_bodies(
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
-            assign_points(points, Rs, origins, lengths, shapes, reach, labels, distances, normals)
+            assign_points(
+                points, seen_normals, Rs, origins, lengths, shapes, reach, labels, distances,
+                normals, unlike,
+            )  # fmt: skip
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
             g[:] = 0.0
@@ -576,15 +599,14 @@ def refine_bodies(
                 if k < 0:
                     unexplained += 1.0
                     continue
-                d = distances[i]
-                w = 1.0 / (1.0 + (d / scale) ** 2)
+                w = 1.0 / (1.0 + (unlike[i] / scale) ** 2)
                 unexplained += 1.0 - w
                 if iteration == iterations:
                     continue
                 pull(
                     sums, k,
                     points[i, 0], points[i, 1], points[i, 2],
-                    normals[i, 0], normals[i, 1], normals[i, 2], d, w * w * point_weight,
+                    normals[i, 0], normals[i, 1], normals[i, 2], distances[i], w * w * point_weight,
                 )  # fmt: skip
 
             energy += point_weight * scale * scale * unexplained

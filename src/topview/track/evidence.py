@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView, Pyramid
 from topview.detect.joints.proposals import JointProposals
+from topview.kernels.normals import surface_normals
 from topview.kernels.windows import nearest_in_rows, own_points
 from topview.people.users import HandCandidate, User
 from topview.records import Camera
@@ -67,6 +68,8 @@ class Evidence:
         all_points_camera: [A, 3] the user's points, metres.
         pixels: [A] int32, flat indices of them into these images.
         points_camera: [N, 3] every n-th of them, for refinement.
+        normals_camera: [N, 3] which way the surface there faces, towards the camera; zeros where
+            that is not known, or not asked (`with_normals`).
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         head_sigma_m: standard deviation of it along each axis, metres.
@@ -93,6 +96,7 @@ class Evidence:
     all_points_camera: NDArray[np.float64]
     pixels: NDArray[np.int32]
     points_camera: NDArray[np.float64]
+    normals_camera: NDArray[np.float64]
     point_area_m2: float
     head_camera: NDArray[np.float64]
     head_is_seen: bool
@@ -118,8 +122,19 @@ class Evidence:
         return replace(
             self,
             points_camera=np.ascontiguousarray(self.points_camera[::step]),
+            normals_camera=np.ascontiguousarray(self.normals_camera[::step]),
             point_area_m2=self.point_area_m2 * step,
         )
+
+    def with_normals(self) -> Evidence:
+        """With the normals of `points_camera`."""
+        view, pixels = self.view, self.pixels[:: _refinement_step(len(self.pixels))]
+        normals_camera = np.empty_like(self.points_camera)
+        surface_normals(
+            np.ascontiguousarray(pixels), view.depth_m, self.user_mask,
+            view.fx, view.fy, view.cx, view.cy, normals_camera,
+        )  # fmt: skip
+        return replace(self, normals_camera=normals_camera)
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -171,6 +186,11 @@ def working_stride(camera: Camera, distance_m: float) -> int:
     )
 
 
+def _refinement_step(count: int) -> int:
+    """Every how many points one is refined to."""
+    return max(1, -(-count // MAX_REFINEMENT_POINTS))
+
+
 def gather(
     user: User,
     image: Pyramid,
@@ -204,7 +224,8 @@ def gather(
         user_mask, points, pixels,
     )  # fmt: skip
     points, pixels = points[:count], pixels[:count]
-    step = max(1, -(-count // MAX_REFINEMENT_POINTS))
+    step = _refinement_step(count)
+    thinned = np.ascontiguousarray(points[::step])
     return Evidence(
         timestamp_s=frame.timestamp_s,
         stride=stride,
@@ -214,7 +235,8 @@ def gather(
         coarse_view=image.view(2 * stride),
         all_points_camera=points,
         pixels=pixels,
-        points_camera=np.ascontiguousarray(points[::step]),
+        points_camera=thinned,
+        normals_camera=np.zeros_like(thinned),
         point_area_m2=step * distance_m**2 / (view.fx * view.fy),
         head_camera=user.head_camera,
         head_is_seen=user.head_is_seen,

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.camera.pyramid import DepthView
-from topview.kernels import body as kernel
 from topview.records import PartMap
 from topview.track.pose import FittedBody
+from topview.track.surfaces import nearest_surfaces
 
 PART_REACH_M: Final = 0.3
 """What is further than this from every part of somebody's body is of no part: a bag, a wide skirt.
@@ -40,16 +40,12 @@ def _parts_of(points_camera: NDArray[np.float64], body: FittedBody) -> NDArray[n
     """[N] 1 + the index of each point's part, 0 for none."""
     tracked = np.flatnonzero(np.isfinite(body.Ts_camera_part).all(axis=(1, 2)))
     Ts = body.Ts_camera_part[tracked]
-    nearest = np.full(len(points_camera), -1, np.int32)
-    kernel.assign_points(
+    nearest = nearest_surfaces(
         points_camera,
         np.ascontiguousarray(Ts[:, :3, :3]),
         np.ascontiguousarray(Ts[:, :3, 3]),
         body.model.lengths_m[tracked],
         body.model.shapes_m[tracked],
         PART_REACH_M,
-        nearest,
-        np.empty(len(points_camera)),
-        np.empty_like(points_camera),
-    )
+    ).labels
     return np.concatenate([tracked + 1, [0]]).astype(np.uint8)[nearest]

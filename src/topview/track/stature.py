@@ -23,6 +23,9 @@ TRIED_STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])
 # Of a stature, per logarithm of its ratio to the measured one, or before to that of adults.
 MEASURED_COST: Final = 0.2
 ADULTS_COST: Final = 0.05
+# By so much logarithms of statures differ: of one that was given, or measured by the finder, and
+# adults' from their mean.
+GIVEN_SIGMA, MEASURED_SIGMA, ADULTS_SIGMA = 0.001, 0.02, 0.08
 LOOKS: Final = 10.0  # at a stature, over which its gain is averaged
 LEAST_LOOKS: Final = 3  # at one before it is believed
 LEAST_STATURE_GAIN: Final = 0.02
@@ -61,6 +64,19 @@ class StatureBelief:
         if self.stature_m == self._likely_m:
             self.stature_m = stature_m
         self._likely_m, self.is_measured = stature_m, True
+
+    @property
+    def prior(self) -> tuple[float, float]:
+        """Metres before anything is learnt from the body's surface, and by how much the logarithm
+        differs from that."""
+        if not self.is_measured:
+            return PRIOR_HEIGHT_M, ADULTS_SIGMA
+        return self._likely_m, GIVEN_SIGMA if self.is_given else MEASURED_SIGMA
+
+    def learn(self, stature_m: float) -> None:
+        """One that has been learnt from what is seen."""
+        if not self.is_given:
+            self.stature_m = stature_m
 
     def is_doubted(self, is_lost: bool) -> bool:
         """Whether another is to be tried: where the pose is lost, and while none is measured."""

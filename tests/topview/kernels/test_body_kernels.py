@@ -18,6 +18,7 @@ from topview.body.shapes import dressed_shapes
 from topview.geometry.rotations import rotations_from_angles
 from topview.kernels.body import (
     BACK_FACING,
+    TURNED_M,
     align_hinges,
     assign_points,
     beyond_limits,
@@ -104,7 +105,7 @@ def outward_normals(p: np.ndarray, length: float, shape: np.ndarray) -> np.ndarr
     "shapes_m", [MODEL.shapes_m, dressed_shapes(1.75)], ids=["bare", "dressed"]
 )
 @pytest.mark.parametrize("seed", range(2))
-def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
+def test_points_go_to_the_surface_most_like_theirs_of_those_that_face_the_camera(seed, shapes_m):
     rng = np.random.default_rng(seed)
     Rs = rotations(seed) if seed else np.repeat(R_CAMERA_FACING[None], len(PARTS), axis=0)
     origins = Pose(np.array([0.1, -0.4, 2.5]), Rs).origins(MODEL)
@@ -120,22 +121,30 @@ def test_points_go_to_the_nearest_surface_that_faces_the_camera(seed, shapes_m):
         cosine = np.einsum("ni,ni->n", normals_of[k], points)
         is_facing = cosine <= BACK_FACING * np.linalg.norm(points, axis=1)
         defined[k] = np.where(is_facing & (np.abs(d) < REACH_M), d, np.inf)
-    nearest = np.abs(defined).argmin(0)
-    is_reached = np.isfinite(np.abs(defined).min(0))
+    # Where a surface is seen to face is known of every other point.
+    seen = rng.normal(0.0, 1.0, (len(points), 3))
+    seen *= (np.arange(len(points)) % 2 / np.linalg.norm(seen, axis=1))[:, None]
+    turned = (seen * (seen - normals_of)).sum(-1)
+    unlike = np.where(np.isfinite(defined), np.abs(defined) + TURNED_M * turned, np.inf)
+    nearest = unlike.argmin(0)
+    is_reached = unlike.min(0) < REACH_M
+    assert (nearest != np.abs(defined).argmin(0))[is_reached].any()
     expected = np.where(is_reached, nearest, -1)
 
     labels, distances = np.full(len(points), -1, np.int32), np.empty(len(points))
-    normals = np.empty((len(points), 3))
+    normals, found = np.empty((len(points), 3)), np.empty(len(points))
     body = MODEL.lengths_m, shapes_m, REACH_M
-    assign_points(points, Rs, origins, *body, labels, distances, normals)
+    assign_points(points, seen, Rs, origins, *body, labels, distances, normals, found)
     assert_array_equal(labels, expected)
     guessed = rng.integers(-1, len(PARTS), len(points)).astype(np.int32)
-    assign_points(points, Rs, origins, *body, guessed, np.empty_like(distances), normals)
+    again = np.empty_like(distances), np.empty_like(normals), np.empty_like(found)
+    assign_points(points, seen, Rs, origins, *body, guessed, *again)
     assert_array_equal(guessed, expected)
     chosen = defined[nearest, np.arange(len(points))]
     assert_allclose(distances, np.where(is_reached, chosen, 0.0), atol=1e-9)
     chosen_normals = normals_of[nearest, np.arange(len(points))]
     assert_allclose(normals[is_reached], chosen_normals[is_reached], atol=1e-9)
+    assert_allclose(found[is_reached], unlike.min(0)[is_reached], atol=1e-9)
     assert 0.2 < is_reached.mean() < 0.9
 
 

@@ -74,6 +74,22 @@ def test_costs_tell_a_wrong_pose(evidence):
     assert refined.in_free_space[1] > refined.in_free_space[0] + 0.05
 
 
+def test_a_surface_that_faces_elsewhere_explains_less(evidence):
+    refined = [
+        refine([TRUTH], None, MODEL, own, SETTINGS, iterations=0)
+        for own in (evidence, evidence.with_normals(), turned_aside(evidence.with_normals()))
+    ]
+    unasked, seen, aside = (one.unexplained[0] for one in refined)
+    assert unasked < seen < 0.1
+    assert aside > seen + 0.1
+
+
+def turned_aside(evidence: Evidence) -> Evidence:
+    """With all normals turned by a right angle about the line of sight's vertical."""
+    x, y, z = evidence.normals_camera.T
+    return replace(evidence, normals_camera=np.stack([-z, y, x], axis=1))
+
+
 def test_departure_is_measured_from_the_prior(evidence):
     start = perturbed(0)
     held = refine([start], TRUTH, MODEL, evidence, SETTINGS, iterations=0)
@@ -128,10 +144,12 @@ def test_what_is_known_of_each_degree_of_freedom_leaves_all_others_free():
 
 def test_of_whom_more_is_seen_more_is_known(evidence):
     """With the prior, and never less than that."""
-    few = replace(evidence, points_camera=evidence.points_camera[::20].copy())
+    few, none = (
+        replace(evidence, points_camera=own, normals_camera=np.zeros_like(own))
+        for own in (evidence.points_camera[::20].copy(), np.zeros((0, 3)))
+    )
     known, less, nothing = (
-        refine([TRUTH], None, MODEL, own, SETTINGS).information[0]
-        for own in (evidence, few, replace(few, points_camera=np.zeros((0, 3))))
+        refine([TRUTH], None, MODEL, own, SETTINGS).information[0] for own in (evidence, few, none)
     )
     assert (known[:3] > less[:3]).all()
     assert (less[:3] > nothing[:3]).all()

@@ -31,8 +31,8 @@ from topview.kernels import limbs as limb_kernel
 from topview.score.utvr import Observed, UtvrTerms, count_hypotheses, placed_parts
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.hands import Hand, hands_of_arms
-from topview.track.methods.topview.refinement import label_points
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, Pose
+from topview.track.surfaces import NearestSurfaces, nearest_surfaces
 
 Array = NDArray[np.float64]
 
@@ -43,6 +43,7 @@ LIMBS = tuple(sorted((upper for upper, _ in HINGE_PAIRS), reverse=True))
 FOLDED_M = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and this
 REST_FORWARD = 0.3  # how far a forearm at rest points forward, against down
 STRETCHED = 0.998  # share of its length that a limb stretches to
+LABEL_REACH_M = 0.15  # what is farther from every part is of none
 EXPLAINED_COLUMN = 0  # the column of `judge_limbs` that counts the points a pose explains
 
 
@@ -202,8 +203,8 @@ class _Limb:
     full_count: float  # how many thinned points a whole limb shows, seen from the side
 
 
-# Parts of the thinned and of all points, each as of `label_points`.
-Labelling = tuple[tuple[NDArray[np.int32], Array], tuple[NDArray[np.int32], Array]]
+# Parts of the thinned and of all points.
+Labelling = tuple[NearestSurfaces, NearestSurfaces]
 # The N best of each limb, [n, 2, 3] directions in the parent's frame, by upper part.
 Kept = Mapping[int, Array]
 
@@ -270,7 +271,7 @@ class LimbSearch:
         parent = PARTS[upper].parent
         joint = place_part(model, upper, pose.Rs[parent], origins[parent])
         lengths, radii = model.lengths_m[parts], model.radii_m[parts, 0]
-        (labels, distances), (all_labels, all_distances) = labelling
+        (labels, distances, _), (all_labels, all_distances, _) = labelling
         thinned, points = evidence.points_camera, evidence.all_points_camera
         reach = 1.1 * float(lengths.sum())
         open_points, exclusive_points = np.empty_like(thinned), np.empty_like(thinned)
@@ -444,10 +445,11 @@ class LimbSearch:
 
 def _labelled(pose: Pose, origins: Array, model: BodyModel, evidence: Evidence) -> Labelling:
     thinned, points = evidence.points_camera, evidence.all_points_camera
-    of_thinned = label_points(thinned, pose, origins, model, np.full(len(thinned), -1, np.int32))
+    body = pose.Rs, origins, model.lengths_m, model.shapes_m, LABEL_REACH_M
+    of_thinned = nearest_surfaces(thinned, *body)
     step = -(-len(points) // max(len(thinned), 1))
-    guess = np.repeat(of_thinned[0], step)[: len(points)]  # a point's neighbour has the same part
-    return of_thinned, label_points(points, pose, origins, model, guess)
+    guess = np.repeat(of_thinned.labels, step)[: len(points)]  # a neighbour has the same part
+    return of_thinned, nearest_surfaces(points, *body, guess)
 
 
 def _places(limb: _Limb, current: Array) -> Array:

@@ -155,6 +155,7 @@ def refine(
         N_DOF_OF,
         s.prior_weights * hold,
         evidence.points_camera,
+        evidence.normals_camera,
         view.depth_m,
         evidence.user_mask,
         evidence.nearest.columns,
@@ -186,18 +187,3 @@ def refine(
     poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
     together = Pose(necks, np.swapaxes(Rs, 0, 1))
     return Refined(poses, together, *costs.T, information=information)
-
-
-def label_points(
-    points_camera: Array, pose: Pose, origins: Array, model: BodyModel, guess: NDArray[np.int32],
-    reach_m: float = 0.15,
-) -> tuple[NDArray[np.int32], Array]:  # fmt: skip
-    """[N, 3] points to the part whose visible surface is nearest, -1 beyond `reach_m`, and the
-    signed distance from it in metres; [N] a guess, which saves time."""
-    labels = guess.copy()
-    distances = np.empty(len(points_camera))
-    kernel.assign_points(
-        points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, reach_m, labels,
-        distances, np.empty_like(points_camera),
-    )  # fmt: skip
-    return labels, distances

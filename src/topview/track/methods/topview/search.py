@@ -18,8 +18,8 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
 from topview.filter.over_time import FRAME_S, share_after
 from topview.track.body_tracker import Subject
-from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
+from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
@@ -47,7 +47,7 @@ USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people us
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
 # A pose is lost where its cost is above the first, to which the second is added in proportion to
 # the hidden share.
-LOST_COST: Final = 0.3
+SEARCH_LOST_COST: Final = 0.38
 LOST_COST_OCCLUDED: Final = 0.5
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
 # once more. One is taken that is cheaper by so much than the pose that has moved on, and of which
@@ -78,17 +78,17 @@ class Search:
         limbs: LimbSettings,
         subject: Subject,
         stature: StatureBelief,
-        bones: BoneLengths,
+        size: BodySize,
     ) -> None:
-        """`stature`: which one is believed; it is judged here where it is doubted. `bones`: as far
-        as they are known."""
+        """`stature`: which one is believed; it is judged here where it is doubted. `size`: of the
+        body, which is learnt here."""
         self.facing = FacingBelief()
         self._refinement = refinement
         self._limbs = LimbSearch(limbs, subject.threads)
         self._kept: Kept = {}  # hypotheses of limbs that go on
         self._subject = subject
         self._stature = stature
-        self._bones = bones
+        self._size = size
         self._share = 0  # of the table, which is looked through next
 
     def update(
@@ -108,7 +108,9 @@ class Search:
             statures_m: that the person may have.
             is_due: whether it is time to look elsewhere.
         """
-        evidence = look.evidence
+        with look.clock.stage("normals"):
+            evidence = look.evidence.with_normals()
+        look = replace(look, evidence=evidence)
         with look.clock.stage("lookup"):
             share = self._share if moved_on else None
             alike = shipped_poses().likeness(evidence, look.model.stature_m, share)
@@ -126,9 +128,8 @@ class Search:
         # Legs out of view say nothing of a trunk that is seen.
         seen_hidden = min(found.hidden, 2.0 * _trunk_hidden(found, evidence))
         found = replace(found, hidden=beyond_tolerance(max(seen_hidden, evidence.hidden_share)))
-        is_lost = _is_lost(found, found.hidden)
-        if is_due and not found.is_new and self._stature.is_doubted(is_lost):
-            return self._with_stature(found, is_lost, look)
+        if is_due and not found.is_new:
+            return self._with_size(found, look)
         return found
 
     def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
@@ -161,7 +162,7 @@ class Search:
         for stature_m in statures_m:
             model, alike = look.model, bodies
             if stature_m != model.stature_m:
-                model = self._bones.model(stature_m)
+                model = self._size.model(stature_m)
                 alike = shipped_poses().likeness(evidence, stature_m).poses(model, len(bodies))
             starts = [] if is_hidden else alike.copy()
             if found is not None:
@@ -255,27 +256,35 @@ class Search:
             )
         ]
 
-    def _with_stature(self, found: Found, is_lost: bool, look: FrameContext) -> Found:
+    def _with_size(self, found: Found, look: FrameContext) -> Found:
+        """What was found, of a size that is learnt from it; where it is lost another stature may
+        explain more."""
+        if _is_lost(found, found.hidden):
+            return found if self._stature.is_given else self._with_stature(found, look)
+        if found.hidden > 0.0:
+            return found
+        with look.clock.stage("size"):
+            self._size.update(found.pose, found.model, look.evidence)
+        return replace(found, model=self._size.model(self._stature.stature_m))
+
+    def _with_stature(self, found: Found, look: FrameContext) -> Found:
         """What was found, or a pose of another stature if that is believed from now on."""
         believed_m, tried_m = self._stature.stature_m, self._stature.next_m()
-        _, cost = self._of_stature(found, found.model.stature_m, is_lost, look)
-        pose, tried_cost = self._of_stature(found, tried_m, is_lost, look)
+        _, cost = self._of_stature(found, found.model.stature_m, look)
+        pose, tried_cost = self._of_stature(found, tried_m, look)
         self._stature.judge(cost, tried_cost)
         if self._stature.stature_m == believed_m:
             return found
-        return replace(found, pose=pose, model=self._bones.model(tried_m))
+        self._size.forget()
+        return replace(found, pose=pose, model=self._size.model(tried_m))
 
-    def _of_stature(
-        self, found: Found, stature_m: float, is_lost: bool, look: FrameContext
-    ) -> tuple[Pose, float]:
-        """The pose that was found, or a stance if it is lost, of a body of another stature, and
-        what it costs."""
-        model, evidence = self._bones.model(stature_m), look.evidence
+    def _of_stature(self, found: Found, stature_m: float, look: FrameContext) -> tuple[Pose, float]:
+        """The pose that was found, or a stance, of a body of another stature, and what it costs."""
+        model, evidence = self._size.model(stature_m), look.evidence
         poses = [found.pose]
         with look.clock.stage("body"):
-            if is_lost:
-                yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
-                poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
+            yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
+            poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
             refined = refine(
                 poses, None, model, evidence.thinned(), self._refinement, LOOKED_UP_ITERATIONS
             )
@@ -288,7 +297,7 @@ def _cost(found: Found) -> float:
 
 
 def _is_lost(found: Found, hidden: float) -> bool:
-    return found.cost > LOST_COST + LOST_COST_OCCLUDED * hidden
+    return found.cost > SEARCH_LOST_COST + LOST_COST_OCCLUDED * hidden
 
 
 def _thinned(look: FrameContext) -> FrameContext:

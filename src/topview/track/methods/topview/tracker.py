@@ -19,6 +19,7 @@ from topview.track.body_tracker import Needs, Subject
 from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
+from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.limbs import LimbSettings
 from topview.track.methods.topview.refinement import RefinementSettings, refine
@@ -97,8 +98,9 @@ class TopviewTracker:
         self._guide = Guide(settings.guide, subject.bones)
         self._root = RootCertainty()
         self._stature = StatureBelief(subject.stature_is_given)
+        self._size = BodySize(self.bones, self._stature, settings.refinement)
         self._search = Search(
-            settings.refinement, settings.limbs, subject, self._stature, self.bones
+            settings.refinement, settings.limbs, subject, self._stature, self._size
         )
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -146,7 +148,7 @@ class TopviewTracker:
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
-            self.model = self.bones.model(stature_m)
+            self.model = self._size.model(stature_m)
 
     def _is_out_of_sight(self, evidence: Evidence) -> bool:
         """Whether too little is seen to look for a pose. Of whom joints have been proposed before,
