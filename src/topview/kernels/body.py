@@ -1,10 +1,10 @@
 """Gauss-Newton for many candidate poses of the whole body (articulated ICP, ours).
 
-Every point pulls the nearest part surface that faces the camera (point to plane), where the surface
-that is seen there faces as it does, if that is known. Parts that the
-image shows to be in free space are pushed out of it, back onto the user's silhouette; limbs are
-pushed out of the torso, joints back within their limits. Each candidate is refined on its own and
-all sums are taken in one fixed order, so the result does not depend on the number of threads.
+Every point pulls the nearest part surface that faces the camera (point to plane) and, where that is
+known, as the surface does that is seen there. Parts that the image shows to be in free space are
+pushed out of it, back onto the user's silhouette; limbs are pushed out of the torso, joints back
+within their limits. Each candidate is refined on its own and all sums are taken in one fixed order,
+so the result does not depend on the number of threads.
 
 The tree hangs from the upper torso, whose origin is the neck joint; the table of degrees of
 freedom comes from `topview.track.degrees_of_freedom`.

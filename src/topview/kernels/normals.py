@@ -14,20 +14,21 @@ RIDGE = 1e-9  # of squared slopes of rays: pixels in one line tell no slope acro
 
 
 @njit(cache=True, error_model="numpy")
-def surface_normals(pixels, depth, mine, fx, fy, cx, cy, out):
+def surface_normals(points, depth, mine, fx, fy, cx, cy, out):
     """Fill `out` [N, 3] with unit normals towards the camera, camera frame, or zeros where too
     little is seen: of the plane, a p_x + b p_y + c p_z = 1, that fits one over the depth best.
 
     Args:
-        pixels: [N] flat indices.
+        points: [N, 3] metres, camera frame, of some of the pixels.
         depth: [H, W] float32 metres; mine: [H, W] bool, the person's pixels.
     """
     H, W = depth.shape
     A, g = np.empty((3, 3)), np.empty(3)
     least = LEAST_SEEN_SHARE * (2 * SIDE_PIXELS + 1) ** 2
-    for i in range(pixels.shape[0]):
-        row, column = pixels[i] // W, pixels[i] % W
-        z = depth[row, column]
+    for i in range(points.shape[0]):
+        z = points[i, 2]
+        row = int(np.round(fy * points[i, 1] / z + cy))
+        column = int(np.round(fx * points[i, 0] / z + cx))
         A[:] = 0.0
         g[:] = 0.0
         for v in range(max(row - SIDE_PIXELS, 0), min(row + SIDE_PIXELS + 1, H)):

@@ -26,6 +26,21 @@ def pull(sums, part, x, y, z, nx, ny, nz, gap, weight):
 
 
 @njit(error_model="numpy")
+def fill_moves(axes, centers, moves):
+    """Fill `moves` [D, 6] of the degrees of freedom of `topview.kernels.body.place_axes`: a place p
+    on what one moves goes along n by (n, p x n) . moves."""
+    for d in range(moves.shape[0]):
+        if d < 3:
+            moves[d, :3] = axes[d]
+            moves[d, 3:] = 0.0
+            continue
+        moves[d, 3:] = axes[d]
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            moves[d, i] = centers[d, j] * axes[d, k] - centers[d, k] * axes[d, j]
+
+
+@njit(error_model="numpy")
 def move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers):
     """Add what pulls at the parts to the lower triangle of A [D, D] and to g [D].
 
@@ -35,16 +50,8 @@ def move_together(A, g, sums, tree, dof_part, chain, n_chain, axes, centers):
         tree, dof_part, chain, n_chain: as in `topview.kernels.body.refine_bodies`.
         axes, centers: as of `topview.kernels.body.place_axes`.
     """
-    D = dof_part.shape[0]
-    moves = np.zeros((D, 6))  # of a place p: (n, p x n) . moves = how far it goes along n
-    for d in range(D):
-        if d < 3:
-            moves[d, :3] = axes[d]
-            continue
-        moves[d, 3:] = axes[d]
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            moves[d, i] = centers[d, j] * axes[d, k] - centers[d, k] * axes[d, j]
+    moves = np.empty((dof_part.shape[0], 6))
+    fill_moves(axes, centers, moves)
     for k in range(sums.shape[0] - 1, -1, -1):
         if tree[k] >= 0:
             for a in range(6):

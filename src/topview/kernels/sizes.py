@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-N_TOLD = (
-    9  # of each point: the six numbers of `topview.kernels.pulls`, thickness, stature, residual
-)
+from topview.kernels.body import place_axes
+from topview.kernels.pulls import fill_moves
+
+# Of each point: the six numbers of `topview.kernels.pulls`, thickness, stature, residual.
+N_TOLD = 9
 
 
 @njit(cache=True, error_model="numpy")
@@ -42,3 +44,12 @@ def sum_up_surface(points, labels, distances, normals, ways, neck, width, out):
             weighted = w * w * told[a]
             for b in range(N_TOLD):
                 out[k, a, b] += weighted * told[b]
+
+
+@njit(cache=True, error_model="numpy")
+def moves_of_pose(neck, Rs, origins, dof_part, dof_axis, out):
+    """Fill `out` [D, 6] with what each degree of freedom moves, as of `fill_moves`, in a pose with
+    this neck joint [3], rotations [B, 3, 3] and origins [B, 3]."""
+    axes, centers = np.empty((dof_part.shape[0], 3)), np.empty((dof_part.shape[0], 3))
+    place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
+    fill_moves(axes, centers, out)

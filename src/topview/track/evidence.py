@@ -128,10 +128,9 @@ class Evidence:
 
     def with_normals(self) -> Evidence:
         """With the normals of `points_camera`."""
-        view, pixels = self.view, self.pixels[:: _refinement_step(len(self.pixels))]
-        normals_camera = np.empty_like(self.points_camera)
+        view, normals_camera = self.view, np.empty_like(self.points_camera)
         surface_normals(
-            np.ascontiguousarray(pixels), view.depth_m, self.user_mask,
+            self.points_camera, view.depth_m, self.user_mask,
             view.fx, view.fy, view.cx, view.cy, normals_camera,
         )  # fmt: skip
         return replace(self, normals_camera=normals_camera)
@@ -186,11 +185,6 @@ def working_stride(camera: Camera, distance_m: float) -> int:
     )
 
 
-def _refinement_step(count: int) -> int:
-    """Every how many points one is refined to."""
-    return max(1, -(-count // MAX_REFINEMENT_POINTS))
-
-
 def gather(
     user: User,
     image: Pyramid,
@@ -224,7 +218,7 @@ def gather(
         user_mask, points, pixels,
     )  # fmt: skip
     points, pixels = points[:count], pixels[:count]
-    step = _refinement_step(count)
+    step = max(1, -(-count // MAX_REFINEMENT_POINTS))
     thinned = np.ascontiguousarray(points[::step])
     return Evidence(
         timestamp_s=frame.timestamp_s,

@@ -23,7 +23,8 @@ RAYS = np.stack(
 
 def normals_of(depth_m: np.ndarray, mine: np.ndarray, pixels: np.ndarray) -> np.ndarray:
     normals = np.full((len(pixels), 3), np.nan)
-    surface_normals(pixels.astype(np.int32), depth_m.astype(np.float32), mine, *INTRINSICS, normals)
+    points = (RAYS * depth_m[..., None]).reshape(-1, 3)[pixels]
+    surface_normals(points, depth_m.astype(np.float32), mine, *INTRINSICS, normals)
     return normals
 
 

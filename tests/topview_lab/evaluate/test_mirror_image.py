@@ -1,7 +1,7 @@
 """The tracker treats left and right alike, as far as random numbers and the pixel grid allow.
 
-Bounds stand some 40 % over the largest of what seeds 0, 1 and 2 gave when they were set;
-`topview evaluate mirror` measures whole recordings.
+Bounds stand some 40 % over the largest of what seeds 0, 1 and 2 gave when they were set, and hold
+over the joints of all three; `topview evaluate mirror` measures whole recordings.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import topview
 from excerpts import Excerpt
 from topview.track.settings import TrackerSettings
 from topview_lab.evaluate.mirror import compare_with_mirror_image
+from topview_lab.metrics.mirror import pooled_apart
 from topview_lab.sim import SimulatedRecording, scene_by_name
 from topview_lab.sim.scenes import KINECT_V1_HALF
 
@@ -31,7 +32,7 @@ pytestmark = pytest.mark.slow
         # poses draw away again. Before sizes were learnt 0.65 to 0.85 and 4.2 to 4.6 cm, before
         # steps uphill were taken back 0.57 to 0.58 and 3.8 to 4.6 cm, where another seed gave 0.3
         # to 0.4 and 3.0 to 4.3 cm; before usual poses 0.32 to 0.54 and 1.0 to 2.6 cm.
-        pytest.param(313, "none", 1.1, 6.6, id="columns that mirror"),
+        pytest.param(313, "none", 0.8, 6.6, id="columns that mirror"),
         # From the other side the odd columns are looked at: 1.21 to 1.35 cm, 4.8 to 5.4 cm. Before
         # sizes were learnt 1.01 to 1.12 and 3.9 to 5.2 cm, before that 1.04 to 1.19 and 4.5 to 6.0
         # cm, where another seed gave 0.5 and 4.4 to 5.6 cm.
@@ -45,9 +46,12 @@ def test_two_people_of_the_simulator(width, proposals, median_cm, most_cm):
     camera = replace(KINECT_V1_HALF, width=width)
     scene = scene_by_name("two_users", seed=5, frames=FRAMES, camera=camera)
     settings = replace(SETTINGS, proposals=proposals)
-    apart = compare_with_mirror_image(Excerpt(SimulatedRecording(scene), FRAMES), settings)
+    recording = Excerpt(SimulatedRecording(scene), FRAMES)
+    seeds = range(3) if proposals == "none" else [0]  # nothing is random with the network
+    aparts = [compare_with_mirror_image(recording, replace(settings, seed=s)) for s in seeds]
+    assert all(len(apart.distances_cm) == 2 * FRAMES for apart in aparts)
+    apart = pooled_apart(aparts)
     assert apart.alone == 0
-    assert len(apart.distances_cm) == 2 * FRAMES
     assert apart.quantile_cm(0.5) < median_cm
     assert apart.quantile_cm(0.95) < most_cm
 

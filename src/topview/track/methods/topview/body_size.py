@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, PARTS
+from topview.body.parts import PARTS
 from topview.filter.over_time import share_after
-from topview.geometry.rotations import cross
-from topview.kernels.sizes import N_TOLD, sum_up_surface
+from topview.kernels.sizes import N_TOLD, moves_of_pose, sum_up_surface
 from topview.track.bone_lengths import BoneLengths
 from topview.track.degrees_of_freedom import CHAIN, DOF_AXIS, DOF_PART, N_CHAIN, N_DOFS
 from topview.track.evidence import Evidence
@@ -129,12 +128,8 @@ class BodySize:
 def _shares(pose: Pose, origins: Array) -> Array:
     """[B, 9, D + N + 1] what each degree of freedom, size, and the residual by itself changes of
     the numbers that `sum_up_surface` sums up of a part."""
-    axes = pose.Rs[DOF_PART, :, DOF_AXIS]
-    axes[:3] = np.eye(3)
-    centers = origins[DOF_PART]
-    centers[DOF_PART == HEAD] = pose.neck_camera
-    moves = np.concatenate([cross(centers, axes), axes], axis=1)
-    moves[:3] = np.eye(6)[:3]
+    moves = np.empty((N_DOFS, 6))
+    moves_of_pose(pose.neck_camera, pose.Rs, origins, DOF_PART, DOF_AXIS, moves)
     shares = np.zeros((len(PARTS), N_TOLD, N_DOFS + N_SIZES + 1))
     shares[:, :6, :N_DOFS] = moves.T * _IS_MOVED[:, None]
     shares[:, 6:, N_DOFS:] = _OF_SIZE

@@ -45,8 +45,8 @@ LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
-# A pose is lost where its cost is above the first, to which the second is added in proportion to
-# the hidden share.
+# A pose is lost where its cost is above the first, of which normals, as they are noisy, make some
+# 0.08, to which the second is added in proportion to the hidden share.
 SEARCH_LOST_COST: Final = 0.38
 LOST_COST_OCCLUDED: Final = 0.5
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
@@ -260,7 +260,8 @@ class Search:
         """What was found, of a size that is learnt from it; where it is lost another stature may
         explain more."""
         if _is_lost(found, found.hidden):
-            return found if self._stature.is_given else self._with_stature(found, look)
+            is_doubted = self._stature.is_doubted(is_lost=True)
+            return self._with_stature(found, look) if is_doubted else found
         if found.hidden > 0.0:
             return found
         with look.clock.stage("size"):
