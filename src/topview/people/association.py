@@ -152,7 +152,7 @@ class Seeker:
         """Log-likelihood ratio of a head: this track's against clutter or somebody new."""
         track, scene, center = self.track, self.scene, head.center_camera
         if track.places is not None:
-            ratio = track.places.log_density(scene, center, track.unseen_s(scene.time_s))
+            ratio = track.places.log_density(scene, center)
             if ratio < FARTHEST:
                 return -np.inf
             by_shape = self.log_odds_of(head)

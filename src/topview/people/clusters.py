@@ -179,7 +179,7 @@ def _log_ratio_at(scene: Scene, track: Track, overview_m: NDArray[np.float64]) -
     new."""
     assert track.places is not None
     head_camera = scene.point_at(overview_m, track.places.height_m)
-    return track.places.log_density(scene, head_camera, 0.0) - log(NEW_PER_M3)
+    return track.places.log_density(scene, head_camera) - log(NEW_PER_M3)
 
 
 def clusters_in(scene: Scene, is_somebodys: Mask) -> Iterator[tuple[Mask, float]]:

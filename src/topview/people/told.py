@@ -93,6 +93,12 @@ class Told:
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
 
+    def sigma_of(self, track: Track) -> float:
+        """Standard deviation, metres, of a track's head as the network tells it, along each
+        axis."""
+        head = self.heads.get(track.told_as)
+        return np.inf if head is None else head.sigma_m
+
     def is_elsewhere(
         self, head_camera: Vector, track: Track, tracks: Sequence[Track], elapsed_s: float
     ) -> bool:

@@ -21,15 +21,13 @@ from topview.people.features import Features
 from topview.people.height import TALLER_M, HeightEstimate, sunk_m
 from topview.people.likelihood import Evidence, Likelihood, probability
 from topview.people.motion import PAUSE_S, Motion, predicted
-from topview.people.places import Places
+from topview.people.places import Places, repeated_m
 from topview.room.scene import Scene
 
 Vector = NDArray[np.float64]
 
 # Ours: how a head looks is learnt anew from this confidence on, which one that hangs down has.
 VIEW_FROM: Final = 0.25
-# Ours: a head that the joint network tells is so exact, where enough of the body is seen.
-TOLD_SIGMA_M: Final = 0.1
 # Ours: what the network says is so far away, for so long, is not the head.
 TOLD_OFF_M, TOLD_OFF_S = 0.18, 0.08
 # Ours: from this confidence on what is followed is an upright head.
@@ -209,9 +207,10 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             head_colors=other.head_colors,
         )
 
-    def told_at(self, scene: Scene, told_camera: Vector) -> Track:
-        """With a head [3] that is not seen, but that the joint network tells."""
-        motion = self.expected(scene.time_s).updated(told_camera, TOLD_SIGMA_M)
+    def told_at(self, scene: Scene, told_camera: Vector, sigma_m: float, elapsed_s: float) -> Track:
+        """With a head [3] that is not seen, but that the joint network tells so exactly."""
+        motion = self.expected(scene.time_s)
+        motion = motion.updated(told_camera, repeated_m(sigma_m, elapsed_s))
         return replace(
             self,
             motion=motion,

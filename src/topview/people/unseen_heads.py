@@ -11,8 +11,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.people.bodies import LARGEST_M2, SHOWN_M2, area_m2, own_mask, split
-from topview.people.height import sunk_m
-from topview.people.places import Places
 from topview.people.settings import PeopleSettings
 from topview.people.told import Told
 from topview.people.track import Track
@@ -24,12 +22,10 @@ Distance = NDArray[np.float32]
 # All ours. The trunk is between these shares of the stature; so much of it, in columns as high,
 # tells where the head is, but for so much.
 TRUNK, TRUNK_M2, COLUMN_M, TRUNK_SIGMA_M = (0.5, 0.85), 0.03, 0.3, 0.12
-# Where so much of the body is seen the joint network knows the head's place; else it is so exact.
-TOLD_M2, FAINT_SIGMA_M = 0.08, 0.17
+# Where so much of the body is seen the head that the joint network tells is followed as if seen.
+TOLD_M2: Final = 0.08
 # Where nothing hides a head that is not made out, for so long, nobody is there.
 BENT_S: Final = 3.0
-# Who comes to be hidden seems to slide down by so much before the head is missed.
-SLID_M: Final = 0.35
 
 
 def over_body(
@@ -54,30 +50,18 @@ def over_body(
     places = track.places
     if places is None or not is_shown:
         return track
-    height_m = _hidden_height_m(scene, track, places)
-    if told_camera is not None:
-        told_m, is_hidden = scene.height_of(told_camera), scene.is_hidden_at(told_camera)
-        # Of whom less and less is seen the network believes that the head sinks; it may rise.
-        may_sink = not (track.evidence.was_upright and is_hidden)
-        height_m = told_m if may_sink else max(told_m, height_m)
-        if shown_m2 > TOLD_M2:
-            return track.told_at(scene, scene.point_at(scene.overview_of(told_camera), height_m))
-    else:
+    sigma_m = told.sigma_of(track)
+    if told_camera is not None and shown_m2 > TOLD_M2:
+        return track.told_at(scene, told_camera, sigma_m, elapsed_s)
+    if told_camera is None:
         told_camera = told.head_of(track, seen, elapsed_s, roughly=True)
-    place, sigma_m = _trunk(scene, track, body), TRUNK_SIGMA_M
     if told_camera is not None:
-        place, sigma_m = scene.overview_of(told_camera), FAINT_SIGMA_M
+        place, height_m = scene.overview_of(told_camera), scene.height_of(told_camera)
+    else:
+        place, height_m, sigma_m = _trunk(scene, track, body), None, TRUNK_SIGMA_M
     if place is None:
         return track
     return track.placed(scene, places.drawn_to(place, height_m, sigma_m, elapsed_s))
-
-
-def _hidden_height_m(scene: Scene, track: Track, places: Places) -> float:
-    """Of a head that is not seen: that of before; where something hides it, it has not slid down
-    from where the stature puts it."""
-    below_m = sunk_m(scene, track.place_camera, track.height) or 0.0
-    has_slid = 0.0 < below_m < SLID_M and scene.is_hidden_at(track.place_camera)
-    return places.height_m + (below_m if has_slid else 0.0)
 
 
 def _trunk(scene: Scene, track: Track, body: Distance) -> Vector | None:

@@ -212,7 +212,7 @@ def test_who_comes_back_takes_no_hand_beside_a_head_that_the_network_tells(is_to
     beside = place + np.array([0.25, 0.0, 0.0])
     other = hidden(track_at(scene, beside, 2), covered, 1.0)
     if is_told:
-        other = other.told_at(covered, beside)
+        other = other.told_at(covered, beside, 0.03, 1 / 30)
     matches, _ = taken([behind, other], scene, [HeadCandidate(place, 0.95)])
     assert (0 in matches) != is_told
 

@@ -215,7 +215,7 @@ def test_the_cluster_is_the_body_though_the_head_may_be_hidden(
 
 
 def told_of(id: int, head_camera: NDArray[np.float64], trunk: NDArray[np.float64] = UP) -> Told:
-    return Told((), {id: ToldHead(0.99, head_camera, True, trunk)}, True)
+    return Told((), {id: ToldHead(0.99, head_camera, 0.03, trunk)}, True)
 
 
 STANDING, A_FRAME_LATER = (

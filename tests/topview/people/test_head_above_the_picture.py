@@ -28,7 +28,7 @@ def test_who_walks_by_keeps_the_body_while_the_network_tells_the_head() -> None:
         depth_m = render(standing_person(x, z, GROUND_Y), ROOM, LOOKS_DOWN)
         image = Pyramid(frame(with_noise(depth_m, index), index, LOOKS_DOWN))
         users = finder.update(image, told)
-        told = Told((), {1: ToldHead(0.99, head_of(x, z, GROUND_Y), True)}, True)
+        told = Told((), {1: ToldHead(0.99, head_of(x, z, GROUND_Y), 0.03)}, True)
         assert [user.id for user in users] == [1]
         are_seen.append(users[0].head_is_seen)
         shown = np.count_nonzero(np.abs(depth_m - empty) > 0.2)

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from dressed_scenes import FLOOR, GROUND_Y, ROOM, scene_of
 from people_scenes import box, head_of, render
 from topview.people.motion import Motion
-from topview.people.places import SAMPLES, Places
+from topview.people.places import ALIKE_S, SAMPLES, Places, repeated_m
 from topview.room.background import Background
 from topview.room.scene import Scene
 
@@ -137,15 +139,38 @@ def test_a_body_that_is_seen_draws_the_head_over_it(offset_m: float) -> None:
     )
     assert away_m < 0.5 * before_m
     assert drawn.weights.sum() == pytest.approx(1.0)
-    assert drawn.height_m == 1.4
+    assert abs(drawn.height_m - 1.4) < abs(places.height_m - 1.4)
+    assert drawn.height_sigma_m < places.height_sigma_m
     assert drawn.presence > 0.9
+
+
+def test_the_height_is_between_what_was_known_and_what_is_told() -> None:
+    """As much nearer to either as that is more exact; after a while in which nothing tells of it,
+    it is known less well."""
+    places, scene = watched(COVERED, 0.5)
+    body_m = scene.overview_of(HEAD)
+    told_m = places.height_m - 0.4
+    as_sure = places.drawn_to(body_m, told_m, places.height_sigma_m, ALIKE_S)
+    assert as_sure.height_m == pytest.approx(places.height_m - 0.2)
+    assert as_sure.height_sigma_m == pytest.approx(places.height_sigma_m / 2.0**0.5)
+    surely = places.drawn_to(body_m, told_m, 0.001, ALIKE_S)
+    assert surely.height_m == pytest.approx(told_m, abs=0.01)
+    assert watched(COVERED, 1.0)[0].height_sigma_m > places.height_sigma_m
+
+
+@given(st.integers(1, 20), st.floats(0.001, 1.0))
+def test_several_frames_of_one_error_know_no_more_than_one(frames: int, sigma_m: float) -> None:
+    elapsed_s = ALIKE_S / frames
+    information = frames / repeated_m(sigma_m, elapsed_s) ** 2
+    assert information == pytest.approx(1.0 / sigma_m**2)
+    assert repeated_m(sigma_m, 10.0) == sigma_m
 
 
 def test_a_head_comes_back_where_it_may_be() -> None:
     places, scene = watched(COVERED, 0.5)
     place_camera, _ = places.best(scene)
     here, aside, below = (
-        places.log_density(scene, place_camera + np.array(offset), 0.5)
+        places.log_density(scene, place_camera + np.array(offset))
         for offset in ((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 0.5, 0.0))
     )
     assert here > max(aside, below) + 5.0

@@ -32,7 +32,7 @@ BOTH = [ONE, OTHER]
 
 def told_of(id: int, place_camera: NDArray[np.float64], p_person: float = 0.95) -> Told:
     is_sure = p_person > 0.5
-    return Told((), {id: ToldHead(p_person, place_camera, is_sure, is_rough=is_sure)}, True)
+    return Told((), {id: ToldHead(p_person, place_camera, 0.03 if is_sure else np.inf)}, True)
 
 
 def proposals_of(p_person: float, scale_m: float) -> JointProposals:
@@ -44,7 +44,7 @@ def proposals_of(p_person: float, scale_m: float) -> JointProposals:
 
 
 @pytest.mark.parametrize(
-    ("p_person", "scale_m", "is_sure", "is_rough"),
+    ("p_person", "sigma_m", "is_sure", "is_rough"),
     [
         (0.9, 0.5 * SURE_M, True, True),
         (0.1, 0.5 * SURE_M, False, False),
@@ -53,9 +53,9 @@ def proposals_of(p_person: float, scale_m: float) -> JointProposals:
     ],
 )
 def test_the_head_is_that_of_the_likeliest_mode(
-    p_person: float, scale_m: float, is_sure: bool, is_rough: bool
+    p_person: float, sigma_m: float, is_sure: bool, is_rough: bool
 ) -> None:
-    told = Told.of((), {1: proposals_of(p_person, scale_m)}, True)
+    told = Told.of((), {1: proposals_of(p_person, sigma_m / 2.0**0.5)}, True)
     head = told.heads[1]
     np.testing.assert_array_equal(head.head_camera, PLACE)
     assert head.is_sure == is_sure
@@ -63,7 +63,7 @@ def test_the_head_is_that_of_the_likeliest_mode(
     assert (told.head_of(ONE, BOTH, 0.0) is not None) == is_sure
     assert (told.head_of(ONE, BOTH, 0.0, roughly=True) is not None) == is_rough
     assert head.log_odds == pytest.approx(np.log(p_person / (1.0 - p_person)))
-    assert np.isfinite([ToldHead(p, PLACE, True).log_odds for p in (0.0, 1.0)]).all()
+    assert np.isfinite([ToldHead(p, PLACE, 0.03).log_odds for p in (0.0, 1.0)]).all()
 
 
 def test_what_is_told_of_one_is_nobody_elses() -> None:
@@ -103,8 +103,8 @@ def test_who_is_followed_on_the_body_of_another_is_nobody() -> None:
 def test_two_who_hug_are_two_where_the_network_sees_two_heads(apart_m: float) -> None:
     """However near the head is to that of the other, as long as they are not the same."""
     other = track_at(SCENE, PLACE + 0.3 * RIGHT, 2)
-    theirs = ToldHead(0.95, other.place_camera, True)
-    own = ToldHead(0.95, other.place_camera - apart_m * RIGHT, True)
+    theirs = ToldHead(0.95, other.place_camera, 0.03)
+    own = ToldHead(0.95, other.place_camera - apart_m * RIGHT, 0.03)
     told = Told((), {1: own, 2: theirs}, True)
     is_same = apart_m < min(HEAD_RADIUS_M, abs(0.3 - apart_m))
     assert (told.head_of(ONE, [ONE, other], 0.0) is None) == is_same
@@ -183,7 +183,7 @@ def test_the_network_s_word_on_a_piece_of_a_surer_person_is_that_person_s(
 ) -> None:
     said = replace(WHOLE, id=own, evidence=WHOLE.evidence.with_network(3.0, 1.0, 0.0))
     other = replace(OTHER, evidence=OTHER.evidence.with_network(others, 1.0, 0.0))
-    heads = {said.told_as: ToldHead(0.999, PLACE, True)}
+    heads = {said.told_as: ToldHead(0.999, PLACE, 0.03)}
     told = Told([person_with(ITS_JOINTS, 1.0, OTHER.id)], heads, True)
     step = Step(A_FRAME_LATER, STANDING, told, PeopleSettings(), before=(said, other))
     after, _ = step.with_evidence([said, other], {1, 2})

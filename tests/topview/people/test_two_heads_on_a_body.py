@@ -114,7 +114,7 @@ def test_a_head_whose_shape_is_good_now_is_kept_whatever_it_was():
 def test_a_person_is_where_the_network_sees_the_head_whatever_else_looks_like_one(is_there):
     scene = scene_at()
     hidden = replace(track_of(scene, SHOULDER, 1, GOOD, id=7), confidence=0.0)
-    sees = ToldHead(0.99, HEAD if is_there else SHOULDER, is_sure=True)
+    sees = ToldHead(0.99, HEAD if is_there else SHOULDER, sigma_m=0.03)
     first = step_in(scene, Told(heads={7: sees}, has_network=True))
     then = step_in(scene_at(2 * NEW_TRACK_S), first.told)
     heads = [HeadCandidate(HEAD, 0.9)]
