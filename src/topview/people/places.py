@@ -82,9 +82,9 @@ class Places(msgspec.Struct, frozen=True, eq=False):
     rise_m: Vector
     weights: Vector
     height_m: float
+    height_sigma_m: float
     presence: float = SURELY_THERE
     outside: float = 0.0
-    height_sigma_m: float = 0.0
 
     @classmethod
     def around(cls, scene: Scene, motion: Motion, key: int) -> Places:
@@ -102,7 +102,7 @@ class Places(msgspec.Struct, frozen=True, eq=False):
             RISE_M * noise[:, 2],
             np.full(SAMPLES, 1.0 / SAMPLES),
             scene.height_of(motion.position_camera),
-            height_sigma_m=motion.sigma_m,
+            motion.sigma_m,
         )
 
     def seen(
@@ -144,23 +144,22 @@ class Places(msgspec.Struct, frozen=True, eq=False):
         if 1.0 / float(weights @ weights) > 0.5 * SAMPLES:
             return replace(moved, weights=weights, presence=presence, outside=outside)
         kept_ones = systematic_resample(weights, SAMPLES, _generator(scene, key, RESAMPLE))
-        return Places(
-            moved.overview_m[kept_ones],
-            moved.velocity[kept_ones],
-            moved.memory_s[kept_ones],
-            self.rise_m[kept_ones],
-            np.full(SAMPLES, 1.0 / SAMPLES),
-            self.height_m,
-            presence,
-            outside,
-            moved.height_sigma_m,
+        return replace(
+            moved,
+            overview_m=moved.overview_m[kept_ones],
+            velocity=moved.velocity[kept_ones],
+            memory_s=moved.memory_s[kept_ones],
+            rise_m=moved.rise_m[kept_ones],
+            weights=np.full(SAMPLES, 1.0 / SAMPLES),
+            presence=presence,
+            outside=outside,
         )
 
     def drawn_to(
         self, overview_m: Vector, height_m: float | None, sigma_m: float, elapsed_s: float
     ) -> Places:
-        """Where the body is seen, the head is over it ([2] metres), as high as is told, if it is,
-        but for an error, which is much the same from frame to frame: so somebody is there.
+        """Where the body is seen, the head is over it ([2] metres) but for an error, which is much
+        the same from frame to frame: so somebody is there. Its height counts as surely, if told.
 
         Each sample stands for all places near it, as a Gaussian (the regularized particle filter:
         Musso, Oudjane, Le Gland 2001), whose mean moves: no sample may be where the head is.

@@ -209,8 +209,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 
     def told_at(self, scene: Scene, told_camera: Vector, sigma_m: float, elapsed_s: float) -> Track:
         """With a head [3] that is not seen, but that the joint network tells so exactly."""
-        motion = self.expected(scene.time_s)
-        motion = motion.updated(told_camera, repeated_m(sigma_m, elapsed_s))
+        each_m = repeated_m(sigma_m, elapsed_s)
+        motion = self.expected(scene.time_s).updated(told_camera, each_m)
         return replace(
             self,
             motion=motion,

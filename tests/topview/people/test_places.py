@@ -139,8 +139,10 @@ def test_a_body_that_is_seen_draws_the_head_over_it(offset_m: float) -> None:
     )
     assert away_m < 0.5 * before_m
     assert drawn.weights.sum() == pytest.approx(1.0)
-    assert abs(drawn.height_m - 1.4) < abs(places.height_m - 1.4)
-    assert drawn.height_sigma_m < places.height_sigma_m
+    known, told = places.height_sigma_m**-2, 6 / FPS / ALIKE_S * 0.1**-2
+    between_m = (known * places.height_m + told * 1.4) / (known + told)
+    assert drawn.height_m == pytest.approx(between_m)
+    assert drawn.height_sigma_m == pytest.approx((known + told) ** -0.5)
     assert drawn.presence > 0.9
 
 
