@@ -156,7 +156,7 @@ class Evidence:
     def out_of_sight(
         self,
         places_camera: NDArray[np.float64],
-        radius_m: float,
+        radius_m: float | NDArray[np.float64],
         *,
         own_body_hides: bool = False,
     ) -> NDArray[np.bool_]:
@@ -165,7 +165,7 @@ class Evidence:
 
         Args:
             places_camera: metres, inside the body.
-            radius_m: from the places to the body's surface.
+            radius_m: from the places to the body's surface, or [N] from each.
             own_body_hides: whether what lies behind the user counts as well.
         """
         rows, columns, is_inside = self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)

@@ -15,7 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import HEAD_CENTRE, BodyModel
-from topview.body.parts import HEAD, LEFT_LOWER_LEG, LOWER_TORSO, RIGHT_LOWER_LEG, UPPER_TORSO
+from topview.body.parts import (
+    HEAD,
+    LEFT_LOWER_LEG,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_LOWER_LEG,
+    UPPER_TORSO,
+)
 from topview.filter.over_time import FRAME_S, share_after
 from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
@@ -24,13 +31,14 @@ from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
-from topview.track.methods.topview.usual_poses import usual_poses
+from topview.track.methods.topview.usual_poses import Known, usual_poses
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
     beyond_tolerance,
     costs_of,
     firmness,
+    parts_out_of_sight,
 )
 from topview.track.pose import Pose
 from topview.track.stances import heading, stand_all
@@ -45,20 +53,17 @@ LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
-# A pose is lost where its cost is above the first, of which normals, as they are noisy, make some
-# 0.08, to which the second is added in proportion to the hidden share.
-SEARCH_LOST_COST: Final = 0.38
-LOST_COST_OCCLUDED: Final = 0.5
+SEARCH_LOST_COST: Final = 0.38  # of a lost pose; normals, as they are noisy, make some 0.08
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
-# once more. One is taken that is cheaper by so much than the pose that has moved on, and of which
-# no more is hidden than a share of the body.
+# once more. One is taken that explains so much more of a whole body than the pose that has moved
+# on, and of which, unless the person is hidden, no more is hidden than a share of the body.
 LOOKED_UP: Final = 6
 LOOKED_UP_ITERATIONS: Final = 5
 LOOKED_AT_AGAIN: Final = 2
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
 # Of so many captured bodies each limb is tried in the pose, refined in so many steps, and taken
-# where all of it is cheaper by so much.
+# where all of it explains so much more of a whole body.
 LENDERS: Final = 5
 LENT_ITERATIONS: Final = 3
 LIMB_MARGIN: Final = 0.005
@@ -126,7 +131,8 @@ class Search:
                     found = self._or_with_lent_limbs(found, bodies[:LENDERS], look)
                 found = self._or_with_searched_limbs(found, look)
         # Legs out of view say nothing of a trunk that is seen.
-        seen_hidden = min(found.hidden, 2.0 * _trunk_hidden(found, evidence))
+        out = parts_out_of_sight(found.pose, found.model, evidence)
+        seen_hidden = min(found.hidden, 2.0 * float(out[[HEAD, UPPER_TORSO, LOWER_TORSO]].mean()))
         found = replace(found, hidden=beyond_tolerance(max(seen_hidden, evidence.hidden_share)))
         if is_due and not found.is_new:
             return self._with_size(found, look)
@@ -134,9 +140,12 @@ class Search:
 
     def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
         """The last pose, or where it has moved to, refined; held to the last one, whose limbs and
-        head are drawn to what bodies usually do."""
+        head are drawn to what bodies usually do, and of whom something is hidden the torso."""
         share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
-        prior = usual_poses().towards(moved_on[0], share)
+        known = _known_of(moved_on[0], look)
+        shares = np.full(len(PARTS), share)
+        shares[UPPER_TORSO] *= hidden > 0.0
+        prior = usual_poses().towards(moved_on[0], shares, known)
         hold = firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
         with look.clock.stage("body"):
             founds = self._founds(moved_on, look, prior=prior, hold=hold)
@@ -150,13 +159,11 @@ class Search:
         statures_m: Sequence[float],
         look: FrameContext,
     ) -> Found:
-        """What was found, that turned half round, or one of the bodies that look like what is seen;
-        where the pose is lost, or there is none, a stance, too. What is seen of whom much is hidden
-        may look like a smaller body: none are taken, and nothing is tried but where it is lost."""
-        is_lost = found is None or _is_lost(found, hidden)
+        """What was found, that turned half round, or one of the bodies that look like what is seen,
+        of whom something is hidden as such bodies usually are there; where the pose is lost, or
+        there is none, a stance, too."""
+        is_lost = found is None or _is_lost(found)
         is_hidden = found is not None and hidden > 0.0
-        if found is not None and is_hidden and not is_lost:
-            return found
         evidence = look.evidence
         others: list[Found] = []
         for stature_m in statures_m:
@@ -164,20 +171,21 @@ class Search:
             if stature_m != model.stature_m:
                 model = self._size.model(stature_m)
                 alike = shipped_poses().likeness(evidence, stature_m).poses(model, len(bodies))
-            starts = [] if is_hidden else alike.copy()
+            own = replace(look, model=model)
+            starts = [_usual_where_hidden(pose, own) if is_hidden else pose for pose in alike]
             if found is not None:
                 starts.append(found.pose.turned_round())
             if is_lost:
                 yaws_rad = [self.facing.likeliest_rad]
                 starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
-            others += self._best_of(starts, replace(look, model=model))
+            others += self._best_of(starts, own)
         if len(statures_m) > 1:
             others = [_with_stature_cost(other, evidence) for other in others]
             found = found and _with_stature_cost(found, evidence)
         best = min(others, key=_cost)
         if found is not None:
             is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
-            if is_doubtful or best.cost > found.cost - NEWS_MARGIN:
+            if is_doubtful or best.cost > found.cost - _of_what_is_seen(NEWS_MARGIN, look):
                 return found
         self._kept = {}
         return replace(best, is_new=True)
@@ -230,7 +238,7 @@ class Search:
             return found
         before, after = self._founds([found.pose, other], look)
         gain = before.cost - after.cost
-        if gain < LIMB_MARGIN:
+        if gain < _of_what_is_seen(LIMB_MARGIN, look):
             return found
         return replace(found, pose=after.pose, cost=found.cost - gain)
 
@@ -259,11 +267,11 @@ class Search:
     def _with_size(self, found: Found, look: FrameContext) -> Found:
         """What was found, of a size that is learnt from it; where it is lost another stature may
         explain more."""
-        if _is_lost(found, found.hidden):
-            is_doubted = self._stature.is_doubted(is_lost=True)
-            return self._with_stature(found, look) if is_doubted else found
         if found.hidden > 0.0:
             return found
+        if _is_lost(found):
+            is_doubted = self._stature.is_doubted(is_lost=True)
+            return self._with_stature(found, look) if is_doubted else found
         with look.clock.stage("size"):
             self._size.update(found.pose, found.model, look.evidence)
         return replace(found, model=self._size.model(self._stature.stature_m))
@@ -297,22 +305,38 @@ def _cost(found: Found) -> float:
     return found.cost
 
 
-def _is_lost(found: Found, hidden: float) -> bool:
-    return found.cost > SEARCH_LOST_COST + LOST_COST_OCCLUDED * hidden
+def _is_lost(found: Found) -> bool:
+    return found.cost > SEARCH_LOST_COST
+
+
+def _of_what_is_seen(share: float, look: FrameContext) -> float:
+    """A share of what a whole body shows, seen from the side, as one of what is seen of it."""
+    model, evidence = look.model, look.evidence
+    whole_m2 = 2.0 * float((model.lengths_m * model.radii_m.mean(1)).sum())
+    seen_m2 = len(evidence.points_camera) * evidence.point_area_m2
+    return share * max(1.0, whole_m2 / max(seen_m2, evidence.point_area_m2))
+
+
+def _known_of(pose: Pose, look: FrameContext) -> Known:
+    """What is known of a pose besides its parts; how high its head is only where the stature has
+    been measured, not guessed from that."""
+    evidence, head_height = look.evidence, None
+    if evidence.floor.any() and evidence.stature_m is not None:
+        head_m = evidence.floor[:3] @ evidence.head_camera + evidence.floor[3]
+        head_height = float(head_m) / look.model.stature_m
+    seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
+    return Known(seen, evidence.up_camera, head_height)
+
+
+def _usual_where_hidden(pose: Pose, look: FrameContext) -> Pose:
+    """A pose whose parts that are out of sight are as is usual with the others."""
+    known = _known_of(pose, look)
+    return usual_poses().towards(pose, 1.0 - known.seen, known)
 
 
 def _thinned(look: FrameContext) -> FrameContext:
     """The frame with fewer points, for a first look."""
     return replace(look, evidence=look.evidence.thinned())
-
-
-def _trunk_hidden(found: Found, evidence: Evidence) -> float:
-    """Share of the axes of head and torso that is out of sight."""
-    trunk = [HEAD, UPPER_TORSO, LOWER_TORSO]
-    along = ((np.arange(4) + 0.5) / 4)[:, None, None] * found.model.lengths_m[trunk, None]
-    places = found.pose.origins(found.model)[trunk] + along * found.pose.Rs[trunk, :, 1]
-    radius_m = found.model.radii_m[trunk].min()
-    return float(evidence.out_of_sight(places.reshape(-1, 3), radius_m).mean())
 
 
 def _with_stature_cost(found: Found, evidence: Evidence) -> Found:

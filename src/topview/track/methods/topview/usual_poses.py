@@ -2,7 +2,9 @@
 
 Points alone leave a limb that is hidden, or that touches the trunk, free to be anywhere. The table
 by which whole bodies are looked up (`lookup`) knows how people move; the mean of those of its poses
-that are most like the last one tells what the next one may be.
+that are most like the last one tells what the next one may be. What is out of sight tells nothing
+of which they are: of who stands behind a counter the legs are as those of people usually are whose
+trunks lean like this, and whose heads are as high.
 """
 
 from __future__ import annotations
@@ -15,17 +17,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import rotations_in_parent
-from topview.body.parts import PARTS, UPPER_TORSO
-from topview.geometry.rotations import nearest_rotations
+from topview.body.model import HEAD_CENTRE
+from topview.body.parts import (
+    HEAD,
+    LEFT_LOWER_LEG,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_LOWER_LEG,
+    UPPER_TORSO,
+)
+from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.kernels.lookup import squared_distances
+from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
 from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 
 Array = NDArray[np.float64]
 
-AKIN: Final = 30  # poses whose mean is taken; ours
-# Of the axes of a pose, for `squared_distances`.
-_NOTHING_HIDDEN: Final = np.eye(3 * len(PARTS), dtype=np.float32)
+# All ours.
+AKIN: Final = 30  # poses whose mean is taken
+UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the axis of a part
+HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
+_UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)  # of `UsualPoses.traits`, and
+_HEIGHT: Final = _UP.stop
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known of a pose besides its parts.
+
+    Attributes:
+        seen: [11] share of each part that is in sight.
+        up_camera: [3] unit vector.
+        head_height: of the head's centre above the floor, in statures; None if it is not known.
+    """
+
+    seen: Array
+    up_camera: Array
+    head_height: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,46 +62,82 @@ class UsualPoses:
     """Poses of captured motion, and their mirror images.
 
     Attributes:
-        axes: [33, P] of their parts' own axes, in the frame of the upper torso.
+        traits: [37, P] their parts' own axes and the way up, in the frame of the upper torso, and
+            how high the head's centre is above the lower foot, in statures; both weighted.
         Rs_relative: [P, 11, 3, 3] their rotations, as `Pose.relative`.
     """
 
-    axes: NDArray[np.float32]
+    traits: NDArray[np.float32]
     Rs_relative: Array
 
     @classmethod
     def of(cls, Rs: Array) -> UsualPoses:
-        """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame."""
-        Rs = np.concatenate([Rs, mirrored(Rs)])
-        relative = rotations_in_parent(np.swapaxes(Rs, 0, 1), FROM_UPPER_TORSO)
-        axes = np.ascontiguousarray(_axes_in_torso(Rs).T, np.float32)
-        return cls(axes, np.ascontiguousarray(np.swapaxes(relative, 0, 1)))
+        """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame, y down."""
+        Rs = np.swapaxes(np.concatenate([Rs, mirrored(Rs)]), 0, 1)
+        relative = rotations_in_parent(Rs, FROM_UPPER_TORSO)
+        ups = -UP_WEIGHT * Rs[UPPER_TORSO, :, 1]
+        heights = HEIGHT_WEIGHT * _head_heights(Rs)[:, None]
+        traits = np.concatenate([_axes_in_torso(Rs), ups, heights], axis=1)
+        return cls(
+            np.ascontiguousarray(traits.T, np.float32),
+            np.ascontiguousarray(np.swapaxes(relative, 0, 1)),
+        )
 
-    def towards(self, pose: Pose, share: float) -> Pose:
-        """A pose whose limbs and head are turned by this share of the way to the mean of those that
-        are like it; the neck and the upper torso stay."""
-        squares = self._squares(pose)
+    def towards(self, pose: Pose, share: float | Array, known: Known | None = None) -> Pose:
+        """A pose whose limbs and head are turned by this share, or by [11] shares, of the way to
+        the mean of those that are like it; the neck stays. The upper torso stays, too, but that it
+        leans more as is usual the less is seen of the trunk, if anything of that is `known`."""
+        traits, counts = _traits_of(pose, known)
+        squares = np.empty(len(self.Rs_relative), np.float32)
+        squared_distances(self.traits, np.diag(counts), counts * traits, squares)
+        squares = np.maximum(squares + (counts * traits * traits).sum(), 0.0)
         like = np.argpartition(squares, AKIN)[:AKIN]
         weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
         weights = weights.astype(np.float64) / weights.sum()
+        shares = np.broadcast_to(share, len(PARTS))
         own = pose.relative()
         mean = np.einsum("k,kpij->pij", weights, self.Rs_relative[like])
-        Rs = nearest_rotations((1.0 - share) * own + share * mean)
+        Rs = nearest_rotations(own + shares[:, None, None] * (mean - own))
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
+        if known is not None:
+            hidden = 1.0 - float(known.seen[[UPPER_TORSO, LOWER_TORSO]].min())
+            usual_up = unit(self.traits[_UP, like] @ weights)
+            own_up = own[UPPER_TORSO].T @ known.up_camera
+            leant_up = unit(own_up + hidden * float(shares[UPPER_TORSO]) * (usual_up - own_up))
+            Rs[UPPER_TORSO] = own[UPPER_TORSO] @ shortest_turns(leant_up, own_up)
         return Pose.from_relative(pose.neck_camera, Rs)
 
-    def _squares(self, pose: Pose) -> NDArray[np.float32]:
-        """[P] squared distances of the axes of a pose to those of each captured one."""
-        axes = _axes_in_torso(pose.Rs[None])[0].astype(np.float32)
-        squares = np.empty(len(self.Rs_relative), np.float32)
-        squared_distances(self.axes, _NOTHING_HIDDEN, axes, squares)
-        return np.maximum(squares + (axes * axes).sum(), 0.0)
+
+def _traits_of(pose: Pose, known: Known | None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """[37] as in `UsualPoses.traits`, and [37] how much each counts."""
+    traits, counts = np.zeros((2, _HEIGHT + 1))
+    traits[: _UP.start] = _axes_in_torso(pose.Rs[:, None])[0]
+    counts[: _UP.start] = 1.0
+    if known is not None:
+        traits[_UP] = UP_WEIGHT * (pose.Rs[UPPER_TORSO].T @ known.up_camera)
+        counts[: _UP.stop] = np.repeat([*known.seen, known.seen[UPPER_TORSO]], 3)
+        if known.head_height is not None:
+            traits[_HEIGHT], counts[_HEIGHT] = HEIGHT_WEIGHT * known.head_height, 1.0
+    return traits.astype(np.float32), counts.astype(np.float32)
 
 
 def _axes_in_torso(Rs: Array) -> Array:
-    """[P, 33] of [P, 11, 3, 3] rotations."""
-    axes = np.einsum("kji,kpj->kpi", Rs[:, UPPER_TORSO], Rs[..., 1])
-    return axes.reshape(len(Rs), -1)
+    """[P, 33] of [11, P, 3, 3] rotations."""
+    axes = np.einsum("pji,kpj->pki", Rs[UPPER_TORSO], Rs[..., 1])
+    return axes.reshape(len(axes), -1)
+
+
+def _head_heights(Rs: Array) -> Array:
+    """[P] of the head's centre above the lower foot, in statures, of [11, P, 3, 3] rotations in an
+    upright frame, y down."""
+    body = BoneLengths().model(1.0)
+    origins, legs = (
+        Pose(np.zeros((Rs.shape[1], 3)), Rs).origins(body),
+        [LEFT_LOWER_LEG, RIGHT_LOWER_LEG],
+    )
+    feet = origins[legs] + Rs[legs, ..., 1] * body.lengths_m[legs, None, None]
+    heads = origins[HEAD] + HEAD_CENTRE * body.lengths_m[HEAD] * Rs[HEAD, ..., 1]
+    return feet[..., 1].max(0) - heads[:, 1]
 
 
 @cache

@@ -90,3 +90,12 @@ def firmness(elapsed_s: float) -> float:
 def beyond_tolerance(hidden_share: float) -> float:
     """What of a hidden share is beyond what is tolerated."""
     return max(0.0, hidden_share - TOLERATED_OCCLUSION)
+
+
+def parts_out_of_sight(pose: Pose, model: BodyModel, evidence: Evidence) -> Array:
+    """[11] share of each part's axis that is outside of the image, or behind something that is not
+    the person."""
+    along = ((np.arange(4) + 0.5) / 4)[:, None, None] * model.lengths_m[:, None]
+    places = pose.origins(model) + along * pose.Rs[..., 1]
+    radii_m = np.broadcast_to(model.radii_m.min(1), places.shape[:2])
+    return evidence.out_of_sight(places.reshape(-1, 3), radii_m.ravel()).reshape(4, -1).mean(0)

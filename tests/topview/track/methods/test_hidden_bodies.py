@@ -1,0 +1,116 @@
+"""Bodies of people of whom something is hidden, and of whose joints none are proposed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rendered_bodies import (
+    CAMERA,
+    MODEL,
+    UP,
+    at_frame,
+    evidence_in,
+    joints_of,
+    render,
+    standing_pose,
+    subject,
+)
+from topview.body import JOINT_NAMES
+from topview.body.parts import (
+    LEFT_FOREARM,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
+    RIGHT_FOREARM,
+    RIGHT_LOWER_LEG,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
+from topview.geometry.rotations import rotations_from_angles
+from topview.track.evidence import Evidence
+from topview.track.methods.topview import TopviewSettings
+from topview.track.methods.topview.whole_body import parts_out_of_sight
+from topview.track.pose import Pose
+from topview.track.stances import Stance, heading, stand
+
+COVER_M = 1.6  # how far away it is
+ANKLES = [JOINT_NAMES.index(f"{side}_ankle") for side in ("left", "right")]
+SEATED = Stance(hip=85, knee=85)
+
+
+def behind(pose: Pose, is_covered: NDArray[np.bool_]) -> Evidence:
+    """Somebody of whom something in front covers these pixels, on a floor."""
+    depth = render(pose)
+    depth[is_covered] = COVER_M
+    head = pose.neck_camera - 0.5 * MODEL.lengths_m[0] * pose.Rs[0][:, 1]
+    soles_m = joints_of(pose)[ANKLES, 1].max() + 0.08
+    evidence = evidence_in(depth, (depth > 0) & (depth != np.float32(COVER_M)), head)
+    return replace(evidence, floor=np.array([*UP, soles_m]))
+
+
+def pixels_beside(column: float) -> NDArray[np.bool_]:
+    return np.broadcast_to(np.arange(CAMERA.width) > column, (CAMERA.height, CAMERA.width))
+
+
+def pixels_below(row: float) -> NDArray[np.bool_]:
+    return np.broadcast_to((np.arange(CAMERA.height) > row)[:, None], (CAMERA.height, CAMERA.width))
+
+
+def middle_column(pose: Pose) -> float:
+    return CAMERA.fx * pose.neck_camera[0] / pose.neck_camera[2] + CAMERA.cx
+
+
+def hips_row(pose: Pose) -> float:
+    hip = joints_of(pose)[JOINT_NAMES.index("left_hip")]
+    return CAMERA.fy * hip[1] / hip[2] + CAMERA.cy
+
+
+def neck_row(pose: Pose) -> float:
+    return CAMERA.fy * pose.neck_camera[1] / pose.neck_camera[2] + CAMERA.cy
+
+
+def tracked(start: Pose, evidence: Evidence, frames: int) -> Pose:
+    """Where somebody ends who was thought to be elsewhere."""
+    tracker = TopviewSettings().tracker(subject())
+    tracker.update(evidence)
+    pose = tracker.pose = tracker._before = start
+    for frame in range(1, frames):
+        pose = tracker.update(at_frame(evidence, frame))
+    return pose
+
+
+def test_which_parts_are_out_of_sight():
+    pose = standing_pose(0.0)
+    out = parts_out_of_sight(pose, MODEL, behind(pose, pixels_beside(middle_column(pose) + 3)))
+    np.testing.assert_array_equal(out[[LEFT_UPPER_ARM, LEFT_FOREARM]], 1.0)
+    np.testing.assert_array_equal(out[[LEFT_UPPER_LEG, LEFT_LOWER_LEG]], 1.0)
+    np.testing.assert_array_equal(out[[RIGHT_UPPER_ARM, RIGHT_FOREARM]], 0.0)
+    np.testing.assert_array_equal(out[[RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]], 0.0)
+
+
+def test_who_stands_behind_a_counter_has_legs_below():
+    pose = standing_pose()
+    evidence = behind(pose, pixels_below(hips_row(pose)))
+    head = pose.neck_camera - 0.5 * MODEL.lengths_m[0] * pose.Rs[0][:, 1]
+    seated = stand(MODEL, head, SEATED, 0.3, UP)
+    off_m = np.linalg.norm(joints_of(seated)[ANKLES] - joints_of(pose)[ANKLES], axis=1)
+    found = tracked(seated, evidence, 30)
+    left_m = np.linalg.norm(joints_of(found)[ANKLES] - joints_of(pose)[ANKLES], axis=1)
+    assert off_m.min() > 0.4
+    assert left_m.max() < 0.25
+
+
+@pytest.mark.parametrize("turned_deg", [-60.0, 60.0])
+def test_half_a_trunk_tells_how_it_is_turned(turned_deg):
+    """But for front and back, which are alike of cylinders."""
+    pose = standing_pose(0.0)
+    evidence = behind(pose, pixels_below(0.5 * (hips_row(pose) + neck_row(pose))))
+    turn = rotations_from_angles(np.radians([0.0, turned_deg, 0.0]))
+    found = tracked(Pose(pose.neck_camera, turn @ pose.Rs), evidence, 30)
+    off_rad = heading(found.Rs[UPPER_TORSO], UP) - heading(pose.Rs[UPPER_TORSO], UP)
+    assert abs(np.cos(off_rad)) > np.cos(np.radians(15.0))
