@@ -167,9 +167,12 @@ class TopviewTracker:
         return Pose.below_head(evidence.head_camera, self.pose.Rs, self.model)
 
     def _searched(self, look: FrameContext, statures_m: Sequence[float]) -> Found:
-        """The cheapest of the pose that has moved on and what is found elsewhere."""
+        """The cheapest of the pose that has moved on and what is found elsewhere. Of whom joints
+        have been proposed, and something is hidden now, the pose is known better than what is
+        seen tells."""
         hidden, last = self._hidden_now(look), self.pose
-        is_due = begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
+        is_known = self._guide.has_begun and hidden > 0.0
+        is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
         starts = None if last is None else (last, self._predicted(last, look))
         return self._search.update(look, starts, hidden, statures_m, is_due)
 
