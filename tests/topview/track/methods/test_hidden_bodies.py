@@ -21,10 +21,12 @@ from rendered_bodies import (
 )
 from topview.body import JOINT_NAMES
 from topview.body.parts import (
+    HEAD,
     LEFT_FOREARM,
     LEFT_LOWER_LEG,
     LEFT_UPPER_ARM,
     LEFT_UPPER_LEG,
+    LOWER_TORSO,
     RIGHT_FOREARM,
     RIGHT_LOWER_LEG,
     RIGHT_UPPER_ARM,
@@ -34,13 +36,19 @@ from topview.body.parts import (
 from topview.geometry.rotations import rotations_from_angles
 from topview.track.evidence import Evidence
 from topview.track.methods.topview import TopviewSettings
-from topview.track.methods.topview.whole_body import parts_out_of_sight
+from topview.track.methods.topview.usual_poses import known_of, usual_where_hidden
+from topview.track.methods.topview.whole_body import (
+    FrameContext,
+    of_what_is_seen,
+    parts_out_of_sight,
+)
 from topview.track.pose import Pose
 from topview.track.stances import Stance, heading, stand
 
 COVER_M = 1.6  # how far away it is
 ANKLES = [JOINT_NAMES.index(f"{side}_ankle") for side in ("left", "right")]
 SEATED = Stance(hip=85, knee=85)
+ABOVE = [HEAD, UPPER_TORSO, LOWER_TORSO, LEFT_UPPER_ARM, RIGHT_UPPER_ARM]
 
 
 def behind(pose: Pose, is_covered: NDArray[np.bool_]) -> Evidence:
@@ -84,6 +92,10 @@ def tracked(start: Pose, evidence: Evidence, frames: int) -> Pose:
     return pose
 
 
+def looked_at(evidence: Evidence) -> FrameContext:
+    return FrameContext(MODEL, evidence, subject().clock, 1 / 30)
+
+
 def test_which_parts_are_out_of_sight():
     pose = standing_pose(0.0)
     out = parts_out_of_sight(pose, MODEL, behind(pose, pixels_beside(middle_column(pose) + 3)))
@@ -91,6 +103,39 @@ def test_which_parts_are_out_of_sight():
     np.testing.assert_array_equal(out[[LEFT_UPPER_LEG, LEFT_LOWER_LEG]], 1.0)
     np.testing.assert_array_equal(out[[RIGHT_UPPER_ARM, RIGHT_FOREARM]], 0.0)
     np.testing.assert_array_equal(out[[RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]], 0.0)
+
+
+def test_hidden_parts_of_a_body_that_is_looked_up_are_as_is_usual_and_others_stay():
+    pose = standing_pose()
+    head = pose.neck_camera - 0.5 * MODEL.lengths_m[0] * pose.Rs[0][:, 1]
+    seated = stand(MODEL, head, SEATED, 0.3, UP)
+    look = looked_at(behind(pose, pixels_below(hips_row(pose) - 1)))
+    legs = [LEFT_UPPER_LEG, LEFT_LOWER_LEG, RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]
+    seen = known_of(seated, look).seen
+    np.testing.assert_array_equal(seen[legs], 0.0)
+    np.testing.assert_array_equal(seen[ABOVE], 1.0)
+    usual = usual_where_hidden(seated, look)
+    np.testing.assert_allclose(usual.Rs[ABOVE], seated.Rs[ABOVE], atol=1e-9)
+    assert (seated.Rs[legs[::2], :, 1] @ -UP < 0.2).all()
+    assert (usual.Rs[legs[::2], :, 1] @ -UP > 0.85).all()
+
+
+def test_a_stature_that_was_not_measured_tells_no_height():
+    look = looked_at(behind(standing_pose(), pixels_below(200)))
+    head_m = look.evidence.floor @ np.append(look.evidence.head_camera, 1.0)
+    assert known_of(standing_pose(), look).head_height == pytest.approx(head_m / 1.75)
+    guessed = replace(look, evidence=replace(look.evidence, stature_m=None))
+    assert known_of(standing_pose(), guessed).head_height is None
+
+
+def test_who_shows_a_tenth_must_be_explained_better_by_ten_times_as_much():
+    evidence = evidence_in(render(standing_pose()), render(standing_pose()) > 0, np.zeros(3))
+    whole_m2 = 2.0 * (MODEL.lengths_m * MODEL.radii_m.mean(1)).sum()
+    points = np.zeros((100, 3))
+    all_of_it = replace(evidence, points_camera=points, point_area_m2=whole_m2 / 100)
+    a_tenth = replace(all_of_it, points_camera=points[:10])
+    assert of_what_is_seen(0.02, looked_at(all_of_it)) == pytest.approx(0.02)
+    assert of_what_is_seen(0.02, looked_at(a_tenth)) == pytest.approx(0.2)
 
 
 def test_who_stands_behind_a_counter_has_legs_below():

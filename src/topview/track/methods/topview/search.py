@@ -31,13 +31,18 @@ from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
-from topview.track.methods.topview.usual_poses import Known, usual_poses
+from topview.track.methods.topview.usual_poses import (
+    known_of,
+    usual_poses,
+    usual_where_hidden,
+)
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
     beyond_tolerance,
     costs_of,
     firmness,
+    of_what_is_seen,
     parts_out_of_sight,
 )
 from topview.track.pose import Pose
@@ -140,9 +145,9 @@ class Search:
 
     def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
         """The last pose, or where it has moved to, refined; held to the last one, whose limbs and
-        head are drawn to what bodies usually do, and of whom something is hidden the torso."""
+        head are drawn to what bodies usually do, as is the torso of whom something is hidden."""
         share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
-        known = _known_of(moved_on[0], look)
+        known = known_of(moved_on[0], look)
         shares = np.full(len(PARTS), share)
         shares[UPPER_TORSO] *= hidden > 0.0
         prior = usual_poses().towards(moved_on[0], shares, known)
@@ -160,8 +165,7 @@ class Search:
         look: FrameContext,
     ) -> Found:
         """What was found, that turned half round, or one of the bodies that look like what is seen,
-        of whom something is hidden as such bodies usually are there; where the pose is lost, or
-        there is none, a stance, too."""
+        their hidden parts as is usual; where the pose is lost, or there is none, a stance, too."""
         is_lost = found is None or _is_lost(found)
         is_hidden = found is not None and hidden > 0.0
         evidence = look.evidence
@@ -171,21 +175,21 @@ class Search:
             if stature_m != model.stature_m:
                 model = self._size.model(stature_m)
                 alike = shipped_poses().likeness(evidence, stature_m).poses(model, len(bodies))
-            own = replace(look, model=model)
-            starts = [_usual_where_hidden(pose, own) if is_hidden else pose for pose in alike]
+            sized = replace(look, model=model)
+            starts = [usual_where_hidden(pose, sized) if is_hidden else pose for pose in alike]
             if found is not None:
                 starts.append(found.pose.turned_round())
             if is_lost:
                 yaws_rad = [self.facing.likeliest_rad]
                 starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
-            others += self._best_of(starts, own)
+            others += self._best_of(starts, sized)
         if len(statures_m) > 1:
             others = [_with_stature_cost(other, evidence) for other in others]
             found = found and _with_stature_cost(found, evidence)
         best = min(others, key=_cost)
         if found is not None:
             is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
-            if is_doubtful or best.cost > found.cost - _of_what_is_seen(NEWS_MARGIN, look):
+            if is_doubtful or best.cost > found.cost - of_what_is_seen(NEWS_MARGIN, look):
                 return found
         self._kept = {}
         return replace(best, is_new=True)
@@ -238,7 +242,7 @@ class Search:
             return found
         before, after = self._founds([found.pose, other], look)
         gain = before.cost - after.cost
-        if gain < _of_what_is_seen(LIMB_MARGIN, look):
+        if gain < of_what_is_seen(LIMB_MARGIN, look):
             return found
         return replace(found, pose=after.pose, cost=found.cost - gain)
 
@@ -307,31 +311,6 @@ def _cost(found: Found) -> float:
 
 def _is_lost(found: Found) -> bool:
     return found.cost > SEARCH_LOST_COST
-
-
-def _of_what_is_seen(share: float, look: FrameContext) -> float:
-    """A share of what a whole body shows, seen from the side, as one of what is seen of it."""
-    model, evidence = look.model, look.evidence
-    whole_m2 = 2.0 * float((model.lengths_m * model.radii_m.mean(1)).sum())
-    seen_m2 = len(evidence.points_camera) * evidence.point_area_m2
-    return share * max(1.0, whole_m2 / max(seen_m2, evidence.point_area_m2))
-
-
-def _known_of(pose: Pose, look: FrameContext) -> Known:
-    """What is known of a pose besides its parts; how high its head is only where the stature has
-    been measured, not guessed from that."""
-    evidence, head_height = look.evidence, None
-    if evidence.floor.any() and evidence.stature_m is not None:
-        head_m = evidence.floor[:3] @ evidence.head_camera + evidence.floor[3]
-        head_height = float(head_m) / look.model.stature_m
-    seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
-    return Known(seen, evidence.up_camera, head_height)
-
-
-def _usual_where_hidden(pose: Pose, look: FrameContext) -> Pose:
-    """A pose whose parts that are out of sight are as is usual with the others."""
-    known = _known_of(pose, look)
-    return usual_poses().towards(pose, 1.0 - known.seen, known)
 
 
 def _thinned(look: FrameContext) -> FrameContext:

@@ -30,6 +30,7 @@ from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.kernels.lookup import squared_distances
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
+from topview.track.methods.topview.whole_body import FrameContext, parts_out_of_sight
 from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
 
 Array = NDArray[np.float64]
@@ -40,6 +41,7 @@ UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the a
 HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
 _UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)  # of `UsualPoses.traits`, and
 _HEIGHT: Final = _UP.stop
+_TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,27 +87,29 @@ class UsualPoses:
 
     def towards(self, pose: Pose, share: float | Array, known: Known | None = None) -> Pose:
         """A pose whose limbs and head are turned by this share, or by [11] shares, of the way to
-        the mean of those that are like it; the neck stays. The upper torso stays, too, but that it
-        leans more as is usual the less is seen of the trunk, if anything of that is `known`."""
-        traits, counts = _traits_of(pose, known)
-        squares = np.empty(len(self.Rs_relative), np.float32)
-        squared_distances(self.traits, np.diag(counts), counts * traits, squares)
-        squares = np.maximum(squares + (counts * traits * traits).sum(), 0.0)
-        like = np.argpartition(squares, AKIN)[:AKIN]
-        weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
-        weights = weights.astype(np.float64) / weights.sum()
+        the mean of those that are like it; the neck and the upper torso stay. But where something
+        is `known`, the torso leans as is usual, by its share and as far as the trunk is hidden."""
+        like, weights = self._akin(pose, known)
         shares = np.broadcast_to(share, len(PARTS))
         own = pose.relative()
         mean = np.einsum("k,kpij->pij", weights, self.Rs_relative[like])
         Rs = nearest_rotations(own + shares[:, None, None] * (mean - own))
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
         if known is not None:
-            hidden = 1.0 - float(known.seen[[UPPER_TORSO, LOWER_TORSO]].min())
             usual_up = unit(self.traits[_UP, like] @ weights)
-            own_up = own[UPPER_TORSO].T @ known.up_camera
-            leant_up = unit(own_up + hidden * float(shares[UPPER_TORSO]) * (usual_up - own_up))
-            Rs[UPPER_TORSO] = own[UPPER_TORSO] @ shortest_turns(leant_up, own_up)
+            lean = float(shares[UPPER_TORSO]) * (1.0 - float(known.seen[_TRUNK].min()))
+            Rs[UPPER_TORSO] = _leant(own[UPPER_TORSO], known.up_camera, usual_up, lean)
         return Pose.from_relative(pose.neck_camera, Rs)
+
+    def _akin(self, pose: Pose, known: Known | None) -> tuple[NDArray[np.intp], Array]:
+        """Which poses are most like one, and how much each counts; the sum is 1."""
+        traits, counts = _traits_of(pose, known)
+        squares = np.empty(len(self.Rs_relative), np.float32)
+        squared_distances(self.traits, np.diag(counts), counts * traits, squares)
+        squares = np.maximum(squares + (counts * traits * traits).sum(), 0.0)
+        like = np.argpartition(squares, AKIN)[:AKIN]
+        weights = np.exp(-0.5 * squares[like] / max(float(np.median(squares[like])), 1e-6))
+        return like, weights.astype(np.float64) / weights.sum()
 
 
 def _traits_of(pose: Pose, known: Known | None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -121,6 +125,13 @@ def _traits_of(pose: Pose, known: Known | None) -> tuple[NDArray[np.float32], ND
     return traits.astype(np.float32), counts.astype(np.float32)
 
 
+def _leant(R: Array, up_camera: Array, usual_up: Array, share: float) -> Array:
+    """[3, 3] the rotation of a torso, leant by this share of the way to where up is [3] in its
+    frame."""
+    up = R.T @ up_camera
+    return R @ shortest_turns(unit(up + share * (usual_up - up)), up)
+
+
 def _axes_in_torso(Rs: Array) -> Array:
     """[P, 33] of [11, P, 3, 3] rotations."""
     axes = np.einsum("pji,kpj->pki", Rs[UPPER_TORSO], Rs[..., 1])
@@ -130,11 +141,8 @@ def _axes_in_torso(Rs: Array) -> Array:
 def _head_heights(Rs: Array) -> Array:
     """[P] of the head's centre above the lower foot, in statures, of [11, P, 3, 3] rotations in an
     upright frame, y down."""
-    body = BoneLengths().model(1.0)
-    origins, legs = (
-        Pose(np.zeros((Rs.shape[1], 3)), Rs).origins(body),
-        [LEFT_LOWER_LEG, RIGHT_LOWER_LEG],
-    )
+    body, legs = BoneLengths().model(1.0), [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
+    origins = Pose(np.zeros((Rs.shape[1], 3)), Rs).origins(body)
     feet = origins[legs] + Rs[legs, ..., 1] * body.lengths_m[legs, None, None]
     heads = origins[HEAD] + HEAD_CENTRE * body.lengths_m[HEAD] * Rs[HEAD, ..., 1]
     return feet[..., 1].max(0) - heads[:, 1]
@@ -144,3 +152,20 @@ def _head_heights(Rs: Array) -> Array:
 def usual_poses() -> UsualPoses:
     """Those of the table that comes with the project."""
     return UsualPoses.of(shipped_poses().Rs)
+
+
+def known_of(pose: Pose, look: FrameContext) -> Known:
+    """What is known of a pose besides its parts; how high its head is only where the stature has
+    been measured, not guessed from that."""
+    evidence, head_height = look.evidence, None
+    if evidence.floor.any() and evidence.stature_m is not None:
+        head_m = evidence.floor[:3] @ evidence.head_camera + evidence.floor[3]
+        head_height = float(head_m) / look.model.stature_m
+    seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
+    return Known(seen, evidence.up_camera, head_height)
+
+
+def usual_where_hidden(pose: Pose, look: FrameContext) -> Pose:
+    """A pose whose parts that are out of sight are as is usual with the others."""
+    known = known_of(pose, look)
+    return usual_poses().towards(pose, 1.0 - known.seen, known)
