@@ -140,6 +140,15 @@ class Evidence:
         """[3] unit vector: the floor's normal, or the camera's own up where no floor is known."""
         return self.floor[:3] if self.floor.any() else CAMERA_UP
 
+    @property
+    def seen_m2(self) -> float:
+        """Surface of the user that is seen, face on."""
+        return len(self.points_camera) * self.point_area_m2
+
+    def above_floor_m(self, points_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """[...] how high above a floor that is known [..., 3] points are, metres."""
+        return points_camera @ self.floor[:3] + self.floor[3]
+
     def is_on_user(self, point_camera: NDArray[np.float64]) -> bool:
         """Whether a [3] point lies, in the image, on the user."""
         if point_camera[2] <= NEAREST_PLACE_M:

@@ -81,6 +81,12 @@ class Pose:
             origins[part] = place_part(model, part, self.Rs[parent], origins[parent])
         return origins
 
+    def ends(self, model: BodyModel) -> Array:
+        """[11, 3], or [11, M, 3], where each part ends, away from its proximal joint, in metres,
+        camera frame."""
+        origins = self.origins(model)
+        return origins + self.Rs[..., 1] * model.lengths_m.reshape(-1, *(1,) * (origins.ndim - 1))
+
     @staticmethod
     def together(poses: Sequence[Pose]) -> Pose:
         """M poses at once."""

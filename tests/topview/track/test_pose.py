@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from rendered_bodies import MODEL
+from rendered_bodies import MODEL, standing_pose
 from topview.body.kinematics import forward_kinematics, rotations_in_parent
 from topview.body.parts import HEAD, PARTS, UPPER_TORSO
 from topview.track.pose import FROM_UPPER_TORSO, HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
@@ -62,3 +62,14 @@ def test_elbows_bend_to_the_front_and_knees_to_the_back():
     for upper, lower in HINGE_PAIRS:
         assert PARTS[lower].parent == upper
         assert HINGE_BENDS[upper] == (1.0 if PARTS[upper].name.endswith("arm") else -1.0)
+
+
+def test_parts_end_at_their_lengths_of_one_pose_and_of_many():
+    pose = standing_pose()
+    tips = np.zeros((len(MODEL.lengths_m), 4, 1))
+    tips[:, 1, 0], tips[:, 3, 0] = MODEL.lengths_m, 1.0
+    ends = (pose.transforms(MODEL) @ tips)[:, :3, 0]
+    assert_allclose(pose.ends(MODEL), ends, atol=1e-12)
+    many = Pose.together([pose, pose.turned_round()]).ends(MODEL)
+    assert_array_equal(many[:, 0], pose.ends(MODEL))
+    assert_array_equal(many[:, 1], pose.turned_round().ends(MODEL))

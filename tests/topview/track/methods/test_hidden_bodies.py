@@ -86,7 +86,7 @@ def tracked(start: Pose, evidence: Evidence, frames: int) -> Pose:
     """Where somebody ends who was thought to be elsewhere."""
     tracker = TopviewSettings().tracker(subject())
     tracker.update(evidence)
-    pose = tracker.pose = tracker._before = start
+    pose = tracker.pose = start
     for frame in range(1, frames):
         pose = tracker.update(at_frame(evidence, frame))
     return pose

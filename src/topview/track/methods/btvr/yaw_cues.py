@@ -131,7 +131,7 @@ def feet_before(evidence: Evidence, stature_m: float) -> Array | None:
     if not evidence.floor.any():
         return None
     points = evidence.all_points_camera
-    heights = (points @ evidence.floor[:3] + evidence.floor[3]) / stature_m
+    heights = evidence.above_floor_m(points) / stature_m
     feet = points[heights < FEET_BELOW]
     shins = points[(heights > SHINS[0]) & (heights < SHINS[1])]
     if min(len(feet), len(shins)) < LEAST_SECTION_POINTS:

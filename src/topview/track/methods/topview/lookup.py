@@ -196,7 +196,7 @@ class Likeness:
         nearest = np.argpartition(self.distances, EXAMINED)[:EXAMINED]
         nearest = self.entries[nearest[np.argsort(self.distances[nearest], kind="stable")]]
         poses = self._below_head(nearest, model)
-        ends = poses.origins(model) + poses.Rs[..., 1] * model.lengths_m[:, None, None]
+        ends = poses.ends(model)
         chosen: list[int] = []
         is_left = np.ones(len(nearest), np.bool_)
         while is_left.any() and len(chosen) < count:

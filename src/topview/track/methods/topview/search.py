@@ -325,10 +325,9 @@ def _with_stature_cost(found: Found, evidence: Evidence) -> Found:
 def _stature_cost(model: BodyModel, evidence: Evidence) -> float:
     """What speaks against a stature before any pose: people stand more often than they sit, and
     nobody is shorter than the head is high above the floor."""
-    floor, head = evidence.floor, evidence.head_camera
-    if not floor.any():
+    if not evidence.floor.any():
         return 0.0
-    top_m = floor[:3] @ head + floor[3] + HEAD_CENTRE * model.lengths_m[HEAD]
+    top_m = evidence.above_floor_m(evidence.head_camera) + HEAD_CENTRE * model.lengths_m[HEAD]
     stoop = np.log(model.stature_m / max(top_m, 0.3))
     return float(STOOP_WEIGHT * abs(stoop))
 
@@ -337,9 +336,7 @@ def _lift_costs(poses: Pose, model: BodyModel, evidence: Evidence) -> Array:
     """[M] what speaks against those of M poses whose feet are both off the floor."""
     if not evidence.floor.any():
         return np.zeros(len(poses.neck_camera))
-    legs = [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
-    soles = poses.origins(model)[legs]
-    soles = soles + poses.Rs[legs, ..., 1] * model.lengths_m[legs, None, None]
+    soles = poses.ends(model)[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]]
     soles = np.ascontiguousarray(np.swapaxes(soles, 0, 1))
-    lowest_m = (soles @ evidence.floor[:3]).min(1) + evidence.floor[3]
+    lowest_m = evidence.above_floor_m(soles).min(1)
     return LIFT_WEIGHT_PER_M * np.maximum(0.0, lowest_m - LIFT_M)

@@ -154,11 +154,10 @@ class TopviewTracker:
         """Whether too little is seen to look for a pose. Of whom joints have been proposed before,
         but not in this frame, that is less than somebody is found by; or, where the head is not
         seen, than tells where the head is."""
-        points = len(evidence.points_camera)
         if evidence.proposals is None and self._guide.has_begun:
             least_m2 = SHOWN_M2 if evidence.head_is_seen else TOLD_M2
-            return points * evidence.point_area_m2 < least_m2
-        return points < LEAST_BODY_POINTS
+            return evidence.seen_m2 < least_m2
+        return len(evidence.points_camera) < LEAST_BODY_POINTS
 
     def _hidden(self, evidence: Evidence) -> Pose:
         """Nothing is seen: the pose is kept, below where the head is thought to be."""

@@ -39,7 +39,8 @@ Array = NDArray[np.float64]
 AKIN: Final = 30  # poses whose mean is taken
 UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the axis of a part
 HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
-_UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)  # of `UsualPoses.traits`, and
+# Where these are in `UsualPoses.traits`, behind the axes.
+_UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)
 _HEIGHT: Final = _UP.stop
 _TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
 
@@ -141,10 +142,9 @@ def _axes_in_torso(Rs: Array) -> Array:
 def _head_heights(Rs: Array) -> Array:
     """[P] of the head's centre above the lower foot, in statures, of [11, P, 3, 3] rotations in an
     upright frame, y down."""
-    body, legs = BoneLengths().model(1.0), [LEFT_LOWER_LEG, RIGHT_LOWER_LEG]
-    origins = Pose(np.zeros((Rs.shape[1], 3)), Rs).origins(body)
-    feet = origins[legs] + Rs[legs, ..., 1] * body.lengths_m[legs, None, None]
-    heads = origins[HEAD] + HEAD_CENTRE * body.lengths_m[HEAD] * Rs[HEAD, ..., 1]
+    body, poses = BoneLengths().model(1.0), Pose(np.zeros((Rs.shape[1], 3)), Rs)
+    feet = poses.ends(body)[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]]
+    heads = poses.origins(body)[HEAD] + HEAD_CENTRE * body.lengths_m[HEAD] * Rs[HEAD, ..., 1]
     return feet[..., 1].max(0) - heads[:, 1]
 
 
@@ -159,8 +159,8 @@ def known_of(pose: Pose, look: FrameContext) -> Known:
     been measured, not guessed from that."""
     evidence, head_height = look.evidence, None
     if evidence.floor.any() and evidence.stature_m is not None:
-        head_m = evidence.floor[:3] @ evidence.head_camera + evidence.floor[3]
-        head_height = float(head_m) / look.model.stature_m
+        head_m = float(evidence.above_floor_m(evidence.head_camera))
+        head_height = head_m / look.model.stature_m
     seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
     return Known(seen, evidence.up_camera, head_height)
 

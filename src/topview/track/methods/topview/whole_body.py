@@ -105,5 +105,4 @@ def of_what_is_seen(share: float, look: FrameContext) -> float:
     """A share of what a whole body shows, seen from the side, as one of what is seen of it."""
     model, evidence = look.model, look.evidence
     whole_m2 = 2.0 * float((model.lengths_m * model.radii_m.mean(1)).sum())
-    seen_m2 = len(evidence.points_camera) * evidence.point_area_m2
-    return share * max(1.0, whole_m2 / max(seen_m2, evidence.point_area_m2))
+    return share * max(1.0, whole_m2 / max(evidence.seen_m2, evidence.point_area_m2))
