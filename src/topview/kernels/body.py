@@ -98,6 +98,47 @@ def nearest_own(nearest, corner, row, column):
     return best_row, best_column
 
 
+@njit(error_model="numpy", inline="always")
+def in_free_space(x, y, z, radius, depth, mine, nearest, corner, fx, fy, cx, cy, margin):
+    """What the image shows at a place on a part's axis.
+
+    Returns (hidden, share, gap, nx, ny, nz): 1 if something else than the user hides it, or it is
+    outside of the image, else 0; how much it counts as one in free space, 0 to 1; how far it is to
+    be moved, at most `LARGEST_GAP_M`, 0 where it may stay, and the unit vector that way.
+
+    Args:
+        x, y, z: the place in metres, camera frame.
+        radius: of the part.
+        depth, mine, nearest, corner, fx, fy, cx, cy, margin: as in `refine_bodies`.
+    """
+    if z < NEAREST_M:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
+    if u < 0 or v < 0 or u >= depth.shape[1] or v >= depth.shape[0]:
+        return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    seen = depth[v, u]
+    front = z - radius
+    if not mine[v, u]:
+        if seen > 0.0 and seen < front + margin:
+            return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        row, column = nearest_own(nearest, corner, v, u)
+        if row < 0:
+            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        du, dv = (column - u) * z / fx, (row - v) * z / fy
+        distance = np.sqrt(du * du + dv * dv)
+        gap = distance - INNER_SHARE * radius
+        if gap <= 0.0:
+            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        share = min(gap / FREE_M, 1.0)
+        return 0.0, share, min(gap, LARGEST_GAP_M), du / distance, dv / distance, 0.0
+    if seen <= front + margin:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    gap = seen - front
+    norm = np.sqrt(x * x + y * y + z * z)
+    share = min((gap - margin) / FREE_M, 1.0)
+    return 0.0, share, min(gap, LARGEST_GAP_M), x / norm, y / norm, z / norm
+
+
 @njit(error_model="numpy")
 def reach_across(shapes, k):
     """How far a part's surface may lie from its axis."""
@@ -157,7 +198,7 @@ def _parts_near(px, py, pz, best, parts):
 
 
 @njit(error_model="numpy", inline="always")
-def _facing_surface(px, py, pz, k, Rs, origins, lengths, shapes):
+def facing_surface(px, py, pz, k, Rs, origins, lengths, shapes):
     """Signed distance of a point from a part's surface, infinite where that faces away from the
     camera, and the normal, camera frame."""
     dx, dy, dz = px - origins[k, 0], py - origins[k, 1], pz - origins[k, 2]
@@ -173,7 +214,7 @@ def _facing_surface(px, py, pz, k, Rs, origins, lengths, shapes):
 
 
 @njit(error_model="numpy", inline="always")
-def _unlike(d, nx, ny, nz, seen):
+def unlike_seen(d, nx, ny, nz, seen):
     """How far a surface with this distance and normal is from what is seen, and how far turned,
     metres; the [3] normal that is seen is zeros where none is known."""
     turned = seen[0] * (seen[0] - nx) + seen[1] * (seen[1] - ny) + seen[2] * (seen[2] - nz)
@@ -210,10 +251,10 @@ def assign_points(
         distances[i] = unlike[i] = np.inf
         if k >= 0:
             near[i] = np.int64(1) << k
-            distances[i], normals[i, 0], normals[i, 1], normals[i, 2] = _facing_surface(
+            distances[i], normals[i, 0], normals[i, 1], normals[i, 2] = facing_surface(
                 points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
             )
-            unlike[i] = _unlike(
+            unlike[i] = unlike_seen(
                 distances[i], normals[i, 0], normals[i, 1], normals[i, 2], seen_normals[i]
             )
     for i in range(N):
@@ -229,12 +270,12 @@ def assign_points(
             left >>= 1
             if is_near == 0:
                 continue
-            d, nx, ny, nz = _facing_surface(
+            d, nx, ny, nz = facing_surface(
                 points[i, 0], points[i, 1], points[i, 2], k, Rs, origins, lengths, shapes
             )
             label = labels[i]
             best = reach if label < 0 else unlike[i]
-            off = _unlike(d, nx, ny, nz, seen_normals[i])
+            off = unlike_seen(d, nx, ny, nz, seen_normals[i])
             if off < best or (off == best and k < label):
                 labels[i], distances[i], unlike[i] = k, d, off
                 normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
@@ -552,7 +593,6 @@ def refine_bodies(
         information: [M, K] is filled with what is known of the first K degrees of freedom, each
             with all others free: inverse variance in the unit of the prior weights, with the prior.
     """
-    H, W = depth.shape
     B = Rs_all.shape[1]
     D = dof_part.shape[0]
     N = points.shape[0]
@@ -656,41 +696,14 @@ def refine_bodies(
                                     q[2, 0] * nx + q[2, 2] * nz,
                                     gap, collision_weight,
                                 )  # fmt: skip
-                    if z < NEAREST_M:
-                        continue
-                    u, v = int(np.round(fx * x / z + cx)), int(np.round(fy * y / z + cy))
-                    if u < 0 or v < 0 or u >= W or v >= H:
-                        hidden += 1.0
-                        continue
-                    seen = depth[v, u]
-                    front = z - radius
-                    if not mine[v, u]:
-                        if seen > 0.0 and seen < front + margin:
-                            hidden += 1.0
-                            continue
-                        row, column = nearest_own(nearest, corner, v, u)
-                        if row < 0:
-                            continue
-                        du, dv = (column - u) * z / fx, (row - v) * z / fy
-                        distance = np.sqrt(du * du + dv * dv)
-                        gap = distance - INNER_SHARE * radius
-                        if gap > 0.0:
-                            free += min(gap / FREE_M, 1.0)
-                            energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
-                            pull(
-                                sums, k, x, y, z,
-                                du / distance, dv / distance, 0.0,
-                                min(gap, LARGEST_GAP_M), free_weight,
-                            )  # fmt: skip
-                    elif seen > front + margin:
-                        gap = seen - front
-                        free += min((gap - margin) / FREE_M, 1.0)
-                        energy += free_weight * min(gap, LARGEST_GAP_M) ** 2
-                        norm = np.sqrt(x * x + y * y + z * z)
-                        pull(
-                            sums, k, x, y, z,
-                            x / norm, y / norm, z / norm, min(gap, LARGEST_GAP_M), free_weight,
-                        )  # fmt: skip
+                    is_hidden, share, gap, nx, ny, nz = in_free_space(
+                        x, y, z, radius, depth, mine, nearest, corner, fx, fy, cx, cy, margin
+                    )
+                    hidden += is_hidden
+                    free += share
+                    if gap > 0.0:
+                        energy += free_weight * gap * gap
+                        pull(sums, k, x, y, z, nx, ny, nz, gap, free_weight)
 
             if head_weight > 0.0:
                 half = 0.5 * lengths[HEAD]

@@ -166,8 +166,6 @@ class Evidence:
         self,
         places_camera: NDArray[np.float64],
         radius_m: float | NDArray[np.float64],
-        *,
-        own_body_hides: bool = False,
     ) -> NDArray[np.bool_]:
         """[N] whether places [N, 3] are outside of the image, or behind something that is not the
         user.
@@ -175,15 +173,12 @@ class Evidence:
         Args:
             places_camera: metres, inside the body.
             radius_m: from the places to the body's surface, or [N] from each.
-            own_body_hides: whether what lies behind the user counts as well.
         """
         rows, columns, is_inside = self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)
         surface_m = np.maximum(places_camera[:, 2], NEAREST_PLACE_M) - radius_m
         seen = self.view.depth_m[rows, columns]
         is_behind = (seen > 0) & (seen < surface_m - OCCLUDER_MARGIN_M)
-        if not own_body_hides:
-            is_behind &= ~self.user_mask[rows, columns]
-        return ~is_inside | is_behind
+        return ~is_inside | (is_behind & ~self.user_mask[rows, columns])
 
 
 def working_stride(camera: Camera, distance_m: float) -> int:

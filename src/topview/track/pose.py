@@ -41,8 +41,9 @@ OTHER_SIDE = tuple(PART_NAMES.index(other_side(name)) for name in PART_NAMES)
 HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 # Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
+LIMBS: Final = tuple(upper for upper, _ in HINGE_PAIRS)  # the lower part is the next
 
-_MIRRORED = np.diag([-1.0, 1.0, 1.0])
+MIRRORED = np.diag([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,9 +69,9 @@ class Pose:
 
     @staticmethod
     def below_head(head_camera: Array, Rs: Array, model: BodyModel) -> Pose:
-        """The pose of these rotations whose head has its centre at a [3] place."""
+        """The pose of these rotations, or the M poses, whose head has its centre at a [3] place."""
         down_m = model.lengths_m[HEAD] - model.joints_part[HEAD_CENTRE_JOINT, 1]
-        return Pose(head_camera + down_m * Rs[HEAD][:, 1], Rs)
+        return Pose(head_camera + down_m * Rs[HEAD, ..., 1], Rs)
 
     def origins(self, model: BodyModel) -> Array:
         """[11, 3], or [11, M, 3], proximal joints in metres, camera frame."""
@@ -120,4 +121,4 @@ class FittedBody:
 
 def mirrored(Rs: Array) -> Array:
     """[N, 11, 3, 3] rotations of who does the same with the other side."""
-    return (_MIRRORED @ Rs @ _MIRRORED)[:, list(OTHER_SIDE)]
+    return (MIRRORED @ Rs @ MIRRORED)[:, list(OTHER_SIDE)]

@@ -33,12 +33,11 @@ def nearest_surfaces(
     lengths_m: Array,
     shapes_m: Array,
     reach_m: float,
-    guess: NDArray[np.int32] | None = None,
 ) -> NearestSurfaces:
     """Of points [N, 3] and B parts: their rotations [B, 3, 3], origins [B, 3], lengths [B] and
-    shapes [B, 6] (`BodyModel.shapes_m`); [N] a guess of the labels, which saves time."""
+    shapes [B, 6] (`BodyModel.shapes_m`)."""
     N = len(points_camera)
-    labels = np.full(N, -1, np.int32) if guess is None else guess.copy()
+    labels = np.full(N, -1, np.int32)
     distances, normals = np.empty(N), np.empty((N, 3))
     kernel.assign_points(
         points_camera, np.zeros((N, 3)), Rs, origins, lengths_m, shapes_m, reach_m, labels,

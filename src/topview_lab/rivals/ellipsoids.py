@@ -27,13 +27,13 @@ from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
+from topview.track.elbows import elbows_on_circle, spread_points
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.methods.btvr.arms import Arm
 from topview.track.methods.btvr.pixels import UserPixels
 from topview.track.methods.btvr.torso import Torso
 from topview.track.methods.btvr.tracker import BtvrPose, assemble
-from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
 from topview.track.stances import facing
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from rendered_bodies import MODEL, standing_pose
 from topview.body.kinematics import forward_kinematics, rotations_in_parent
-from topview.body.parts import HEAD, PARTS, UPPER_TORSO
+from topview.body.parts import HEAD, HEAD_CENTRE_JOINT, PARTS, UPPER_TORSO
 from topview.track.pose import FROM_UPPER_TORSO, HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
 
@@ -73,3 +73,14 @@ def test_parts_end_at_their_lengths_of_one_pose_and_of_many():
     many = Pose.together([pose, pose.turned_round()]).ends(MODEL)
     assert_array_equal(many[:, 0], pose.ends(MODEL))
     assert_array_equal(many[:, 1], pose.turned_round().ends(MODEL))
+
+
+@given(st.lists(poses, min_size=1, max_size=4), poses)
+def test_heads_of_one_pose_and_of_many_are_where_they_are_told(several, place):
+    head_camera = place.neck_camera
+    many = Pose.below_head(head_camera, Pose.together(several).Rs, MODEL)
+    for index, pose in enumerate(several):
+        below = Pose.below_head(head_camera, pose.Rs, MODEL)
+        assert_array_equal(many.neck_camera[index], below.neck_camera)
+        in_head = np.append(MODEL.joints_part[HEAD_CENTRE_JOINT], 1.0)
+        assert_allclose((below.transforms(MODEL)[HEAD] @ in_head)[:3], head_camera, atol=1e-12)

@@ -97,9 +97,9 @@ def test_turns_and_bones_of_a_file_give_its_joints_in_every_frame(settings, wave
 
 
 def test_tracking_again_gives_the_same_and_another_seed_another():
-    """Of somebody who marches: limbs in plain view are found alike whatever is drawn. Without
+    """Of somebody who walks: who is in plain view is found alike whatever is drawn. Without
     proposed joints: where they lead the search, nothing is drawn."""
-    recording = SimulatedRecording(scene_by_name("marching", seed=2, frames=40))
+    recording = SimulatedRecording(scene_by_name("walk", seed=2, frames=40))
     runs = [
         track_recording(recording, TrackerSettings(seed=seed, proposals="none")).skeletons
         for seed in (0, 0, 1)

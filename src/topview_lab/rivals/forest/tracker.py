@@ -138,7 +138,7 @@ class ForestTracker:
                     places[middle] if is_new[middle] else joint + model.lengths_m[upper] * axes[0]
                 )
                 axes[1] = unit(places[end] - elbow)
-            Rs[[upper, upper + 1]] = limb_rotations(axes, R, upper, joint, model)
+            Rs[[upper, upper + 1]] = limb_rotations(axes, R, upper)
         return Pose(neck, Rs)
 
 

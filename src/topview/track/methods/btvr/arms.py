@@ -15,11 +15,11 @@ from topview.geometry.rotations import unit
 from topview.kernels import arms as kernel
 from topview.people.users import HandCandidate
 from topview.records import check_range
+from topview.track.elbows import elbows_on_circle, spread_points
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arm_angles import arm_angles, beyond_ranges_rad
 from topview.track.methods.btvr.pixels import UserPixels
 from topview.track.methods.btvr.torso import Torso
-from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
 
 Array = NDArray[np.float64]
 

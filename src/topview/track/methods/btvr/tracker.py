@@ -9,7 +9,6 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.limits import LIMITS_RAD
 from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import (
     HEAD,
@@ -21,8 +20,8 @@ from topview.body.parts import (
 )
 from topview.body.proportions import ANATOMICAL, THESIS
 from topview.filter.over_time import Pace
-from topview.geometry.rotations import transform, unit
-from topview.kernels.limbs import judge_limbs
+from topview.geometry.rotations import cross, transform, unit
+from topview.kernels.body import STRAIGHT
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
 from topview.track.evidence import Evidence
@@ -148,7 +147,7 @@ def assemble(model: BodyModel, torso: Torso, arms: Sequence[Arm], evidence: Evid
         shoulder = torso.neck_camera + R @ arm.shoulder_torso
         axes = arm.axes_torso @ R.T
         elbow = shoulder + axes[0] * model.lengths_m[upper]
-        Rs = limb_rotations(axes, R, upper, shoulder, model)
+        Rs = limb_rotations(axes, R, upper)
         Ts[[upper, upper + 1]] = transform(Rs, np.stack([shoulder, elbow]))
     return BtvrPose(Ts)
 
@@ -166,16 +165,12 @@ def _head(model: BodyModel, torso: Torso, evidence: Evidence) -> Array:
     return transform(R_head, centre - HEAD_CENTRE * length * y)
 
 
-def limb_rotations(
-    axes: Array, R_parent: Array, upper: int, joint_camera: Array, model: BodyModel
-) -> Array:
+def limb_rotations(axes: Array, R_parent: Array, upper: int) -> Array:
     """[2, 3, 3] rotations of a limb's parts along axes [2, 3]: the hinge's axis stands across
     both, or along the parent's x where the limb is straight."""
-    Rs, verdicts = np.empty((1, 2, 3, 3)), np.empty((1, 5))
-    parts = slice(upper, upper + 2)
-    judge_limbs(
-        axes[None], R_parent[:, 0].copy(), HINGE_BENDS[upper], R_parent, LIMITS_RAD[parts], axes,
-        joint_camera, model.lengths_m[parts], model.radii_m[parts, 0], np.zeros(4),
-        np.empty((0, 3)), 0.0, Rs, verdicts,
-    )  # fmt: skip
-    return Rs[0]
+    across = HINGE_BENDS[upper] * cross(axes[0], axes[1])
+    sine = float(np.linalg.norm(across))
+    share = min(sine / STRAIGHT, 1.0)
+    x = share * across / max(sine, 1e-9) + (1.0 - share) * R_parent[:, 0]
+    x = unit(x - (axes @ x)[:, None] * axes)
+    return np.stack([x, axes, cross(x, axes)], axis=-1)

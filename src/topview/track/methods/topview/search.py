@@ -1,14 +1,15 @@
 """Bodies of people of whom no joints are proposed: candidates from everywhere, one cost (ours).
 
 A candidate is the last pose as it has moved on, a captured body that looks like what is seen, a
-stance where the pose is lost, a pose with limbs of captured bodies, or one with limbs that were
-searched by their own scores. What is taken is what the whole body costs least with.
+stance where the pose is lost, a pose with its trunk elsewhere, or one with limbs as those of
+captured bodies are. What is taken is what the whole body costs least with.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, islice
 from typing import Final
 
 import numpy as np
@@ -24,13 +25,14 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.filter.over_time import FRAME_S, share_after
+from topview.geometry.rotations import rotations_from_vectors
 from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.facing import FacingBelief
-from topview.track.methods.topview.limbs import LIMBS, Kept, LimbSearch, LimbSettings
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
 from topview.track.methods.topview.usual_poses import (
     known_of,
     usual_poses,
@@ -45,7 +47,7 @@ from topview.track.methods.topview.whole_body import (
     of_what_is_seen,
     parts_out_of_sight,
 )
-from topview.track.pose import Pose
+from topview.track.pose import LIMBS, Pose
 from topview.track.stances import heading, stand_all
 from topview.track.stature import StatureBelief
 
@@ -67,12 +69,21 @@ LOOKED_UP_ITERATIONS: Final = 5
 LOOKED_AT_AGAIN: Final = 2
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
-# Of so many captured bodies each limb is tried in the pose, refined in so many steps, and taken
-# where all of it explains so much more of a whole body.
+# The trunk is drawn so often round where it is, in each frame: its two parts' turns about their own
+# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of the
+# limbs of so many captured bodies, and of a share of the usual ones, so many that differ are tried.
+# All are refined in so many steps, and taken where they explain so much more of a whole body.
+TRUNKS: Final = 4
+TRUNK_DRAWN_RAD: Final = np.radians([[5.0, 9.0, 4.0], [8.0, 7.0, 4.0]])
+TRUNK_DRAWN_M: Final = 0.02
 LENDERS: Final = 5
-LENT_ITERATIONS: Final = 3
-LIMB_MARGIN: Final = 0.005
-STARTING_ROUNDS: Final = 3  # of both, for a first pose
+LIMBS_TRIED: Final = 2
+TRIED_ITERATIONS: Final = 3
+TRIED_MARGIN: Final = 0.005
+HIDDEN_MARGIN: Final = 4.0  # times that more, of a limb that is out of sight
+STARTING_ROUNDS: Final = 3  # of that, for a first pose
+
+_TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
 
 
 class Search:
@@ -85,7 +96,6 @@ class Search:
     def __init__(
         self,
         refinement: RefinementSettings,
-        limbs: LimbSettings,
         subject: Subject,
         stature: StatureBelief,
         size: BodySize,
@@ -94,8 +104,6 @@ class Search:
         body, which is learnt here."""
         self.facing = FacingBelief()
         self._refinement = refinement
-        self._limbs = LimbSearch(limbs, subject.threads)
-        self._kept: Kept = {}  # hypotheses of limbs that go on
         self._subject = subject
         self._stature = stature
         self._size = size
@@ -108,6 +116,7 @@ class Search:
         hidden: float,
         statures_m: Sequence[float],
         is_due: bool,
+        is_known: bool,
     ) -> Found:
         """The cheapest pose of the next frame.
 
@@ -117,6 +126,7 @@ class Search:
             hidden: share of the body, beyond what is tolerated.
             statures_m: that the person may have.
             is_due: whether it is time to look elsewhere.
+            is_known: whether the last pose is known better than what is seen tells; it moves on.
         """
         with look.clock.stage("normals"):
             evidence = look.evidence.with_normals()
@@ -127,14 +137,16 @@ class Search:
             self._share = (self._share + 1) % SHARES
             self.facing.update(alike, look.elapsed_s)
         found = self._followed(moved_on, hidden, look) if moved_on else None
+        bodies: list[Pose] = []
         if found is None or is_due:
             with look.clock.stage("body"):
                 bodies = alike.poses(look.model, LOOKED_UP if found else 2 * LOOKED_UP)
                 found = self._or_elsewhere(found, bodies, hidden, statures_m, look)
-            for _ in range(1 if moved_on else STARTING_ROUNDS):
-                if found.hidden == 0.0:
-                    found = self._or_with_lent_limbs(found, bodies[:LENDERS], look)
-                found = self._or_with_searched_limbs(found, look)
+        if moved_on is None or not is_known:
+            rng = self._subject.rng(UPPER_TORSO, evidence)
+            with look.clock.stage("limbs"):
+                for _ in range(1 if moved_on else STARTING_ROUNDS):
+                    found = self._or_otherwise(found, bodies[:LENDERS], share, rng, look)
         # Legs out of view say nothing of a trunk that is seen.
         out = parts_out_of_sight(found.pose, found.model, evidence)
         seen_hidden = min(found.hidden, 2.0 * float(out[[HEAD, UPPER_TORSO, LOWER_TORSO]].mean()))
@@ -191,7 +203,6 @@ class Search:
             is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
             if is_doubtful or best.cost > found.cost - of_what_is_seen(NEWS_MARGIN, look):
                 return found
-        self._kept = {}
         return replace(best, is_new=True)
 
     def _best_of(self, starts: Sequence[Pose], look: FrameContext) -> list[Found]:
@@ -200,51 +211,51 @@ class Search:
         first.sort(key=_cost)
         return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
 
-    def _or_with_lent_limbs(
-        self, found: Found, lenders: Sequence[Pose], look: FrameContext
+    def _or_otherwise(
+        self,
+        found: Found,
+        lenders: Sequence[Pose],
+        share: int | None,
+        rng: np.random.Generator,
+        look: FrameContext,
     ) -> Found:
-        """What was found, or that with limbs of bodies that look like what is seen, where all of it
-        is cheaper."""
+        """What was found, or that with its trunk elsewhere, or with limbs of bodies that look like
+        what is seen or as limbs usually are, where all of it is cheaper."""
         look = replace(look, model=found.model)
-        mixed = np.repeat(found.pose.relative()[:, None], len(lenders) * len(LIMBS), axis=1)
-        lent = Pose.together(lenders).relative()
-        for index, upper in enumerate(LIMBS):
-            mixed[upper : upper + 2, index :: len(LIMBS)] = lent[upper : upper + 2]
-        mixes = Pose.from_relative(found.pose.neck_camera, mixed)
-        starts = [Pose(mixes.neck_camera, mixes.Rs[:, k]) for k in range(mixed.shape[1])]
-        starts.insert(0, found.pose)
-        as_it_is, *tried = self._founds(starts, _thinned(look), LENT_ITERATIONS)
-        together, is_better = as_it_is.pose.relative(), False
-        for index, upper in enumerate(LIMBS):
-            best = min(tried[index :: len(LIMBS)], key=_cost)
-            if best.cost < as_it_is.cost - LIMB_MARGIN:
-                together[upper : upper + 2] = best.pose.relative()[upper : upper + 2]
-                is_better = True
-        if not is_better:
+        first = _thinned(look)
+        groups = {UPPER_TORSO: _with_trunks(found.pose, rng)}
+        scan = LimbScan(found.pose, first, self._refinement)
+        for upper in LIMBS:
+            usual = usual_limbs(upper) if share is None else usual_limbs(upper)[share::SHARES]
+            lent = [lender.relative()[None, upper : upper + 2] for lender in lenders]
+            limbs = scan.likeliest(upper, np.concatenate([usual, *lent]), LIMBS_TRIED)
+            groups[upper] = _with_limbs(found.pose, upper, limbs)
+        starts = [found.pose, *chain.from_iterable(groups.values())]
+        as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
+        each = iter(tried)
+        cheapest = {part: min(islice(each, len(own)), key=_cost) for part, own in groups.items()}
+        out = parts_out_of_sight(found.pose, look.model, look.evidence)
+        margins = {upper: HIDDEN_MARGIN * float(out[upper : upper + 2].mean()) for upper in LIMBS}
+        better = {
+            part: other
+            for part, other in cheapest.items()
+            if other.cost < as_it_is.cost - TRIED_MARGIN * (1.0 + margins.get(part, 0.0))
+        }
+        if not better:
             return found
-        return self._cheaper(found, Pose.from_relative(as_it_is.pose.neck_camera, together), look)
+        poses = [min(better.values(), key=_cost).pose]
+        if len(better) > 1:
+            poses.append(_with_limbs_of(as_it_is.pose, better))
+        return self._cheaper(found, poses, look)
 
-    def _or_with_searched_limbs(self, found: Found, look: FrameContext) -> Found:
-        """What was found, or that with its limbs searched by their own scores, where all of it is
-        cheaper."""
-        look = replace(look, model=found.model)
-        with look.clock.stage("limbs"):
-            rngs = {upper: self._subject.rng(upper, look.evidence) for upper in LIMBS}
-            pose, self._kept = self._limbs.search(
-                found.pose, found.pose, look.model, look.evidence, rngs, self._kept
-            )
-        with look.clock.stage("refinement"):
-            return self._cheaper(found, pose, look)
-
-    def _cheaper(self, found: Found, other: Pose, look: FrameContext) -> Found:
-        """What was found, or another pose, if both are refined and that is cheaper."""
-        if np.array_equal(found.pose.Rs, other.Rs):  # no limb has been replaced
+    def _cheaper(self, found: Found, others: Sequence[Pose], look: FrameContext) -> Found:
+        """What was found, or another pose, if all are refined and that is cheaper."""
+        before, *after = self._founds([found.pose, *others], look)
+        best = min(after, key=_cost)
+        gain = before.cost - best.cost
+        if gain < of_what_is_seen(TRIED_MARGIN, look):
             return found
-        before, after = self._founds([found.pose, other], look)
-        gain = before.cost - after.cost
-        if gain < of_what_is_seen(LIMB_MARGIN, look):
-            return found
-        return replace(found, pose=after.pose, cost=found.cost - gain)
+        return replace(found, pose=best.pose, cost=found.cost - gain)
 
     def _founds(
         self,
@@ -311,6 +322,34 @@ def _cost(found: Found) -> float:
 
 def _is_lost(found: Found) -> bool:
     return found.cost > SEARCH_LOST_COST
+
+
+def _with_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
+    """A pose with its trunk drawn round where it is; all else keeps its directions."""
+    turns = rotations_from_vectors(TRUNK_DRAWN_RAD * rng.standard_normal((TRUNKS, 2, 3)))
+    moves = TRUNK_DRAWN_M * rng.standard_normal((TRUNKS, 3))
+    drawn = []
+    for turn, move in zip(turns, moves, strict=True):
+        Rs = pose.Rs.copy()
+        Rs[_TRUNK] = Rs[_TRUNK] @ turn
+        drawn.append(Pose(pose.neck_camera + move, Rs))
+    return drawn
+
+
+def _with_limbs(pose: Pose, upper: int, limbs: Array) -> list[Pose]:
+    """A pose with each of [M, 2, 3, 3] poses of a limb."""
+    mixed = np.repeat(pose.relative()[:, None], len(limbs), axis=1)
+    mixed[upper : upper + 2] = np.swapaxes(limbs, 0, 1)
+    mixes = Pose.from_relative(pose.neck_camera, mixed)
+    return [Pose(mixes.neck_camera, mixes.Rs[:, k]) for k in range(len(limbs))]
+
+
+def _with_limbs_of(pose: Pose, others: Mapping[int, Found]) -> Pose:
+    """A pose with those limbs of others, by upper part."""
+    relative = pose.relative()
+    for upper in others.keys() & set(LIMBS):
+        relative[upper : upper + 2] = others[upper].pose.relative()[upper : upper + 2]
+    return Pose.from_relative(pose.neck_camera, relative)
 
 
 def _thinned(look: FrameContext) -> FrameContext:

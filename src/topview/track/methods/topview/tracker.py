@@ -21,7 +21,6 @@ from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
-from topview.track.methods.topview.limbs import LimbSettings
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.search import LOOK_S, Search
 from topview.track.methods.topview.whole_body import (
@@ -52,7 +51,7 @@ class TopviewSettings:
     """The default method.
 
     Attributes:
-        limbs, refinement, guide: of these steps.
+        refinement, guide: of these steps.
         statures_m: tried while nobody could measure one, 0.3 to 3 metres; the first is assumed
             until then.
 
@@ -60,7 +59,6 @@ class TopviewSettings:
         InputError: no stature, or one out of range.
     """
 
-    limbs: LimbSettings = field(default_factory=LimbSettings)
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     guide: GuideSettings = field(default_factory=GuideSettings)
     statures_m: tuple[float, ...] = (1.72, 1.25, 1.4, 1.55, 1.9)
@@ -99,9 +97,7 @@ class TopviewTracker:
         self._root = RootCertainty()
         self._stature = StatureBelief(subject.stature_is_given)
         self._size = BodySize(self.bones, self._stature, settings.refinement)
-        self._search = Search(
-            settings.refinement, settings.limbs, subject, self._stature, self._size
-        )
+        self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
     @property
@@ -173,7 +169,7 @@ class TopviewTracker:
         is_known = self._guide.has_begun and hidden > 0.0
         is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
         starts = None if last is None else (last, self._predicted(last, look))
-        return self._search.update(look, starts, hidden, statures_m, is_due)
+        return self._search.update(look, starts, hidden, statures_m, is_due, is_known)
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with

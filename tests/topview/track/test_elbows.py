@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-from topview.track.methods.topview.limbs import elbows_on_circle, spread_points
+from topview.track.elbows import elbows_on_circle, spread_points
 
 lengths = st.floats(0.15, 0.4)
 palms = arrays(np.float64, 3, elements=st.floats(-0.8, 0.8))

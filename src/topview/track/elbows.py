@@ -1,0 +1,55 @@
+"""Where the elbow, or the knee, may be of a limb whose end is known (Eq. 5.4 - 5.6)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.geometry.rotations import cross, unit
+
+Array = NDArray[np.float64]
+
+# Ours.
+FOLDED_M: Final = 0.02  # a palm comes no nearer to the shoulder than the lengths' difference and it
+STRETCHED: Final = 0.998  # share of its length that a limb stretches to
+
+
+def elbows_on_circle(
+    shoulder: Array, palms: Array, length_upper: float, length_lower: float, turns: int
+) -> Array:
+    """[P, 3] palms, of one shoulder [3] or one each [P, 3], to [P * turns, 2, 3] directions of both
+    parts (Eq. 5.4 - 5.6).
+
+    Palms out of reach, or too near, are taken at the nearest distance that the limb can have.
+    """
+    reach = palms - shoulder
+    distance = np.linalg.norm(reach, axis=1)
+    axis = unit(reach)
+    shortest = abs(length_upper - length_lower) + FOLDED_M
+    span = np.clip(distance, shortest, (length_upper + length_lower) * STRETCHED)
+    i = (span**2 + length_upper**2 - length_lower**2) / (2 * span)
+    r = np.sqrt(np.maximum(length_upper**2 - i**2, 0.0))
+    helper = np.where(np.abs(axis[:, 1:2]) < 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
+    v1 = unit(cross(axis, helper))
+    v2 = cross(axis, v1)
+    t = 2 * np.pi * np.arange(turns) / turns
+    across = v1[:, None] * np.cos(t)[None, :, None] + v2[:, None] * np.sin(t)[None, :, None]
+    elbows = axis[:, None] * i[:, None, None] + across * r[:, None, None]
+    lower = axis[:, None] * span[:, None, None] - elbows
+    return unit(np.stack([elbows, lower], axis=2)).reshape(-1, 2, 3)
+
+
+def spread_points(points: Array, start: Array, count: int) -> Array:
+    """Up to `count` of the [N, 3] points, farthest-first: each next one lies farthest from `start`
+    and from those already taken."""
+    if len(points) == 0:
+        return points
+    distance = np.linalg.norm(points - start, axis=1)
+    taken = np.empty((min(count, len(points)), 3))
+    for n in range(len(taken)):
+        best = int(distance.argmax())
+        taken[n] = points[best]
+        distance = np.minimum(distance, np.linalg.norm(points - points[best], axis=1))
+    return taken

@@ -1,0 +1,135 @@
+"""Limbs looked up by what they explain: all that limbs usually do, one cost (ours).
+
+The table by which whole bodies are looked up (`lookup`) knows how limbs move. Poses of it that
+differ are tried, each in place of a limb, with the rest of the body as it is: what the limb
+explains of the points that the rest leaves open, less what of it is in free space, is what the
+whole body's cost changes by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.parts import LEFT_UPPER_ARM, LEFT_UPPER_LEG, PARTS
+from topview.kernels.body import assign_points
+from topview.kernels.limb_scan import scan_limb
+from topview.records import read_only
+from topview.track.degrees_of_freedom import PARENT_OF
+from topview.track.methods.topview.refinement import RefinementSettings
+from topview.track.methods.topview.usual_poses import usual_poses
+from topview.track.methods.topview.whole_body import FREE_SPACE_COST, FrameContext
+from topview.track.pose import MIRRORED, OTHER_SIDE, Pose
+
+Array = NDArray[np.float64]
+
+# All ours.
+LIMB_POSES: Final = 400  # of a limb that are tried
+DIFFERENT_LENGTHS: Final = 0.3  # of elbows and hands together, against a part's length
+LEAST_OPEN: Final = 0.02  # of a point: a limb that explains so little is not asked about it
+NOWHERE_M: Final = 1e6  # where a part is near nothing
+
+
+@cache
+def usual_limbs(upper: int) -> Array:
+    """[M, 2, 3, 3] different rotations of a limb's two parts, each in its parent's frame, which is
+    the torso's for the upper one."""
+    if upper not in (LEFT_UPPER_ARM, LEFT_UPPER_LEG):
+        return read_only(MIRRORED @ usual_limbs(OTHER_SIDE[upper]) @ MIRRORED)
+    usual = usual_poses().Rs_relative
+    return read_only(usual[_farthest_first(_ends(usual[:, upper : upper + 2])), upper : upper + 2])
+
+
+@dataclass(frozen=True)
+class LimbScan:
+    """What the whole body costs with other limbs, all else as it is.
+
+    Attributes:
+        pose: of the body.
+        look: the frame, with normals.
+        settings: of refinement, whose cost it is.
+    """
+
+    pose: Pose
+    look: FrameContext
+    settings: RefinementSettings
+
+    @cached_property
+    def origins_camera(self) -> Array:
+        """[11, 3] where the parts begin."""
+        return self.pose.origins(self.look.model)
+
+    def likeliest(self, upper: int, tried: Array, count: int) -> Array:
+        """[count or fewer, 2, 3, 3] of [M, 2, 3, 3] poses of a limb those different ones with which
+        the whole body costs least, the cheapest first."""
+        order = np.argsort(self.costs(upper, tried), kind="stable")
+        return tried[_different(_ends(tried), order, count)]
+
+    def costs(self, upper: int, tried: Array) -> Array:
+        """[M] what the whole body costs with each of [M, 2, 3, 3] poses of a limb, up to a
+        constant."""
+        s, model, evidence = self.settings, self.look.model, self.look.evidence
+        view, left_open = evidence.view, self._left_open(upper)
+        is_open = left_open > LEAST_OPEN
+        explained, in_free_space = np.empty(len(tried)), np.empty(len(tried))
+        scan_limb(
+            tried, self.pose.Rs[PARENT_OF[upper]], self.origins_camera[upper], upper,
+            model.lengths_m, model.shapes_m, model.joints_parent, evidence.points_camera[is_open],
+            evidence.normals_camera[is_open], left_open[is_open], view.depth_m, evidence.user_mask,
+            evidence.nearest.columns, evidence.nearest.corner, view.fx, view.fy, view.cx, view.cy,
+            evidence.floor, s.reach_m, s.scale_m, s.free_space_margin_m, s.samples_per_part,
+            explained, in_free_space,
+        )  # fmt: skip
+        share = in_free_space / (len(PARTS) * s.samples_per_part)
+        return FREE_SPACE_COST * share - explained / max(len(left_open), 1)
+
+    def _left_open(self, upper: int) -> Array:
+        """[N] how much of each point the body without a limb leaves unexplained, 0 to 1; 0 where
+        the limb does not reach."""
+        s, model, evidence = self.settings, self.look.model, self.look.evidence
+        points, N = evidence.points_camera, len(evidence.points_camera)
+        others = self.origins_camera.copy()
+        others[upper : upper + 2] = NOWHERE_M
+        labels, unlike_m = np.full(N, -1, np.int32), np.empty(N)
+        assign_points(
+            points, evidence.normals_camera, self.pose.Rs, others, model.lengths_m, model.shapes_m,
+            s.reach_m, labels, np.empty(N), np.empty((N, 3)), unlike_m,
+        )  # fmt: skip
+        explained = 1.0 / (1.0 + (unlike_m / s.scale_m) ** 2)
+        away_m = np.linalg.norm(points - self.origins_camera[upper], axis=1)
+        farthest_m = model.lengths_m[upper : upper + 2].sum() + 2.0 * s.reach_m
+        return np.where(away_m < farthest_m, np.where(labels < 0, 1.0, 1.0 - explained), 0.0)
+
+
+def _ends(Rs_relative: Array) -> Array:
+    """[M, 6] where both parts end, each as long as 1, in the frame of the limb's parent."""
+    elbows = Rs_relative[:, 0, :, 1]
+    hands = elbows + (Rs_relative[:, 0] @ Rs_relative[:, 1])[..., 1]
+    return np.concatenate([elbows, hands], axis=1)
+
+
+def _farthest_first(ends: Array) -> list[int]:
+    """`LIMB_POSES` of them, each the farthest from those before."""
+    away = np.full(len(ends), np.inf)
+    chosen = [0]
+    while len(chosen) < LIMB_POSES:
+        away = np.minimum(away, np.linalg.norm(ends - ends[chosen[-1]], axis=1))
+        chosen.append(int(away.argmax()))
+    return chosen
+
+
+def _different(ends: Array, order: NDArray[np.intp], count: int) -> list[int]:
+    """The first in an order that differ from each other."""
+    chosen: list[int] = []
+    is_left = np.ones(len(ends), np.bool_)
+    for index in order.tolist():
+        if len(chosen) == count:
+            break
+        if is_left[index]:
+            chosen.append(index)
+            is_left &= np.linalg.norm(ends - ends[index], axis=1) > DIFFERENT_LENGTHS
+    return chosen
