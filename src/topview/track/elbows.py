@@ -1,4 +1,5 @@
-"""Where the elbow, or the knee, may be of a limb whose end is known (Eq. 5.4 - 5.6)."""
+"""Where the elbow, or the knee, may be of a limb whose end is known (Eq. 5.4 - 5.6), and how such a
+limb is turned."""
 
 from __future__ import annotations
 
@@ -8,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.geometry.rotations import cross, unit
+from topview.kernels.body import STRAIGHT
+from topview.track.pose import HINGE_BENDS
 
 Array = NDArray[np.float64]
 
@@ -53,3 +56,15 @@ def spread_points(points: Array, start: Array, count: int) -> Array:
         taken[n] = points[best]
         distance = np.minimum(distance, np.linalg.norm(points - points[best], axis=1))
     return taken
+
+
+def limb_rotations(axes: Array, R_parent: Array, upper: int) -> Array:
+    """[..., 2, 3, 3] rotations of a limb's parts along axes [..., 2, 3]: the hinge's axis stands
+    across both, or along the parent's x where the limb is straight."""
+    across = HINGE_BENDS[upper] * cross(axes[..., 0, :], axes[..., 1, :])
+    sine = np.linalg.norm(across, axis=-1, keepdims=True)
+    share = np.minimum(sine / STRAIGHT, 1.0)
+    x = share * across / np.maximum(sine, 1e-9) + (1.0 - share) * R_parent[:, 0]
+    x = x[..., None, :] - (axes @ x[..., None]) * axes
+    x = unit(x)
+    return np.stack([x, axes, cross(x, axes)], axis=-1)

@@ -1,4 +1,4 @@
-"""Elbows on their circle, and hypotheses that are spread."""
+"""Elbows on their circle, hypotheses that are spread, and limbs as hinges."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-from topview.track.elbows import elbows_on_circle, spread_points
+from topview.body.parts import LEFT_UPPER_ARM, RIGHT_UPPER_LEG
+from topview.geometry.rotations import rotations_from_vectors, unit
+from topview.kernels.body import STRAIGHT
+from topview.track.elbows import elbows_on_circle, limb_rotations, spread_points
+from topview.track.pose import HINGE_BENDS
 
 lengths = st.floats(0.15, 0.4)
 palms = arrays(np.float64, 3, elements=st.floats(-0.8, 0.8))
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.2)
 SHOULDER = np.array([0.2, -0.3, 2.5])
 TURNS = 8
 
@@ -65,3 +70,24 @@ def test_spread_points_are_some_of_the_points_and_far_apart(n, count, seed):
     assert len(np.unique(taken, axis=0)) == len(taken)
     if len(taken):
         assert np.linalg.norm(taken[0]) == pytest.approx(np.linalg.norm(points, axis=1).max())
+
+
+@pytest.mark.parametrize("upper", [LEFT_UPPER_ARM, RIGHT_UPPER_LEG], ids=["arm", "leg"])
+@given(upper_axis=directions, lower_axis=directions)
+def test_a_limb_is_a_hinge_that_bends_the_right_way(upper, upper_axis, lower_axis):
+    axes = unit(np.array([upper_axis, lower_axis]))
+    assume(np.abs(axes[:, 0]).max() < 0.99)  # who is straight along the parent's x has no side
+    Rs = limb_rotations(axes, np.eye(3), upper)
+    assert_allclose(Rs[..., 1], axes)
+    assert_allclose(Rs @ np.swapaxes(Rs, -1, -2), np.broadcast_to(np.eye(3), Rs.shape), atol=1e-7)
+    assert_allclose(np.linalg.det(Rs), 1.0)
+    if np.linalg.norm(np.cross(*axes)) > STRAIGHT:
+        flexion = Rs[0].T @ Rs[1]
+        assert_allclose(flexion[0], [1.0, 0.0, 0.0], atol=1e-9)
+        assert np.sign(flexion[2, 1]) == HINGE_BENDS[upper]
+
+
+def test_a_straight_limb_keeps_its_parents_side():
+    R_parent = rotations_from_vectors(np.array([0.3, -0.8, 0.5]))
+    straight = np.repeat(R_parent[None, :, 1], 2, axis=0)
+    assert_allclose(limb_rotations(straight, R_parent, LEFT_UPPER_ARM), [R_parent, R_parent])

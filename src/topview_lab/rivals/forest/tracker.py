@@ -33,8 +33,8 @@ from topview.geometry.rotations import transform, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.records import InputError
 from topview.track.body_tracker import Needs, Subject
+from topview.track.elbows import limb_rotations
 from topview.track.evidence import Evidence
-from topview.track.methods.btvr.tracker import limb_rotations
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
 from topview_lab.rivals.forest import best_of_each, default_forest, propose_joints

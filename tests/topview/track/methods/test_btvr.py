@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rendered_bodies import MODEL, at_frame, evidence_of, standing_pose, subject
@@ -17,13 +16,11 @@ from topview.body.parts import (
     LEFT_UPPER_LEG,
     PARTS,
     RIGHT_UPPER_ARM,
-    RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
 from topview.geometry.quadrics import closed_cylinder_depths
-from topview.geometry.rotations import rotations_from_vectors, transform, unit
+from topview.geometry.rotations import transform, unit
 from topview.kernels.arms import BODYS, OPEN, OTHERS, compare_arms
-from topview.kernels.body import STRAIGHT
 from topview.people.users import HandCandidate, User
 from topview.records import Camera, JointState
 from topview.track import Tracker, TrackerSettings
@@ -35,7 +32,7 @@ from topview.track.methods.btvr.arms import ArmFilter, ArmSettings
 from topview.track.methods.btvr.ellipses import fit_ellipses
 from topview.track.methods.btvr.torso import TorsoFilter, views_around
 from topview.track.methods.btvr.torso_shape import NARROW
-from topview.track.methods.btvr.tracker import PROPORTIONS, limb_rotations
+from topview.track.methods.btvr.tracker import PROPORTIONS
 from topview.track.methods.btvr.yaw import (
     SHOULDER_SECTION,
     TRUNK_SECTION,
@@ -43,7 +40,6 @@ from topview.track.methods.btvr.yaw import (
     YawFilter,
 )
 from topview.track.methods.btvr.yaw_cues import FEET_FORWARD, HEAD_FORWARD, Before, YawCues
-from topview.track.pose import HINGE_BENDS
 from topview.track.stances import facing
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
@@ -239,27 +235,6 @@ def test_a_mirrored_arm_has_the_same_angles(upper, lower):
     np.testing.assert_allclose(
         arm_angles(axes, 1.0), arm_angles(axes * (-1.0, 1.0, 1.0), -1.0), atol=1e-9
     )
-
-
-@pytest.mark.parametrize("upper", [LEFT_UPPER_ARM, RIGHT_UPPER_LEG], ids=["arm", "leg"])
-@given(upper_axis=directions, lower_axis=directions)
-def test_a_limb_is_a_hinge_that_bends_the_right_way(upper, upper_axis, lower_axis):
-    axes = unit(np.array([upper_axis, lower_axis]))
-    assume(np.abs(axes[:, 0]).max() < 0.99)  # who is straight along the parent's x has no side
-    Rs = limb_rotations(axes, np.eye(3), upper)
-    assert_allclose(Rs[..., 1], axes)
-    assert_allclose(Rs @ np.swapaxes(Rs, -1, -2), np.broadcast_to(np.eye(3), Rs.shape), atol=1e-7)
-    assert_allclose(np.linalg.det(Rs), 1.0)
-    if np.linalg.norm(np.cross(*axes)) > STRAIGHT:
-        flexion = Rs[0].T @ Rs[1]
-        assert_allclose(flexion[0], [1.0, 0.0, 0.0], atol=1e-9)
-        assert np.sign(flexion[2, 1]) == HINGE_BENDS[upper]
-
-
-def test_a_straight_limb_keeps_its_parents_side():
-    R_parent = rotations_from_vectors(np.array([0.3, -0.8, 0.5]))
-    straight = np.repeat(R_parent[None, :, 1], 2, axis=0)
-    assert_allclose(limb_rotations(straight, R_parent, LEFT_UPPER_ARM), [R_parent, R_parent])
 
 
 def test_ranges_of_the_arm():

@@ -20,17 +20,16 @@ from topview.body.parts import (
 )
 from topview.body.proportions import ANATOMICAL, THESIS
 from topview.filter.over_time import Pace
-from topview.geometry.rotations import cross, transform, unit
-from topview.kernels.body import STRAIGHT
+from topview.geometry.rotations import transform, unit
 from topview.people.height import PRIOR_HEIGHT_M
 from topview.track.body_tracker import Needs, Subject
+from topview.track.elbows import limb_rotations
 from topview.track.evidence import Evidence
 from topview.track.methods.btvr.arms import Arm, ArmFilter, ArmSettings
 from topview.track.methods.btvr.pixels import UserPixels
 from topview.track.methods.btvr.torso import Torso, TorsoFilter, TorsoSettings
 from topview.track.methods.btvr.torso_shape import SHOULDER_WIDE
 from topview.track.methods.btvr.yaw_cues import YawCues
-from topview.track.pose import HINGE_BENDS
 
 Array = NDArray[np.float64]
 
@@ -163,14 +162,3 @@ def _head(model: BodyModel, torso: Torso, evidence: Evidence) -> Array:
     if not evidence.head_is_seen:
         centre = torso.neck_camera - (1.0 - HEAD_CENTRE) * length * y
     return transform(R_head, centre - HEAD_CENTRE * length * y)
-
-
-def limb_rotations(axes: Array, R_parent: Array, upper: int) -> Array:
-    """[2, 3, 3] rotations of a limb's parts along axes [2, 3]: the hinge's axis stands across
-    both, or along the parent's x where the limb is straight."""
-    across = HINGE_BENDS[upper] * cross(axes[0], axes[1])
-    sine = float(np.linalg.norm(across))
-    share = min(sine / STRAIGHT, 1.0)
-    x = share * across / max(sine, 1e-9) + (1.0 - share) * R_parent[:, 0]
-    x = unit(x - (axes @ x)[:, None] * axes)
-    return np.stack([x, axes, cross(x, axes)], axis=-1)

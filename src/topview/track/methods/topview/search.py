@@ -224,12 +224,12 @@ class Search:
         look = replace(look, model=found.model)
         first = _thinned(look)
         groups = {UPPER_TORSO: _with_trunks(found.pose, rng)}
-        scan = LimbScan(found.pose, first, self._refinement)
+        lent = [lender.relative() for lender in lenders]
         for upper in LIMBS:
             usual = usual_limbs(upper) if share is None else usual_limbs(upper)[share::SHARES]
-            lent = [lender.relative()[None, upper : upper + 2] for lender in lenders]
-            limbs = scan.likeliest(upper, np.concatenate([usual, *lent]), LIMBS_TRIED)
-            groups[upper] = _with_limbs(found.pose, upper, limbs)
+            tried = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
+            scan = LimbScan(found.pose, upper, first, self._refinement)
+            groups[upper] = _with_limbs(found.pose, upper, scan.likeliest(tried, LIMBS_TRIED))
         starts = [found.pose, *chain.from_iterable(groups.values())]
         as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(tried)

@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import LEFT_UPPER_ARM, LEFT_UPPER_LEG, PARTS
+from topview.geometry.rotations import unit
 from topview.kernels.body import assign_points
 from topview.kernels.limb_scan import scan_limb
 from topview.records import read_only
 from topview.track.degrees_of_freedom import PARENT_OF
+from topview.track.elbows import spread_points
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import FREE_SPACE_COST, FrameContext
@@ -31,6 +33,12 @@ Array = NDArray[np.float64]
 LIMB_POSES: Final = 400  # of a limb that are tried
 DIFFERENT_LENGTHS: Final = 0.3  # of elbows and hands together, against a part's length
 LEAST_OPEN: Final = 0.02  # of a point: a limb that explains so little is not asked about it
+# A point of which so much is left open may be a palm or a foot. So many of them, far from each
+# other, are looked at; of every so many-th pose so many end nearest to each.
+LIKELY_OPEN: Final = 0.5
+PALMS: Final = 8
+POSE_STRIDE: Final = 6
+ENDING_THERE: Final = 6
 NOWHERE_M: Final = 1e6  # where a part is near nothing
 
 
@@ -44,17 +52,32 @@ def usual_limbs(upper: int) -> Array:
     return read_only(usual[_farthest_first(_ends(usual[:, upper : upper + 2])), upper : upper + 2])
 
 
+@cache
+def many_limbs(upper: int) -> Array:
+    """[M, 2, 3, 3] as `usual_limbs`, more of them, alike ones too."""
+    return read_only(
+        np.ascontiguousarray(usual_poses().Rs_relative[::POSE_STRIDE, upper : upper + 2])
+    )
+
+
+@cache
+def _ends_of_many(upper: int) -> Array:
+    return read_only(_ends(many_limbs(upper)))
+
+
 @dataclass(frozen=True)
 class LimbScan:
-    """What the whole body costs with other limbs, all else as it is.
+    """What the whole body costs with another pose of a limb, all else as it is.
 
     Attributes:
         pose: of the body.
+        upper: the limb's upper part.
         look: the frame, with normals.
         settings: of refinement, whose cost it is.
     """
 
     pose: Pose
+    upper: int
     look: FrameContext
     settings: RefinementSettings
 
@@ -63,17 +86,36 @@ class LimbScan:
         """[11, 3] where the parts begin."""
         return self.pose.origins(self.look.model)
 
-    def likeliest(self, upper: int, tried: Array, count: int) -> Array:
-        """[count or fewer, 2, 3, 3] of [M, 2, 3, 3] poses of a limb those different ones with which
-        the whole body costs least, the cheapest first."""
-        order = np.argsort(self.costs(upper, tried), kind="stable")
+    def likeliest(self, tried: Array, count: int) -> Array:
+        """[count or fewer, 2, 3, 3] different poses of a limb with which the whole body costs
+        least, the cheapest first: of [M, 2, 3, 3], and of those that end at open points."""
+        tried = np.concatenate([tried, self._reaching()])
+        order = np.argsort(self.costs(tried), kind="stable")
         return tried[_different(_ends(tried), order, count)]
 
-    def costs(self, upper: int, tried: Array) -> Array:
+    def _reaching(self) -> Array:
+        """[K, 2, 3, 3] usual poses of a limb that end near points that the rest of the body leaves
+        open, far from each other: these may be palms and feet."""
+        upper, model, evidence = self.upper, self.look.model, self.look.evidence
+        joint_camera = self.origins_camera[upper]
+        is_likely = self.left_open > LIKELY_OPEN
+        palms = spread_points(evidence.points_camera[is_likely], joint_camera, PALMS)
+        if len(palms) == 0:
+            return np.empty((0, 2, 3, 3))
+        palms = palms + unit(palms) * model.radii_m[upper + 1].min()  # from the skin to the axis
+        palms = (palms - joint_camera) @ self.pose.Rs[PARENT_OF[upper]]
+        upper_m, lower_m = model.lengths_m[upper : upper + 2].tolist()
+        ends = _ends_of_many(upper)
+        ends = (upper_m - lower_m) * ends[:, :3] + lower_m * ends[:, 3:]
+        away = (ends * ends).sum(1)[:, None] - 2.0 * ends @ palms.T
+        nearest = np.argpartition(away, ENDING_THERE, axis=0)[:ENDING_THERE]
+        return many_limbs(upper)[np.unique(nearest)]
+
+    def costs(self, tried: Array) -> Array:
         """[M] what the whole body costs with each of [M, 2, 3, 3] poses of a limb, up to a
         constant."""
         s, model, evidence = self.settings, self.look.model, self.look.evidence
-        view, left_open = evidence.view, self._left_open(upper)
+        upper, view, left_open = self.upper, evidence.view, self.left_open
         is_open = left_open > LEAST_OPEN
         explained, in_free_space = np.empty(len(tried)), np.empty(len(tried))
         scan_limb(
@@ -87,11 +129,12 @@ class LimbScan:
         share = in_free_space / (len(PARTS) * s.samples_per_part)
         return FREE_SPACE_COST * share - explained / max(len(left_open), 1)
 
-    def _left_open(self, upper: int) -> Array:
+    @cached_property
+    def left_open(self) -> Array:
         """[N] how much of each point the body without a limb leaves unexplained, 0 to 1; 0 where
         the limb does not reach."""
         s, model, evidence = self.settings, self.look.model, self.look.evidence
-        points, N = evidence.points_camera, len(evidence.points_camera)
+        upper, points, N = self.upper, evidence.points_camera, len(evidence.points_camera)
         others = self.origins_camera.copy()
         others[upper : upper + 2] = NOWHERE_M
         labels, unlike_m = np.full(N, -1, np.int32), np.empty(N)
