@@ -54,7 +54,7 @@ from topview.track.stature import StatureBelief
 Array = NDArray[np.float64]
 
 # All ours.
-LOOK_S: Final = 1 / 15  # from one look for poses elsewhere, and for limbs, to the next
+LOOK_S: Final = 1 / 15  # from one look for poses elsewhere to the next
 STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
@@ -223,13 +223,13 @@ class Search:
         what is seen or as limbs usually are, where all of it is cheaper."""
         look = replace(look, model=found.model)
         first = _thinned(look)
-        groups = {UPPER_TORSO: _with_trunks(found.pose, rng)}
+        groups = {UPPER_TORSO: drawn_trunks(found.pose, rng)}
         lent = [lender.relative() for lender in lenders]
         for upper in LIMBS:
             usual = usual_limbs(upper) if share is None else usual_limbs(upper)[share::SHARES]
-            tried = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
+            others = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
             scan = LimbScan(found.pose, upper, first, self._refinement)
-            groups[upper] = _with_limbs(found.pose, upper, scan.likeliest(tried, LIMBS_TRIED))
+            groups[upper] = _with_limbs(found.pose, upper, scan.likeliest(others, LIMBS_TRIED))
         starts = [found.pose, *chain.from_iterable(groups.values())]
         as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(tried)
@@ -324,7 +324,7 @@ def _is_lost(found: Found) -> bool:
     return found.cost > SEARCH_LOST_COST
 
 
-def _with_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
+def drawn_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
     """A pose with its trunk drawn round where it is; all else keeps its directions."""
     turns = rotations_from_vectors(TRUNK_DRAWN_RAD * rng.standard_normal((TRUNKS, 2, 3)))
     moves = TRUNK_DRAWN_M * rng.standard_normal((TRUNKS, 3))
