@@ -107,8 +107,8 @@ class LimbScan:
         upper_m, lower_m = model.lengths_m[upper : upper + 2].tolist()
         ends = _ends_of_many(upper)
         ends = (upper_m - lower_m) * ends[:, :3] + lower_m * ends[:, 3:]
-        away = (ends * ends).sum(1)[:, None] - 2.0 * ends @ palms.T
-        nearest = np.argpartition(away, ENDING_THERE, axis=0)[:ENDING_THERE]
+        away = (ends * ends).sum(1) - 2.0 * palms @ ends.T
+        nearest = np.argpartition(away, ENDING_THERE, axis=1)[:, :ENDING_THERE]
         return many_limbs(upper)[np.unique(nearest)]
 
     def costs(self, tried: Array) -> Array:
