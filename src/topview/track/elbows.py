@@ -47,14 +47,17 @@ def elbows_on_circle(
 def spread_points(points: Array, start: Array, count: int) -> Array:
     """Up to `count` of the [N, 3] points, farthest-first: each next one lies farthest from `start`
     and from those already taken."""
-    if len(points) == 0:
-        return points
-    distance = np.linalg.norm(points - start, axis=1)
-    taken = np.empty((min(count, len(points)), 3))
-    for n in range(len(taken)):
-        best = int(distance.argmax())
-        taken[n] = points[best]
-        distance = np.minimum(distance, np.linalg.norm(points - points[best], axis=1))
+    return points[farthest_first(points, start, count)]
+
+
+def farthest_first(places: Array, start: Array, count: int) -> list[int]:
+    """Up to `count` of [N, K] places, each next one the farthest from `start` [K] and from those
+    already taken."""
+    distance = np.linalg.norm(places - start, axis=1)
+    taken: list[int] = []
+    while len(taken) < min(count, len(places)):
+        taken.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(places - places[taken[-1]], axis=1))
     return taken
 
 

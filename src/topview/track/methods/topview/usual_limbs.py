@@ -21,7 +21,7 @@ from topview.kernels.body import assign_points
 from topview.kernels.limb_scan import scan_limb
 from topview.records import read_only
 from topview.track.degrees_of_freedom import PARENT_OF
-from topview.track.elbows import spread_points
+from topview.track.elbows import farthest_first, spread_points
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import FREE_SPACE_COST, FrameContext
@@ -48,8 +48,9 @@ def usual_limbs(upper: int) -> Array:
     the torso's for the upper one."""
     if upper not in (LEFT_UPPER_ARM, LEFT_UPPER_LEG):
         return read_only(MIRRORED @ usual_limbs(OTHER_SIDE[upper]) @ MIRRORED)
-    usual = usual_poses().Rs_relative
-    return read_only(usual[_farthest_first(_ends(usual[:, upper : upper + 2])), upper : upper + 2])
+    limbs = usual_poses().Rs_relative[:, upper : upper + 2]
+    ends = _ends(limbs)
+    return read_only(limbs[[0, *farthest_first(ends, ends[0], LIMB_POSES - 1)]])
 
 
 @cache
@@ -153,16 +154,6 @@ def _ends(Rs_relative: Array) -> Array:
     elbows = Rs_relative[:, 0, :, 1]
     hands = elbows + (Rs_relative[:, 0] @ Rs_relative[:, 1])[..., 1]
     return np.concatenate([elbows, hands], axis=1)
-
-
-def _farthest_first(ends: Array) -> list[int]:
-    """`LIMB_POSES` of them, each the farthest from those before."""
-    away = np.full(len(ends), np.inf)
-    chosen = [0]
-    while len(chosen) < LIMB_POSES:
-        away = np.minimum(away, np.linalg.norm(ends - ends[chosen[-1]], axis=1))
-        chosen.append(int(away.argmax()))
-    return chosen
 
 
 def _different(ends: Array, order: NDArray[np.intp], count: int) -> list[int]:
