@@ -332,6 +332,33 @@ def changed_share(
     return changed / own if own else 1.0
 
 
+@njit(cache=True, nogil=True)
+def moved_share(
+    is_own: NDArray[np.bool_],
+    depth_m: NDArray[np.float32],
+    before_m: NDArray[np.float32],
+    tolerance: Law,
+    focal_px: float,
+    least_m2: float,
+) -> float:
+    """Share of a thing's area [h, w] where something farther was seen before [h, w]: it has come
+    there. Where something nearer was seen, or nothing, it may have been there.
+
+    The area is at least `least_m2`; the same depth is what differs by less than `tolerance`.
+    """
+    came_m2, stayed_m2 = 0.0, 0.0
+    for row in range(is_own.shape[0]):
+        for column in range(is_own.shape[1]):
+            if not is_own[row, column]:
+                continue
+            z = depth_m[row, column]
+            pixel_m2, farther_m = (z / focal_px) ** 2, before_m[row, column] - z
+            tolerance_m = law_at(z, tolerance)
+            came_m2 += pixel_m2 if farther_m > tolerance_m else 0.0
+            stayed_m2 += pixel_m2 if abs(farther_m) <= tolerance_m else 0.0
+    return came_m2 / max(came_m2 + stayed_m2, least_m2)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def shows_background(
     depth_m: NDArray[np.float32],

@@ -39,10 +39,11 @@ FEATURE_NAMES: Final = (
     "no torso read",
     "cut by the border",
     "somebody else's",
+    "not seen to move",
     "has not moved",
 )
 """What is wrong where a feature is large, in their order; those of one frame are `SHAPE`."""
-SHAPE: Final = FEATURE_NAMES[:-1]
+SHAPE: Final = FEATURE_NAMES[:-2]
 
 # Sizes of people: NASA-STD-3000 and Table 3.1, ours where not said. How far over the surface from
 # the head's centre the bust and the torso reach.

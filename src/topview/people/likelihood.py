@@ -13,16 +13,18 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
-from topview.people.features import FEATURE_NAMES, Features
+from topview.people.features import FEATURE_NAMES, SHAPE, Features
 from topview.people.motion import PAUSE_S
 
 LIKELIHOOD_FILE: Final = "likelihood.json"
 # All ours. Over how many seconds evidence is averaged.
 EVIDENCE_MEMORY_S: Final = 2.0
-# Of what stands still so much changes by noise at its outline; who has moved has changed by so much
-# more.
-FLICKER, MOVED = 0.15, 0.25
-# Some people move often, some seldom: that somebody has not yet is by this power law of the time.
+# Of what stands still so much changes by noise at its outline, and so much seems to move; who has
+# moved, so much more. The two last were chosen on the recordings of the fit.
+FLICKER: Final = 0.15
+SEEMS_TO_MOVE, MOVES = 0.05, 0.15
+# What moves is likelier a person's than what has only just come. Some people move often, some
+# seldom: that somebody has not yet is by this power law of the time.
 # After the longest nothing more is learnt; of who lies that is so after the shortest.
 RESTLESS_S, LONG_S = 1.0, 15.0
 # What is cut by the border of the picture tells the less, but never less than so much as in view.
@@ -65,8 +67,8 @@ class Likelihood(msgspec.Struct, frozen=True, dict=True):
         return self.bias - float(self._vector @ features)
 
     def log_odds_of_shape(self, shape: Features) -> float:
-        """By shape alone, of [S] features."""
-        return self.bias - float(self._vector[: len(shape)] @ shape)
+        """By [S] features alone, of what has just come."""
+        return self.log_odds_of(_just_come(shape))
 
     def worst_of(self, features: Features) -> str:
         """The name of the feature that speaks most against a person."""
@@ -89,7 +91,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
 
     Attributes:
         features: [F] mean of `FEATURE_NAMES`.
-        still: 1 while what is seen of the body has not changed, 0 once it has.
+        still: 1 while what is seen of the body has not moved, 0 once it has.
         seen_s: how long it has been looked at; what is cut counts less.
         shape_s: of which time its shape is that of what is followed now.
         looked_s: when it was last looked at.
@@ -116,27 +118,32 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
     @classmethod
     def starting_with(cls, shape: Features, time_s: float) -> Evidence:
         """With [S] features of the first frame."""
-        return cls(np.append(shape, 0.0), looked_s=time_s, clear=_clear(shape))
+        return cls(_just_come(shape), looked_s=time_s, clear=_clear(shape))
 
-    def with_shape(self, shape: Features, changed: float, time_s: float) -> Evidence:
-        """With [S] features of another frame, and the share of the body that has changed since it
-        was first seen."""
+    def with_shape(self, shape: Features, moved: float, time_s: float) -> Evidence:
+        """With [S] features of another frame, and the share of the body that has moved since it was
+        first seen."""
         clear = _clear(shape)
         elapsed_s = clear * min(max(time_s - self.looked_s, 0.0), PAUSE_S)
-        before = self.features[:-1]
+        before = self.shape
         mean = before + share_of_new(self.shape_s, elapsed_s) * (shape - before)
-        still = min(self.still, max(1.0 - (changed - FLICKER) / MOVED, 0.0))
+        still = min(self.still, max(1.0 - (moved - SEEMS_TO_MOVE) / MOVES, 0.0))
         seen_s = self.seen_s + elapsed_s
-        features = np.append(mean, still * log1p(min(seen_s, LONG_S) / RESTLESS_S))
+        unmoved = still * log1p(min(seen_s, LONG_S) / RESTLESS_S)
         return replace(
             self,
-            features=features,
+            features=np.append(mean, [still, unmoved]),
             still=still,
             seen_s=seen_s,
             shape_s=self.shape_s + elapsed_s,
             looked_s=time_s,
             clear=clear,
         )
+
+    @property
+    def shape(self) -> Features:
+        """[S] mean of those of one frame."""
+        return self.features[: len(SHAPE)]
 
     def of_another_head(self) -> Evidence:
         """The shape until now was of something else than what is followed from now on."""
@@ -166,7 +173,7 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
         """That it is a person's."""
         if not self.asked_s:
             return likelihood.log_odds_of(self.features)
-        by_shape = likelihood.log_odds_of_shape(self.features[:-1])
+        by_shape = likelihood.log_odds_of_shape(self.shape)
         shape = likelihood.by_shape * min(max(by_shape, -MOST_SHAPE_ODDS), MOST_SHAPE_ODDS)
         unmoved = float(self.features[-1])
         if self.by_body:
@@ -174,6 +181,11 @@ class Evidence(msgspec.Struct, frozen=True, eq=False):
             unmoved = min(unmoved, log(2.0))
         said = likelihood.by_network * self.network - likelihood.by_stillness * unmoved
         return likelihood.joint_bias + shape + said
+
+
+def _just_come(shape: Features) -> Features:
+    """[F] of [S] features that are the first."""
+    return np.append(shape, [1.0, 0.0])
 
 
 def _clear(shape: Features) -> float:

@@ -167,5 +167,5 @@ def _is_better(
     if _is_surer(track, head):
         return True
     by_shape = existence.likelihood.log_odds_of_shape
-    until_now = by_shape(track.evidence.features[:-1])
+    until_now = by_shape(track.evidence.shape)
     return by_shape(shape) > max(until_now, by_shape(step.features_under(track.head, nearest)))

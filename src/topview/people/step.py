@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
-from topview.people.bodies import body_of, nearest_body
+from topview.people.bodies import SHOWN_M2, body_of, nearest_body
 from topview.people.existence import Existence, is_too_near
 from topview.people.features import FEATURE_NAMES, Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
@@ -162,8 +162,8 @@ class Step:
             wider = nearest_body(self.scene, others)
             whole = features_of(self.scene, head, track.body_m, wider)
             shape = max(shape, whole, key=self.likelihood.log_odds_of_shape)
-        changed = self.scene.changed_share(track.body_m < np.inf, track.born_s)
-        return track.evidence.with_shape(shape, changed, self.scene.time_s)
+        moved = self.scene.moved_share(track.body_m < np.inf, track.born_depth_m, SHOWN_M2)
+        return track.evidence.with_shape(shape, moved, self.scene.time_s)
 
     def _is_likelier(self, other: Track, track: Track) -> bool:
         """Whether another track is a person rather than this one is: a confirmed one, or of two

@@ -48,6 +48,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         id: of the person, from 1; 0 while it is not confirmed.
         confidence: that what is followed is the head, 0 while it is not seen.
         places: where the head may be while it is neither seen nor told; None while it is.
+        born_depth_m: [h, w] what was seen when it was.
         place_camera: [3] the head's centre: seen, or the most likely place.
         certainty: probability that it is near `place_camera`.
         clothes: histogram of their colours, None while unknown.
@@ -70,6 +71,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     seen_s: float
     time_s: float
     motion_s: float
+    born_depth_m: NDArray[np.float32]
     place_camera: Vector
     id: int = 0
     confidence: float = 0.0
@@ -99,6 +101,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             time_s,
             time_s,
             time_s,
+            cloud.depth_m,
             center,
             confidence=head.confidence,
         )

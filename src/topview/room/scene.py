@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.heads import covered_share
-from topview.kernels.scene import gather_standing, set_up
-from topview.room.background import Background
+from topview.kernels.scene import gather_standing, moved_share, set_up
+from topview.room.background import TOLERANCE_M, TOLERANCE_NOISES, Background
 from topview.room.floor import CAMERA_UP, FloorPlane
 from topview.room.surfaces import bulky_surfaces, jump_of
 
@@ -157,6 +157,15 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
         return self.steady.changed_share(
             is_inner, self.cloud.depth_m, gone_s, self.cloud.camera.noise
         )
+
+    def moved_share(
+        self, is_own: NDArray[np.bool_], before_m: NDArray[np.float32], least_m2: float
+    ) -> float:
+        """Share of the area of a thing [h, w], of at least `least_m2`, that has come to where
+        something farther was seen before [h, w], but for edges."""
+        cloud, is_inner = self.cloud, is_own & (self.inset_m > 0.0)
+        tolerance = cloud.camera.noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        return moved_share(is_inner, cloud.depth_m, before_m, tolerance, cloud.camera.fx, least_m2)
 
     def aside_of(self, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[h, w] metres from a [3] point, seen from above."""

@@ -36,6 +36,7 @@ from topview_lab.training.people_fit import (
     check_both_kinds,
     described,
     fit_likelihood,
+    fit_motion,
 )
 
 ALL_SCENES: Final = "all"
@@ -54,6 +55,7 @@ def train_people(
     every: int = 1,
     simulated: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     postures: int = 0,
+    motion_only: Annotated[bool, Parameter(negative="")] = False,
     measure_on: Annotated[
         list[Path] | None, Parameter("--measure", consume_multiple=True, negative="")
     ] = None,
@@ -79,6 +81,7 @@ def train_people(
         postures: so many of our simulator's people to learn the network's layers from, each in 40
             postures: lying, sitting on the floor, kneeling, bent, on all fours; on a seat, ten
             times; and with hands on the own body, ten times.
+        motion_only: keep what ships, and learn only what motion tells.
         measure_on: recordings of other people, to measure on; without them one of four of those to
             learn from is held back.
         workers: processes, 0 for one per core.
@@ -91,6 +94,8 @@ def train_people(
         raise InputError(f"--postures is {postures}; only --joints-out learns from them")
     if not folders and not simulated:
         raise InputError("there is nothing to learn from; give recordings, or --simulated")
+    if motion_only and (out is None or joints_out is not None):
+        raise InputError("--motion-only needs --out, and no --joints-out: nothing else is learnt")
     if out is not None:
         prepare_output_file("--out", out, force)
     if joints_out is not None:
@@ -127,7 +132,10 @@ def train_people(
         source = f"{described(own.names)}; {_command(folders, simulated, every, measure_on)}"
         source += f" --postures {postures}" if postures else ""
         source += f" --joints-out {joints_out.name}" if joints_out else ""
-        likelihood = fit_likelihood(own.rows, source)
+        if motion_only:
+            likelihood = fit_motion(own.rows, likelihood, f"{source} --motion-only")
+        else:
+            likelihood = fit_likelihood(own.rows, source)
         write_atomically(out, msgspec.json.format(msgspec.json.encode(likelihood), indent=2))
     plain_console().print(_weights_table(likelihood, own.rows))
     sets = {"fitted" if out else "given": own, "others" if others else "held back": other}

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import expit
 
 from topview.people.existence import CONFIRMED
-from topview.people.features import FEATURE_NAMES
-from topview.people.likelihood import MOST_SHAPE_ODDS, Likelihood
+from topview.people.features import FEATURE_NAMES, SHAPE
+from topview.people.likelihood import MOST_SHAPE_ODDS, Evidence, Likelihood
 from topview.records import InputError
 from topview_lab.metrics.statistics import share
 from topview_lab.training.people import TrackRows
@@ -50,21 +51,49 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
     bias, against = _logistic(
         rows.features, rows.is_person, SHAPE_PENALTY, SHAPE_PRIOR, may_speak_for=False
     )
+    weights = {name: _rounded(-weight) for name, weight in zip(FEATURE_NAMES, against, strict=True)}
+    alone = Likelihood(source, _rounded(bias), weights, 0.0, 0.0, 0.0, 0.0)
     asked = rows.is_asked
-    by_shape = bias + rows.features[asked, :-1] @ against[:-1]
+    shapes = rows.features[asked, : len(SHAPE)]
+    by_shape = np.array([alone.log_odds_of_shape(shape) for shape in shapes])
     by_shape = np.clip(by_shape, -MOST_SHAPE_ODDS, MOST_SHAPE_ODDS)
     joint_bias, counts = _logistic(
         np.stack([by_shape, rows.network[asked], -rows.features[asked, -1]], axis=1),
         rows.is_person[asked],
         JOINT_PENALTY,
     )
-    return Likelihood(
-        source,
-        _rounded(bias),
-        {name: _rounded(-weight) for name, weight in zip(FEATURE_NAMES, against, strict=True)},
-        _rounded(joint_bias),
-        *map(_rounded, counts),
+    of_shape, of_network, of_stillness = map(_rounded, counts)
+    return replace(
+        alone,
+        joint_bias=_rounded(joint_bias),
+        by_shape=of_shape,
+        by_network=of_network,
+        by_stillness=of_stillness,
     )
+
+
+def fit_motion(rows: TrackRows, before: Likelihood, source: str) -> Likelihood:
+    """What motion tells alone, which may only speak against a person, too; all else is as before,
+    and so are the log-odds of what has just come.
+
+    Raises:
+        InputError: there are no people, or no furniture.
+    """
+    check_both_kinds(rows.is_person, "was followed")
+    just_come = [before.log_odds_of_shape(own[: len(SHAPE)]) for own in rows.features]
+    still, unmoved = rows.features[:, len(SHAPE) :].T
+    _, (by_motion, by_rest) = _logistic(
+        np.stack([1.0 - still, -unmoved], axis=1),
+        rows.is_person,
+        JOINT_PENALTY,
+        may_speak_against=False,
+        known=np.array(just_come),
+    )
+    moving, resting = FEATURE_NAMES[len(SHAPE) :]
+    bias = before.bias - before.weights[moving] + by_motion
+    weights = before.weights | {moving: _rounded(by_motion), resting: _rounded(by_rest)}
+    source = f"{before.source}; what motion tells: {source}"
+    return replace(before, source=source, bias=_rounded(bias), weights=weights)
 
 
 def fit_person_head(before: PersonHead, rows: WindowRows) -> PersonHead:
@@ -103,6 +132,8 @@ def _logistic(
     penalty: float,
     prior: float = 0.0,
     may_speak_for: bool = True,
+    may_speak_against: bool = True,
+    known: Vector | None = None,
 ) -> tuple[float, Vector]:
     """Bias and [K] weights of a logistic regression.
 
@@ -111,19 +142,22 @@ def _logistic(
         is_true: [N].
         penalty: on the sum of the squares of how far the weights are from the prior.
         prior: what each weight is taken to be before.
-        may_speak_for: if not, no weight is above 0.
+        may_speak_for, may_speak_against: if not, no weight is above 0, or below.
+        known: [N] log-odds to which the rest is added, without a bias; None where all is to learn.
     """
+    before = 0.0 if known is None else known
 
     def loss(place: Vector) -> tuple[float, Vector]:
-        log_odds = place[0] + values @ place[1:]
+        log_odds = before + place[0] + values @ place[1:]
         rates = np.logaddexp(0.0, log_odds) - is_true * log_odds
         errors = (expit(log_odds) - is_true) / len(is_true)
         off = place[1:] - prior
         slope = np.append(errors.sum(), values.T @ errors + 2.0 * penalty * off)
         return float(rates.mean() + penalty * off @ off), slope
 
-    free, below = (None, None), (None, 0.0)
-    bounds = [free, *[free if may_speak_for else below] * values.shape[1]]
+    of_bias = (None, None) if known is None else (0.0, 0.0)
+    of_weight = None if may_speak_against else 0.0, None if may_speak_for else 0.0
+    bounds = [of_bias, *[of_weight] * values.shape[1]]
     start = np.append(0.0, np.full(values.shape[1], prior))
     fitted = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B", options=PRECISION)
     return float(fitted.x[0]), fitted.x[1:]
@@ -147,10 +181,12 @@ class CalledPeople:
 def called_people(likelihood: Likelihood, rows: TrackRows) -> tuple[CalledPeople, CalledPeople]:
     """Of people, and of furniture."""
     by_shape = np.array([likelihood.log_odds_of(features) for features in rows.features])
-    still = rows.features[:, -1]
-    joint = by_shape + likelihood.weights[FEATURE_NAMES[-1]] * still
-    joint = likelihood.joint_bias + likelihood.by_shape * joint
-    joint += likelihood.by_network * rows.network - likelihood.by_stillness * still
+    joint = np.array(
+        [
+            Evidence(features, network=network, asked_s=1.0).log_odds(likelihood)
+            for features, network in zip(rows.features, rows.network.tolist(), strict=True)
+        ]
+    )
     least = np.log(CONFIRMED / (1.0 - CONFIRMED))
     people, furniture = (
         CalledPeople(

@@ -145,7 +145,7 @@ def test_the_likelier_of_two_that_are_not_confirmed_keeps_its_body(order):
     after = {track.key: track for track in step.with_evidence(tracks, set())}
     alone = step.with_evidence([head], set())[0]
     odds = {
-        key: step.likelihood.log_odds_of_shape(track.evidence.features[:-1])
+        key: step.likelihood.log_odds_of_shape(track.evidence.shape)
         for key, track in {**after, 0: alone}.items()
     }
     assert odds[1] >= odds[0] - 1e-9

@@ -11,6 +11,7 @@ from topview.kernels.bodies import lowest_of, measure_body, share_within
 from topview.kernels.scene import (
     find_cores,
     learn_background,
+    moved_share,
     plane_moments,
     set_up,
     shows_background,
@@ -153,6 +154,27 @@ def test_a_depth_is_learnt_while_it_is_steady_and_anew_when_further_away() -> No
     seen = np.empty((1, 5), np.bool_)
     shows_background(depth, mean, steady_s, 0.5, tolerance, seen)
     np.testing.assert_array_equal(seen, [[True, False, False, False, True]])
+
+
+def test_what_comes_before_the_room_has_moved_and_what_comes_to_light_has_not() -> None:
+    """In columns: what stays, what comes, what something has left, what nothing was read of."""
+    before, now = np.full((2, 3, 4), 3.0, np.float32)
+    now[:, 1], before[:, 2], before[:, 3] = 2.0, 2.0, 0.0
+    tolerance, focal_px = (0.05, 0.0, 0.0), 10.0
+
+    def moved(columns: slice, least_m2: float = 1e-3) -> float:
+        is_own = np.zeros((3, 4), np.bool_)
+        is_own[:, columns] = True
+        return moved_share(is_own, now, before, tolerance, focal_px, least_m2)
+
+    assert [moved(slice(k, k + 1)) for k in range(4)] == [0.0, 1.0, 0.0, 0.0]
+    came_m2, stayed_m2 = 3 * 0.2**2, 3 * 0.3**2
+    assert moved(slice(0, 4)) == pytest.approx(came_m2 / (came_m2 + stayed_m2))
+    # What is smaller than anybody tells the less.
+    assert moved(slice(1, 2), 4.0 * came_m2) == pytest.approx(0.25)
+    assert moved(slice(4, 4)) == 0.0
+    before[:, 0] += 0.049
+    assert moved(slice(0, 1)) == 0.0
 
 
 def test_the_share_within_a_circle_is_counted(generator: np.random.Generator) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from skeleton_sequences import write_rendered
-from topview.people.features import FEATURE_NAMES
+from topview.people.features import FEATURE_NAMES, SHAPE
 from topview.people.likelihood import Likelihood, shipped_likelihood
 from topview.people.track import Track
 from topview.records import InputError
@@ -25,7 +25,12 @@ from topview_lab.training.people import (
     TrackRows,
     TrueExistence,
 )
-from topview_lab.training.people_fit import called_people, described, fit_likelihood
+from topview_lab.training.people_fit import (
+    called_people,
+    described,
+    fit_likelihood,
+    fit_motion,
+)
 
 AGAINST, FOR, NOTHING = (FEATURE_NAMES.index(name) for name in ("flat", "too low", "rough outline"))
 
@@ -62,6 +67,32 @@ def test_what_only_furniture_has_speaks_against_people() -> None:
     assert (people.frames, furniture.frames) == (150, 300)
     assert furniture.by_shape < 0.05 < people.by_shape < people.with_network
     assert furniture.with_network < 0.05
+
+
+@pytest.mark.parametrize("kind", ["people", "furniture", "nobody"])
+def test_what_motion_tells_is_learnt_alone(kind: str) -> None:
+    """Of recordings in which only people move, only furniture, or nobody."""
+    rows, before = made_up(), fit_likelihood(made_up(), "made up")
+    moves = {"people": rows.is_person, "furniture": ~rows.is_person, "nobody": False}[kind]
+    still = 1.0 - 0.9 * (moves & (np.arange(len(rows)) % 4 > 0))
+    features = np.column_stack([rows.features[:, : len(SHAPE)], still, still * np.log(3.0)])
+    after = fit_motion(replace(rows, features=features), before, "moved")
+    changed = {name for name in FEATURE_NAMES if after.weights[name] != before.weights[name]}
+    assert changed <= set(FEATURE_NAMES[len(SHAPE) :])
+    assert min(after.weights.values()) >= 0.0
+    for shape in rows.features[:, : len(SHAPE)]:
+        just_come = before.log_odds_of_shape(shape)
+        assert after.log_odds_of_shape(shape) == pytest.approx(just_come, abs=2e-3)
+    gains = np.array([after.log_odds_of(own) for own in features])
+    gains -= [before.log_odds_of_shape(own[: len(SHAPE)]) for own in features]
+    has_moved = still < 1.0
+    if kind == "people":
+        assert gains[has_moved].min() > 1.0
+    else:
+        assert gains.max() < 0.05
+    network = ("joint_bias", "by_shape", "by_network", "by_stillness")
+    assert all(getattr(after, name) == getattr(before, name) for name in network)
+    assert after.source == "made up; what motion tells: moved"
 
 
 def test_the_more_furniture_there_is_the_less_likely_is_a_person() -> None:
@@ -177,6 +208,11 @@ def test_the_command_fits_measures_and_writes(tmp_path, topview, monkeypatch) ->
     names = {1: 0, 2: 0, 4: 0}
     rows = TrackRows.joined([made_up(k, people=40, furniture=60) for k in names])
     assert likelihood == fit_likelihood(rows, likelihood.source)
+    again = ("--motion-only", "--out", out, "--force", "--workers", 1)
+    assert topview("train-people", tmp_path / "all", *again).status == 2  # one is broken
+    likelihood = msgspec.json.decode(out.read_bytes(), type=Likelihood)
+    said = "3 recordings: walk 1, 2, 4; topview train-people all --motion-only"
+    assert likelihood == fit_motion(rows, shipped_likelihood(), said)
     done = topview("train-people", tmp_path / "all", "--every", 2, "--workers", 1)
     assert "2 given" in done.out
     assert shipped_likelihood().source in done.out.replace("\n", " ")
@@ -198,6 +234,7 @@ def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
         ((good, "--measure", empty), "no groundtruth.npz"),
         ((good, "--measure", good), "--measure names walk_1, which is to be learnt from"),
         (("--simulated", "somewhere"), "somewhere"),
+        ((good, "--motion-only"), "--motion-only needs --out"),
         ((broken,), "none of the 1 recordings could be used"),
     ):
         refused = topview("train-people", *arguments)
