@@ -36,6 +36,8 @@ PRECISION: Final = {"ftol": 1e-13, "gtol": 1e-9}
 WRITTEN_DIGITS: Final = 3
 # Of one kind of recording; more are not told one by one.
 MOST_SEEDS: Final = 6
+# In a source, before that of what motion tells.
+OF_MOTION: Final = "; what motion tells: "
 
 
 def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
@@ -92,7 +94,8 @@ def fit_motion(rows: TrackRows, before: Likelihood, source: str) -> Likelihood:
     moving, resting = FEATURE_NAMES[len(SHAPE) :]
     bias = before.bias - before.weights[moving] + by_motion
     weights = before.weights | {moving: _rounded(by_motion), resting: _rounded(by_rest)}
-    source = f"{before.source}; what motion tells: {source}"
+    of_all_else = before.source.split(OF_MOTION)[0]
+    source = f"{of_all_else}{OF_MOTION}{source}"
     return replace(before, source=source, bias=_rounded(bias), weights=weights)
 
 

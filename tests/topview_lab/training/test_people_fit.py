@@ -93,6 +93,9 @@ def test_what_motion_tells_is_learnt_alone(kind: str) -> None:
     network = ("joint_bias", "by_shape", "by_network", "by_stillness")
     assert all(getattr(after, name) == getattr(before, name) for name in network)
     assert after.source == "made up; what motion tells: moved"
+    again = fit_motion(replace(rows, features=features), after, "moved again")
+    assert again.source == "made up; what motion tells: moved again"
+    assert again.bias == pytest.approx(after.bias, abs=2e-3)
 
 
 def test_the_more_furniture_there_is_the_less_likely_is_a_person() -> None:
