@@ -45,10 +45,10 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         height, face: stature, and how much of the face is seen of late.
         born_s, seen_s, time_s, motion_s: when the head was first and last seen; time of this state,
             and of `motion`.
+        born_depth_m: [h, w] the depth image at `born_s`, which tells whether it has moved since.
         id: of the person, from 1; 0 while it is not confirmed.
         confidence: that what is followed is the head, 0 while it is not seen.
         places: where the head may be while it is neither seen nor told; None while it is.
-        born_depth_m: [h, w] what was seen when it was.
         place_camera: [3] the head's centre: seen, or the most likely place.
         certainty: probability that it is near `place_camera`.
         clothes: histogram of their colours, None while unknown.

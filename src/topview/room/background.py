@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.filter.over_time import share_after
+from topview.kernels.noise import Law
 from topview.kernels.scene import (
     changed_share,
     continues_background,
@@ -22,6 +23,11 @@ MEMORY_S = 0.32
 TOLERANCE_M, TOLERANCE_NOISES = 0.05, 2.5
 # Of a plane that is continued into what somebody hid until now: pixels between three places on it.
 BASELINE_PX = 6
+
+
+def same_depth(noise: DepthNoise) -> Law:
+    """By how much two readings of the same surface may differ."""
+    return noise.times(TOLERANCE_NOISES, TOLERANCE_M)
 
 
 class Background:
@@ -51,7 +57,7 @@ class Background:
             is_somebodys,
             share_after(elapsed_s, MEMORY_S),
             min(elapsed_s, self._longest_gap_s),
-            noise.times(TOLERANCE_NOISES, TOLERANCE_M),
+            same_depth(noise),
             self._mean_m,
             self._steady_s,
             self._age_s,
@@ -77,7 +83,7 @@ class Background:
         there keeps the feet that stand on such a plane."""
         self._fit(depth_m)
         is_seen = np.empty(depth_m.shape, np.bool_)
-        learnt = self._mean_m, self._steady_s, KNOWN_S, noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        learnt = self._mean_m, self._steady_s, KNOWN_S, same_depth(noise)
         shows_background(depth_m, *learnt, is_seen)
         before = self._last_m, self._was_somebodys
         continues_background(depth_m, *learnt, *before, BASELINE_PX, is_seen)
@@ -97,8 +103,8 @@ class Background:
     ) -> float:
         """Share of the pixels [h, w] of a thing whose depths, which it has learnt from, have been
         the same for less than `since_s`, but while something hid it; 1 of none."""
-        tolerance = noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        return changed_share(is_own, depth_m, self._mean_m, self._age_s, since_s, tolerance)
+        same = same_depth(noise)
+        return changed_share(is_own, depth_m, self._mean_m, self._age_s, since_s, same)
 
     def _fit(self, depth_m: NDArray[np.float32]) -> None:
         """Start anew with images of another size."""

@@ -14,7 +14,7 @@ from topview.detect.cloud import Cloud
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M, INSIDE, right_of
 from topview.kernels.heads import covered_share
 from topview.kernels.scene import gather_standing, moved_share, set_up
-from topview.room.background import TOLERANCE_M, TOLERANCE_NOISES, Background
+from topview.room.background import Background, same_depth
 from topview.room.floor import CAMERA_UP, FloorPlane
 from topview.room.surfaces import bulky_surfaces, jump_of
 
@@ -163,9 +163,10 @@ class Scene(msgspec.Struct, frozen=True, eq=False, dict=True):
     ) -> float:
         """Share of the area of a thing [h, w], of at least `least_m2`, that has come to where
         something farther was seen before [h, w], but for edges."""
-        cloud, is_inner = self.cloud, is_own & (self.inset_m > 0.0)
-        tolerance = cloud.camera.noise.times(TOLERANCE_NOISES, TOLERANCE_M)
-        return moved_share(is_inner, cloud.depth_m, before_m, tolerance, cloud.camera.fx, least_m2)
+        depth_m, camera = self.cloud.depth_m, self.cloud.camera
+        is_inner = is_own & (self.inset_m > 0.0)
+        same = same_depth(camera.noise)
+        return moved_share(is_inner, depth_m, before_m, same, camera.fx, least_m2)
 
     def aside_of(self, point_camera: NDArray[np.float64]) -> NDArray[np.float64]:
         """[h, w] metres from a [3] point, seen from above."""

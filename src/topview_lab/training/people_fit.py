@@ -75,8 +75,8 @@ def fit_likelihood(rows: TrackRows, source: str) -> Likelihood:
 
 
 def fit_motion(rows: TrackRows, before: Likelihood, source: str) -> Likelihood:
-    """What motion tells alone, which may only speak against a person, too; all else is as before,
-    and so are the log-odds of what has just come.
+    """What motion tells alone: to have moved may only speak for a person, and not to have moved
+    against one. All else is as before, and so are the log-odds of what has just come.
 
     Raises:
         InputError: there are no people, or no furniture.
