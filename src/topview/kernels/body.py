@@ -164,7 +164,7 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
 
 
 @njit(error_model="numpy")
-def _side_by_side(Rs, origins, lengths, shapes, out):
+def side_by_side(Rs, origins, lengths, shapes, out):
     """Fill `out` [14, LANES] with the parts' rotations, row by row, origins, lengths and
     `reach_across`; what is no part is near nothing."""
     for k in range(LANES):
@@ -181,8 +181,8 @@ def _side_by_side(Rs, origins, lengths, shapes, out):
 
 
 @njit(error_model="numpy", forceinline=True)
-def _parts_near(px, py, pz, best, parts):
-    """Which parts of `_side_by_side` may come as near to a point as `best`, a bit for each; none
+def parts_near(px, py, pz, best, parts):
+    """Which parts of `side_by_side` may come as near to a point as `best`, a bit for each; none
     that does is left out. All are looked at in one loop without a branch."""
     near = np.int32(0)
     px, py, pz, best = np.float32(px), np.float32(py), np.float32(pz), np.float32(best + SLACK_M)
@@ -242,7 +242,7 @@ def assign_points(
     """
     N = points.shape[0]
     parts = np.empty((14, LANES), np.float32)
-    _side_by_side(Rs, origins, lengths, shapes, parts)
+    side_by_side(Rs, origins, lengths, shapes, parts)
     near = np.empty(N, np.int64)
     # In three loops: what a branch depends on is known before it, or the processor guesses wrong.
     for i in range(N):
@@ -259,7 +259,7 @@ def assign_points(
             )
     for i in range(N):
         best = min(unlike[i], reach)
-        near[i] = ~near[i] & _parts_near(points[i, 0], points[i, 1], points[i, 2], best, parts)
+        near[i] = ~near[i] & parts_near(points[i, 0], points[i, 1], points[i, 2], best, parts)
     for i in range(N):
         if not unlike[i] < reach:
             labels[i], distances[i] = -1, 0.0

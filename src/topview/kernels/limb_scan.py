@@ -1,4 +1,4 @@
-"""What the whole body costs with each of many poses of one limb, all else as it is."""
+"""Which poses of one limb to try, and what the whole body costs with each, all else as it is."""
 
 from __future__ import annotations
 
@@ -7,13 +7,88 @@ from numba import njit
 
 from topview.kernels.body import (
     FREE_M,
+    LANES,
     facing_surface,
     in_free_space,
     multiply,
+    parts_near,
     reach_across,
+    side_by_side,
     unlike_seen,
 )
 from topview.kernels.threads import over_threads
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def left_open_without(
+    points, seen_normals, Rs, origins, lengths, shapes, uppers, reach, scale, left_open
+):  # fmt: skip
+    """Fill `left_open` [L, N] with how much of each point, 0 to 1, the body without one of L limbs
+    leaves unexplained; 0 where the limb does not reach.
+
+    Args:
+        points, seen_normals, Rs, origins, lengths, shapes, reach: as in
+            `topview.kernels.body.assign_points`.
+        uppers: [L] each limb's upper part; the lower one is the next.
+        scale: width of the robust weight.
+    """
+    parts = np.empty((14, LANES), np.float32)
+    side_by_side(Rs, origins, lengths, shapes, parts)
+    unlike = np.empty(lengths.shape[0])
+    for i in range(points.shape[0]):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        near = parts_near(px, py, pz, reach, parts)
+        for k in range(lengths.shape[0]):
+            unlike[k] = reach
+            if (near >> k) & 1:
+                d, nx, ny, nz = facing_surface(px, py, pz, k, Rs, origins, lengths, shapes)
+                unlike[k] = min(unlike_seen(d, nx, ny, nz, seen_normals[i]), reach)
+        for row in range(uppers.shape[0]):
+            upper = uppers[row]
+            dx, dy, dz = px - origins[upper, 0], py - origins[upper, 1], pz - origins[upper, 2]
+            farthest = lengths[upper] + lengths[upper + 1] + 2.0 * reach
+            left_open[row, i] = 0.0
+            if dx * dx + dy * dy + dz * dz < farthest * farthest:
+                best = reach
+                for k in range(lengths.shape[0]):
+                    if k != upper and k != upper + 1:
+                        best = min(best, unlike[k])
+                is_open = best >= reach
+                left_open[row, i] = 1.0 if is_open else 1.0 - 1.0 / (1.0 + (best / scale) ** 2)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def ending_near(ends, lengths, upper, places, each, is_near):
+    """Fill `is_near` [M] with whether a pose of a limb is one of `each` of them, at most M, that
+    end nearest to some place.
+
+    Args:
+        ends: [M, 6] where both parts of each pose end, each as long as 1, in the parent's frame.
+        lengths, upper: of all parts, and the limb's upper part.
+        places: [P, 3] in the parent's frame, from where the limb begins.
+    """
+    M = ends.shape[0]
+    by_elbow, by_hand = lengths[upper] - lengths[upper + 1], lengths[upper + 1]
+    nearest, squares = np.empty(each, np.int64), np.empty(each)
+    for m in range(M):
+        is_near[m] = False
+    for p in range(places.shape[0]):
+        x, y, z = places[p, 0], places[p, 1], places[p, 2]
+        for n in range(each):
+            nearest[n], squares[n] = -1, np.inf
+        for m in range(M):
+            dx = by_elbow * ends[m, 0] + by_hand * ends[m, 3] - x
+            dy = by_elbow * ends[m, 1] + by_hand * ends[m, 4] - y
+            dz = by_elbow * ends[m, 2] + by_hand * ends[m, 5] - z
+            square = dx * dx + dy * dy + dz * dz
+            n = each - 1
+            if square < squares[n]:
+                while n > 0 and square < squares[n - 1]:
+                    squares[n], nearest[n] = squares[n - 1], nearest[n - 1]
+                    n -= 1
+                squares[n], nearest[n] = square, m
+        for n in range(each):
+            is_near[nearest[n]] = True
 
 
 @njit(error_model="numpy")

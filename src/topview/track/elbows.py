@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from topview.geometry.rotations import cross, unit
 from topview.kernels.body import STRAIGHT
+from topview.kernels.spread import farthest_first
 from topview.track.pose import HINGE_BENDS
 
 Array = NDArray[np.float64]
@@ -47,18 +48,9 @@ def elbows_on_circle(
 def spread_points(points: Array, start: Array, count: int) -> Array:
     """Up to `count` of the [N, 3] points, farthest-first: each next one lies farthest from `start`
     and from those already taken."""
-    return points[farthest_first(points, start, count)]
-
-
-def farthest_first(places: Array, start: Array, count: int) -> list[int]:
-    """Up to `count` of [N, K] places, each next one the farthest from `start` [K] and from those
-    already taken."""
-    distance = np.linalg.norm(places - start, axis=1)
-    taken: list[int] = []
-    while len(taken) < min(count, len(places)):
-        taken.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(places - places[taken[-1]], axis=1))
-    return taken
+    taken = np.empty(min(count, len(points)), np.int64)
+    farthest_first(points, start, taken)
+    return points[taken]
 
 
 def limb_rotations(axes: Array, R_parent: Array, upper: int) -> Array:

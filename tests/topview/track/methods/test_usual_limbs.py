@@ -59,7 +59,7 @@ def test_a_limbs_cost_is_what_the_whole_bodys_changes_by(upper):
     """But for points of which next to nothing is left open."""
     pose = standing_pose()
     look, tried = look_at(pose), usual_limbs(upper)[:60]
-    scanned = LimbScan(pose, upper, look, SETTINGS).costs(tried)
+    scanned = LimbScan(pose, look, SETTINGS).costs(upper, tried)
     poses = [with_limb(pose, upper, limb) for limb in tried]
     whole = costs_of(refine(poses, None, MODEL, look.evidence, SETTINGS, iterations=0))
     assert_allclose(scanned - scanned[0], whole - whole[0], atol=1e-4)
@@ -72,14 +72,15 @@ def test_the_true_limb_costs_least(upper):
     limb = pose.relative()[None, upper : upper + 2]
     tried = np.concatenate([usual_limbs(upper), limb])
     away = with_limb(pose, upper, usual_limbs(upper)[0])
-    found = LimbScan(away, upper, look_at(pose), SETTINGS).likeliest(tried, 3)
+    found = LimbScan(away, look_at(pose), SETTINGS).likeliest(upper, tried, 3)
     assert_array_equal(found[0], limb[0])
 
 
 def test_what_is_likeliest_differs():
     pose = standing_pose()
     tried = usual_limbs(RIGHT_UPPER_ARM)
-    found = LimbScan(pose, RIGHT_UPPER_ARM, look_at(pose), SETTINGS).likeliest(tried, 6)
+    scan = LimbScan(pose, look_at(pose), SETTINGS)
+    found = scan.likeliest(RIGHT_UPPER_ARM, tried, 6)
     elbows = found[:, 0, :, 1]
     ends = np.concatenate([elbows, elbows + (found[:, 0] @ found[:, 1])[..., 1]], axis=1)
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1)
@@ -93,7 +94,7 @@ def test_threads_change_nothing():
     costs = []
     for threads in (1, 2):
         use_threads(threads)
-        costs.append(LimbScan(pose, LEFT_UPPER_ARM, look, SETTINGS).costs(tried))
+        costs.append(LimbScan(pose, look, SETTINGS).costs(LEFT_UPPER_ARM, tried))
     assert_array_equal(*costs)
 
 
@@ -103,8 +104,8 @@ def test_an_arm_that_is_elsewhere_is_found_by_its_points():
     relative[LEFT_UPPER_ARM] = rotations_from_angles(np.radians([0.0, 0.0, 80.0]))
     raised = Pose.from_relative(hanging.neck_camera, relative)
     look = look_at(raised)
-    scan = LimbScan(hanging, LEFT_UPPER_ARM, look, SETTINGS)
-    likeliest = scan.likeliest(usual_limbs(LEFT_UPPER_ARM), 2)
+    scan = LimbScan(hanging, look, SETTINGS)
+    likeliest = scan.likeliest(LEFT_UPPER_ARM, usual_limbs(LEFT_UPPER_ARM), 2)
     starts = [with_limb(hanging, LEFT_UPPER_ARM, limb) for limb in likeliest]
     refined = refine(starts, None, MODEL, look.evidence, SETTINGS)
     best = refined.poses[int(np.argmin(costs_of(refined)))]
@@ -117,10 +118,10 @@ def test_limbs_that_end_where_points_are_open_are_tried_too():
     relative = hanging.relative()
     relative[LEFT_UPPER_ARM] = rotations_from_angles(np.radians([0.0, 0.0, 80.0]))
     raised = Pose.from_relative(hanging.neck_camera, relative)
-    scan = LimbScan(hanging, LEFT_UPPER_ARM, look_at(raised), SETTINGS)
+    scan = LimbScan(hanging, look_at(raised), SETTINGS)
     hand, place = JOINT_NAMES.index("left_hand"), joints_of(raised)
     away = [
         np.linalg.norm(joints_of(with_limb(hanging, LEFT_UPPER_ARM, limb))[hand] - place[hand])
-        for limb in scan.likeliest(np.empty((0, 2, 3, 3)), 2)
+        for limb in scan.likeliest(LEFT_UPPER_ARM, np.empty((0, 2, 3, 3)), 2)
     ]
     assert min(away) < 0.15

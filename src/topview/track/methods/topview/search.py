@@ -225,11 +225,13 @@ class Search:
         first = _thinned(look)
         groups = {UPPER_TORSO: drawn_trunks(found.pose, rng)}
         lent = [lender.relative() for lender in lenders]
+        scan = LimbScan(found.pose, first, self._refinement)
         for upper in LIMBS:
             usual = usual_limbs(upper) if share is None else usual_limbs(upper)[share::SHARES]
             others = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
-            scan = LimbScan(found.pose, upper, first, self._refinement)
-            groups[upper] = _with_limbs(found.pose, upper, scan.likeliest(others, LIMBS_TRIED))
+            groups[upper] = _with_limbs(
+                found.pose, upper, scan.likeliest(upper, others, LIMBS_TRIED)
+            )
         starts = [found.pose, *chain.from_iterable(groups.values())]
         as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(tried)

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 
 from topview.body.parts import LEFT_UPPER_ARM, LEFT_UPPER_LEG, PARTS
 from topview.geometry.rotations import unit
-from topview.kernels.body import assign_points
-from topview.kernels.limb_scan import scan_limb
+from topview.kernels.limb_scan import ending_near, left_open_without, scan_limb
+from topview.kernels.spread import cheapest_apart, farthest_first
 from topview.records import read_only
 from topview.track.degrees_of_freedom import PARENT_OF
-from topview.track.elbows import farthest_first, spread_points
+from topview.track.elbows import spread_points
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import FREE_SPACE_COST, FrameContext
-from topview.track.pose import MIRRORED, OTHER_SIDE, Pose
+from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE, Pose
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,8 @@ LIKELY_OPEN: Final = 0.5
 PALMS: Final = 8
 POSE_STRIDE: Final = 6
 ENDING_THERE: Final = 6
-NOWHERE_M: Final = 1e6  # where a part is near nothing
+
+_UPPERS: Final = np.array(LIMBS)
 
 
 @cache
@@ -49,8 +50,9 @@ def usual_limbs(upper: int) -> Array:
     if upper not in (LEFT_UPPER_ARM, LEFT_UPPER_LEG):
         return read_only(MIRRORED @ usual_limbs(OTHER_SIDE[upper]) @ MIRRORED)
     limbs = usual_poses().Rs_relative[:, upper : upper + 2]
-    ends = _ends(limbs)
-    return read_only(limbs[[0, *farthest_first(ends, ends[0], LIMB_POSES - 1)]])
+    ends, others = _ends(limbs), np.empty(LIMB_POSES - 1, np.int64)
+    farthest_first(ends, ends[0], others)
+    return read_only(limbs[[0, *others]])
 
 
 @cache
@@ -72,13 +74,11 @@ class LimbScan:
 
     Attributes:
         pose: of the body.
-        upper: the limb's upper part.
         look: the frame, with normals.
         settings: of refinement, whose cost it is.
     """
 
     pose: Pose
-    upper: int
     look: FrameContext
     settings: RefinementSettings
 
@@ -87,36 +87,33 @@ class LimbScan:
         """[11, 3] where the parts begin."""
         return self.pose.origins(self.look.model)
 
-    def likeliest(self, tried: Array, count: int) -> Array:
-        """[count or fewer, 2, 3, 3] different poses of a limb with which the whole body costs
-        least, the cheapest first: of [M, 2, 3, 3], and of those that end at open points."""
-        tried = np.concatenate([tried, self._reaching()])
-        order = np.argsort(self.costs(tried), kind="stable")
-        return tried[_different(_ends(tried), order, count)]
+    def likeliest(self, upper: int, tried: Array, count: int) -> Array:
+        """[count or fewer, 2, 3, 3] different poses of the limb of this upper part with which the
+        whole body costs least, the cheapest first: of [M, 2, 3, 3], and of those that end at open
+        points."""
+        tried = np.concatenate([tried, self._reaching(upper)])
+        chosen = np.empty(count, np.int64)
+        found = cheapest_apart(self.costs(upper, tried), _ends(tried), DIFFERENT_LENGTHS, chosen)
+        return tried[chosen[:found]]
 
-    def _reaching(self) -> Array:
+    def _reaching(self, upper: int) -> Array:
         """[K, 2, 3, 3] usual poses of a limb that end near points that the rest of the body leaves
         open, far from each other: these may be palms and feet."""
-        upper, model, evidence = self.upper, self.look.model, self.look.evidence
+        model, evidence = self.look.model, self.look.evidence
         joint_camera = self.origins_camera[upper]
-        is_likely = self.left_open > LIKELY_OPEN
+        is_likely = self.left_open[upper] > LIKELY_OPEN
         palms = spread_points(evidence.points_camera[is_likely], joint_camera, PALMS)
-        if len(palms) == 0:
-            return np.empty((0, 2, 3, 3))
         palms = palms + unit(palms) * model.radii_m[upper + 1].min()  # from the skin to the axis
         palms = (palms - joint_camera) @ self.pose.Rs[PARENT_OF[upper]]
-        upper_m, lower_m = model.lengths_m[upper : upper + 2].tolist()
-        ends = _ends_of_many(upper)
-        ends = (upper_m - lower_m) * ends[:, :3] + lower_m * ends[:, 3:]
-        away = (ends * ends).sum(1) - 2.0 * palms @ ends.T
-        nearest = np.argpartition(away, ENDING_THERE, axis=1)[:, :ENDING_THERE]
-        return many_limbs(upper)[np.unique(nearest)]
+        many, is_near = many_limbs(upper), np.empty(len(many_limbs(upper)), np.bool_)
+        ending_near(_ends_of_many(upper), model.lengths_m, upper, palms, ENDING_THERE, is_near)
+        return many[is_near]
 
-    def costs(self, tried: Array) -> Array:
+    def costs(self, upper: int, tried: Array) -> Array:
         """[M] what the whole body costs with each of [M, 2, 3, 3] poses of a limb, up to a
         constant."""
         s, model, evidence = self.settings, self.look.model, self.look.evidence
-        upper, view, left_open = self.upper, evidence.view, self.left_open
+        view, left_open = evidence.view, self.left_open[upper]
         is_open = left_open > LEAST_OPEN
         explained, in_free_space = np.empty(len(tried)), np.empty(len(tried))
         scan_limb(
@@ -131,22 +128,16 @@ class LimbScan:
         return FREE_SPACE_COST * share - explained / max(len(left_open), 1)
 
     @cached_property
-    def left_open(self) -> Array:
-        """[N] how much of each point the body without a limb leaves unexplained, 0 to 1; 0 where
-        the limb does not reach."""
+    def left_open(self) -> dict[int, Array]:
+        """By limb, [N] how much of each point the body without it leaves unexplained, 0 to 1; 0
+        where the limb does not reach."""
         s, model, evidence = self.settings, self.look.model, self.look.evidence
-        upper, points, N = self.upper, evidence.points_camera, len(evidence.points_camera)
-        others = self.origins_camera.copy()
-        others[upper : upper + 2] = NOWHERE_M
-        labels, unlike_m = np.full(N, -1, np.int32), np.empty(N)
-        assign_points(
-            points, evidence.normals_camera, self.pose.Rs, others, model.lengths_m, model.shapes_m,
-            s.reach_m, labels, np.empty(N), np.empty((N, 3)), unlike_m,
+        left_open = np.empty((len(LIMBS), len(evidence.points_camera)))
+        left_open_without(
+            evidence.points_camera, evidence.normals_camera, self.pose.Rs, self.origins_camera,
+            model.lengths_m, model.shapes_m, _UPPERS, s.reach_m, s.scale_m, left_open,
         )  # fmt: skip
-        explained = 1.0 / (1.0 + (unlike_m / s.scale_m) ** 2)
-        away_m = np.linalg.norm(points - self.origins_camera[upper], axis=1)
-        farthest_m = model.lengths_m[upper : upper + 2].sum() + 2.0 * s.reach_m
-        return np.where(away_m < farthest_m, np.where(labels < 0, 1.0, 1.0 - explained), 0.0)
+        return dict(zip(LIMBS, left_open, strict=True))
 
 
 def _ends(Rs_relative: Array) -> Array:
@@ -154,16 +145,3 @@ def _ends(Rs_relative: Array) -> Array:
     elbows = Rs_relative[:, 0, :, 1]
     hands = elbows + (Rs_relative[:, 0] @ Rs_relative[:, 1])[..., 1]
     return np.concatenate([elbows, hands], axis=1)
-
-
-def _different(ends: Array, order: NDArray[np.intp], count: int) -> list[int]:
-    """The first in an order that differ from each other."""
-    chosen: list[int] = []
-    is_left = np.ones(len(ends), np.bool_)
-    for index in order.tolist():
-        if len(chosen) == count:
-            break
-        if is_left[index]:
-            chosen.append(index)
-            is_left &= np.linalg.norm(ends - ends[index], axis=1) > DIFFERENT_LENGTHS
-    return chosen
