@@ -35,6 +35,7 @@ HEAD = 0
 SLACK_M = 1e-4  # more than distances are wrong by in 32 bits
 TURNED_M = 0.05  # as far off counts a surface at right angles to the one that is seen
 LANES = 16  # parts that are compared with a point at once: all, and a power of two
+SETTLED = 0.01  # share of the energy: a step that gains less is the last
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
 
@@ -584,7 +585,7 @@ def refine_bodies(
         free_weight, collision_weight, limit_weight: of a sample in free space, a limb's sample
             inside the torso, and a radian beyond the limits.
         samples: places on each part's axis that are tested against free space and the torso.
-        iterations: Gauss-Newton steps.
+        iterations: Gauss-Newton steps, at most.
         places, scales, joint_part, joints_part, joint_weight: as in
             `topview.kernels.pulls.pull_to_joints`; no joints where nothing is proposed.
         costs: [M, 5] unexplained share of the points, share of axis samples in free space, mean
@@ -746,6 +747,7 @@ def refine_bodies(
                     departure += away[dof_axis[d]] ** 2
                     energy += prior_weights[d] * away[dof_axis[d]] ** 2
             if iteration == 0 or energy < least:
+                is_settled = iteration > 0 and least - energy < SETTLED * least
                 least = energy
                 damping *= EASED
                 costs[m, 0] = unexplained / max(N, 1)
@@ -759,6 +761,8 @@ def refine_bodies(
                     copy(Rs[k], best_Rs[k])
                 if iteration < iterations:
                     copy_system(A, g, best_A, best_g)
+                if is_settled:
+                    break
             else:
                 damping = max(damping, LEAST_DAMPING) * RAISED
                 for i in range(3):

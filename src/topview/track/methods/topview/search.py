@@ -19,9 +19,13 @@ from topview.body.model import HEAD_CENTRE, BodyModel
 from topview.body.parts import (
     HEAD,
     LEFT_LOWER_LEG,
+    LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
     LOWER_TORSO,
     PARTS,
     RIGHT_LOWER_LEG,
+    RIGHT_UPPER_ARM,
+    RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
 from topview.filter.over_time import FRAME_S, share_after
@@ -70,14 +74,19 @@ LOOKED_AT_AGAIN: Final = 2
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
 # The trunk is drawn so often round where it is, in each frame: its two parts' turns about their own
-# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of the
-# limbs of so many captured bodies, and of a share of the usual ones, so many that differ are tried.
-# All are refined in so many steps, and taken where they explain so much more of a whole body.
+# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of both
+# arms, and of the legs in turn, those of so many captured bodies and a share of the usual ones are
+# looked at. So many that differ are tried, if the body costs no more than this beyond what it does
+# (95 % of those that were taken, of seeds 0 to 5). All are refined in so many steps, and taken
+# where they explain so much more of a whole body.
 TRUNKS: Final = 4
 TRUNK_DRAWN_RAD: Final = np.radians([[5.0, 9.0, 4.0], [8.0, 7.0, 4.0]])
 TRUNK_DRAWN_M: Final = 0.02
 LENDERS: Final = 5
+UPPER_ARMS: Final = LEFT_UPPER_ARM, RIGHT_UPPER_ARM
+UPPER_LEGS: Final = LEFT_UPPER_LEG, RIGHT_UPPER_LEG
 LIMBS_TRIED: Final = 2
+UNREFINED_MARGIN: Final = 0.02
 TRIED_ITERATIONS: Final = 3
 TRIED_MARGIN: Final = 0.005
 HIDDEN_MARGIN: Final = 4.0  # times that more, of a limb that is out of sight
@@ -107,7 +116,9 @@ class Search:
         self._subject = subject
         self._stature = stature
         self._size = size
-        self._share = 0  # of the table, which is looked through next
+        self._frames = self._looks = 0  # until now
+        self._unlooked_s = 0.0  # since the last look
+        self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
 
     def update(
         self,
@@ -131,22 +142,23 @@ class Search:
         with look.clock.stage("normals"):
             evidence = look.evidence.with_normals()
         look = replace(look, evidence=evidence)
-        with look.clock.stage("lookup"):
-            share = self._share if moved_on else None
-            alike = shipped_poses().likeness(evidence, look.model.stature_m, share)
-            self._share = (self._share + 1) % SHARES
-            self.facing.update(alike, look.elapsed_s)
-        found = self._followed(moved_on, hidden, look) if moved_on else None
+        self._unlooked_s += look.elapsed_s
         bodies: list[Pose] = []
+        if moved_on is None or is_due:
+            with look.clock.stage("lookup"):
+                bodies = self._look_up(look, is_first=moved_on is None)
+        found = self._followed(moved_on, hidden, look) if moved_on else None
         if found is None or is_due:
             with look.clock.stage("body"):
-                bodies = alike.poses(look.model, LOOKED_UP if found else 2 * LOOKED_UP)
                 found = self._or_elsewhere(found, bodies, hidden, statures_m, look)
+            self._lenders = bodies[:LENDERS]
         if moved_on is None or not is_known:
             rng = self._subject.rng(UPPER_TORSO, evidence)
+            limbs = self._limbs_in_turn() if moved_on else {own: usual_limbs(own) for own in LIMBS}
             with look.clock.stage("limbs"):
                 for _ in range(1 if moved_on else STARTING_ROUNDS):
-                    found = self._or_otherwise(found, bodies[:LENDERS], share, rng, look)
+                    found = self._or_otherwise(found, limbs, rng, look)
+        self._frames += 1
         # Legs out of view say nothing of a trunk that is seen.
         out = parts_out_of_sight(found.pose, found.model, evidence)
         seen_hidden = min(found.hidden, 2.0 * float(out[[HEAD, UPPER_TORSO, LOWER_TORSO]].mean()))
@@ -154,6 +166,15 @@ class Search:
         if is_due and not found.is_new:
             return self._with_size(found, look)
         return found
+
+    def _look_up(self, look: FrameContext, is_first: bool) -> list[Pose]:
+        """Bodies that look like what is seen, of a share of the table in turn, or of all of it at
+        first; how alike they are tells the yaw."""
+        share = None if is_first else self._looks % SHARES
+        alike = shipped_poses().likeness(look.evidence, look.model.stature_m, share)
+        self.facing.update(alike, self._unlooked_s)
+        self._looks, self._unlooked_s = self._looks + 1, 0.0
+        return alike.poses(look.model, 2 * LOOKED_UP if is_first else LOOKED_UP)
 
     def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
         """The last pose, or where it has moved to, refined; held to the last one, whose limbs and
@@ -211,31 +232,36 @@ class Search:
         first.sort(key=_cost)
         return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
 
+    def _limbs_in_turn(self) -> dict[int, Array]:
+        """By upper part, [M, 2, 3, 3] usual poses of limbs that are looked at in this frame."""
+        turns, turn = divmod(self._frames, len(UPPER_LEGS))
+        arms = {upper: usual_limbs(upper)[self._frames % SHARES :: SHARES] for upper in UPPER_ARMS}
+        return arms | {UPPER_LEGS[turn]: usual_limbs(UPPER_LEGS[turn])[turns % SHARES :: SHARES]}
+
     def _or_otherwise(
         self,
         found: Found,
-        lenders: Sequence[Pose],
-        share: int | None,
+        limbs: Mapping[int, Array],
         rng: np.random.Generator,
         look: FrameContext,
     ) -> Found:
         """What was found, or that with its trunk elsewhere, or with limbs of bodies that look like
-        what is seen or as limbs usually are, where all of it is cheaper."""
+        what is seen or one of [M, 2, 3, 3] `limbs` by upper part, where all of it is cheaper."""
         look = replace(look, model=found.model)
         first = _thinned(look)
         groups = {UPPER_TORSO: drawn_trunks(found.pose, rng)}
-        lent = [lender.relative() for lender in lenders]
+        lent = [lender.relative() for lender in self._lenders]
         scan = LimbScan(found.pose, first, self._refinement)
-        for upper in LIMBS:
-            usual = usual_limbs(upper) if share is None else usual_limbs(upper)[share::SHARES]
+        for upper, usual in limbs.items():
             others = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
-            groups[upper] = _with_limbs(
-                found.pose, upper, scan.likeliest(upper, others, LIMBS_TRIED)
-            )
+            likeliest = scan.likeliest(upper, others, LIMBS_TRIED, UNREFINED_MARGIN)
+            groups[upper] = _with_limbs(found.pose, upper, likeliest)
         starts = [found.pose, *chain.from_iterable(groups.values())]
         as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(tried)
-        cheapest = {part: min(islice(each, len(own)), key=_cost) for part, own in groups.items()}
+        cheapest = {
+            part: min(islice(each, len(own)), key=_cost) for part, own in groups.items() if own
+        }
         out = parts_out_of_sight(found.pose, look.model, look.evidence)
         margins = {upper: HIDDEN_MARGIN * float(out[upper : upper + 2].mean()) for upper in LIMBS}
         better = {

@@ -87,14 +87,16 @@ class LimbScan:
         """[11, 3] where the parts begin."""
         return self.pose.origins(self.look.model)
 
-    def likeliest(self, upper: int, tried: Array, count: int) -> Array:
+    def likeliest(self, upper: int, tried: Array, count: int, margin: float = np.inf) -> Array:
         """[count or fewer, 2, 3, 3] different poses of the limb of this upper part with which the
-        whole body costs least, the cheapest first: of [M, 2, 3, 3], and of those that end at open
-        points."""
-        tried = np.concatenate([tried, self._reaching(upper)])
-        chosen = np.empty(count, np.int64)
-        found = cheapest_apart(self.costs(upper, tried), _ends(tried), DIFFERENT_LENGTHS, chosen)
-        return tried[chosen[:found]]
+        whole body costs least, the cheapest first, and at most by a margin more than as it is: of
+        [M, 2, 3, 3], and of those that end at open points."""
+        as_it_is = self.pose.relative()[None, upper : upper + 2]
+        tried = np.concatenate([tried, self._reaching(upper), as_it_is])
+        costs, chosen = self.costs(upper, tried), np.empty(count, np.int64)
+        found = cheapest_apart(costs[:-1], _ends(tried[:-1]), DIFFERENT_LENGTHS, chosen)
+        chosen = chosen[:found]
+        return tried[chosen[costs[chosen] < costs[-1] + margin]]
 
     def _reaching(self, upper: int) -> Array:
         """[K, 2, 3, 3] usual poses of a limb that end near points that the rest of the body leaves
