@@ -62,6 +62,16 @@ def test_the_true_pose_stays_and_explains_everything(evidence):
     assert refined.in_free_space[0] == 0.0
 
 
+@pytest.mark.parametrize("start", [TRUTH, perturbed(3)])
+def test_a_fit_that_gains_nothing_more_ends(evidence, start):
+    few, many = (
+        refine([start], None, MODEL, evidence, SETTINGS, iterations=steps).poses[0]
+        for steps in (12, 100)
+    )
+    assert_array_equal(few.Rs, many.Rs)
+    assert_array_equal(few.neck_camera, many.neck_camera)
+
+
 def test_costs_tell_a_wrong_pose(evidence):
     relative = TRUTH.relative()
     for part in ("left_upper_arm", "right_upper_leg"):

@@ -76,6 +76,19 @@ def test_the_true_limb_costs_least(upper):
     assert_array_equal(found[0], limb[0])
 
 
+@pytest.mark.parametrize("margin", [-0.05, 0.0, 0.02])
+def test_what_costs_more_than_the_limb_as_it_is_is_left_out(margin):
+    upper = RIGHT_UPPER_ARM
+    away = with_limb(standing_pose(), upper, usual_limbs(upper)[0])
+    scan = LimbScan(away, look_at(standing_pose()), SETTINGS)
+    found = scan.likeliest(upper, usual_limbs(upper), 400)
+    own, *costs = scan.costs(upper, np.concatenate([usual_limbs(upper)[:1], found]))
+    is_left = np.array(costs) < own + margin
+    assert is_left.any()
+    assert not is_left.all()
+    assert_array_equal(scan.likeliest(upper, usual_limbs(upper), 400, margin), found[is_left])
+
+
 def test_what_is_likeliest_differs():
     pose = standing_pose()
     tried = usual_limbs(RIGHT_UPPER_ARM)

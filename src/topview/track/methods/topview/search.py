@@ -154,7 +154,7 @@ class Search:
             self._lenders = bodies[:LENDERS]
         if moved_on is None or not is_known:
             rng = self._subject.rng(UPPER_TORSO, evidence)
-            limbs = self._limbs_in_turn() if moved_on else {own: usual_limbs(own) for own in LIMBS}
+            limbs = limbs_in_turn(self._frames if moved_on else None)
             with look.clock.stage("limbs"):
                 for _ in range(1 if moved_on else STARTING_ROUNDS):
                     found = self._or_otherwise(found, limbs, rng, look)
@@ -231,12 +231,6 @@ class Search:
         first = self._founds(starts, _thinned(look), LOOKED_UP_ITERATIONS)
         first.sort(key=_cost)
         return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
-
-    def _limbs_in_turn(self) -> dict[int, Array]:
-        """By upper part, [M, 2, 3, 3] usual poses of limbs that are looked at in this frame."""
-        turns, turn = divmod(self._frames, len(UPPER_LEGS))
-        arms = {upper: usual_limbs(upper)[self._frames % SHARES :: SHARES] for upper in UPPER_ARMS}
-        return arms | {UPPER_LEGS[turn]: usual_limbs(UPPER_LEGS[turn])[turns % SHARES :: SHARES]}
 
     def _or_otherwise(
         self,
@@ -350,6 +344,17 @@ def _cost(found: Found) -> float:
 
 def _is_lost(found: Found) -> bool:
     return found.cost > SEARCH_LOST_COST
+
+
+def limbs_in_turn(frame: int | None) -> dict[int, Array]:
+    """By upper part, [M, 2, 3, 3] usual poses of limbs that are looked at in the frame of this
+    number, all of them if there is none."""
+    if frame is None:
+        return {upper: usual_limbs(upper) for upper in LIMBS}
+    turns, turn = divmod(frame, len(UPPER_LEGS))
+    leg = UPPER_LEGS[turn]
+    arms = {upper: usual_limbs(upper)[frame % SHARES :: SHARES] for upper in UPPER_ARMS}
+    return arms | {leg: usual_limbs(leg)[turns % SHARES :: SHARES]}
 
 
 def drawn_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
