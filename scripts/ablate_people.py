@@ -1,10 +1,11 @@
 """What does each thing bring by which people are found and told apart?
 
-    python scripts/ablate_people.py PATH... [--workers N] [--only WORD...] [--json FILE]
+    python scripts/ablate_people.py PATH... [--workers N] [--only WORD...] [--json FILE] [--alone]
 
 Counts who is found in recordings in the folder layout, as `topview evaluate people` does, with all
 that there is and without each thing, false people in 1000 frames; nothing is fitted anew. With
-`--only`, the variants alone whose names have one of the words, beside the default.
+`--only`, the variants alone whose names have one of the words, beside the default. With `--alone`,
+no network is asked.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from math import inf
 from typing import Any, Final
 
@@ -45,6 +47,7 @@ from topview_lab.evaluate.people import (
 )
 from topview_lab.evaluate.tables import number, percent
 
+NETWORK: Final = "the network"
 HEAD_SHAPE: Final = ("unlike a head", "not upright")
 CHEST: Final = (
     "head and chest too small",
@@ -116,7 +119,8 @@ VARIANTS: Final[Variants] = {
     "all shape": lambda: likelihood(by_shape=0.0, weights=without(*FEATURE_NAMES)),
     "shape, where the network tells": lambda: likelihood(by_shape=0.0),
     "stillness": lambda: likelihood(by_stillness=0.0, weights=without("has not moved")),
-    "the network": dict,
+    "having been seen to move": lambda: likelihood(weights=without("not seen to move")),
+    NETWORK: dict,
     "clusters that the network looks at": lambda: {
         "people.clusters.clusters_in": lambda *_: iter(())
     },
@@ -159,10 +163,12 @@ class AblatedJob:
 
 
 def main() -> None:
-    options = parser_of(__doc__).parse_args()
+    parser = parser_of(__doc__)
+    parser.add_argument("--alone", action="store_true")
+    options = parser.parse_args()
     recordings = find_folder_recordings(options.paths)
     names = chosen(VARIANTS, options.only)
-    outcomes = run_without(names, recordings, _job, options.workers)
+    outcomes = run_without(names, recordings, partial(_job, options.alone), options.workers)
     counts = {
         name: count_found([o.found for o in own if o.found]) for name, own in outcomes.items()
     }
@@ -171,8 +177,8 @@ def main() -> None:
         options.json.write_text(json.dumps({name: asdict(c) for name, c in counts.items()}))
 
 
-def _job(name: str, recording: CountedRecording) -> AblatedJob:
-    proposals = "none" if name == "the network" else "network"
+def _job(is_alone: bool, name: str, recording: CountedRecording) -> AblatedJob:
+    proposals = "none" if is_alone or name == NETWORK else "network"
     return AblatedJob(name, PeopleJob(recording, TrackerSettings(threads=1, proposals=proposals)))
 
 

@@ -37,7 +37,12 @@ def stage_table(tracking: Sequence[TrackingTime]) -> Table:
     """Simulated scenes: one row for each stage."""
     heads = ["\n".join((*_scene(time), str(time.threads))) for time in tracking]
     columns = [time.stages_ms for time in tracking]
-    return _stages("ms per frame in each stage", "image\npeople\nthreads", heads, columns)
+    return _stages(
+        "ms in each stage, median over the frames in which it runs",
+        "image\npeople\nthreads",
+        heads,
+        columns,
+    )
 
 
 def finding_table(finding: Sequence[FindingTime]) -> Table:
