@@ -62,10 +62,10 @@ def test_the_true_pose_stays_and_explains_everything(evidence):
     assert refined.in_free_space[0] == 0.0
 
 
-@pytest.mark.parametrize("start", [TRUTH, perturbed(3)])
-def test_a_fit_that_gains_nothing_more_ends(evidence, start):
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fit_that_gains_hardly_more_ends(evidence, seed):
     few, many = (
-        refine([start], None, MODEL, evidence, SETTINGS, iterations=steps).poses[0]
+        refine([perturbed(seed)], None, MODEL, evidence, SETTINGS, iterations=steps).poses[0]
         for steps in (12, 100)
     )
     assert_array_equal(few.Rs, many.Rs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rendered_bodies import standing_pose
 from topview.body.parts import LOWER_TORSO, PARTS, UPPER_TORSO
@@ -12,6 +12,7 @@ from topview.filter.particles import generator
 from topview.geometry.rotations import vectors_from_rotations
 from topview.track.methods.topview.lookup import SHARES
 from topview.track.methods.topview.search import (
+    LEGS_EVERY,
     TRUNK_DRAWN_M,
     TRUNK_DRAWN_RAD,
     TRUNKS,
@@ -21,7 +22,7 @@ from topview.track.methods.topview.search import (
     limbs_in_turn,
 )
 from topview.track.methods.topview.usual_limbs import usual_limbs
-from topview.track.pose import LIMBS
+from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE
 
 TRUNK = [UPPER_TORSO, LOWER_TORSO]
 
@@ -41,7 +42,9 @@ def test_trunks_are_drawn_round_where_they_are_and_all_else_keeps_its_directions
     assert np.abs(np.std(moves, axis=0) / TRUNK_DRAWN_M - 1.0).max() < 0.1
 
 
-@pytest.mark.parametrize(("uppers", "frames"), [(UPPER_ARMS, SHARES), (UPPER_LEGS, 2 * SHARES)])
+@pytest.mark.parametrize(
+    ("uppers", "frames"), [(UPPER_ARMS, SHARES), (UPPER_LEGS, LEGS_EVERY * SHARES)]
+)
 def test_all_that_a_limb_does_is_looked_at_once_in_so_many_frames(uppers, frames):
     for upper in uppers:
         for first in range(3):
@@ -56,3 +59,10 @@ def test_of_a_first_pose_all_limbs_are_looked_at():
     assert set(limbs) == set(LIMBS)
     for upper, looked_at in limbs.items():
         assert_array_equal(looked_at, usual_limbs(upper))
+
+
+def test_of_both_sides_the_same_is_looked_at():
+    for frame in range(LEGS_EVERY * SHARES):
+        limbs = limbs_in_turn(frame)
+        for upper, looked_at in limbs.items():
+            assert_allclose(limbs[OTHER_SIDE[upper]], MIRRORED @ looked_at @ MIRRORED)

@@ -74,17 +74,18 @@ LOOKED_AT_AGAIN: Final = 2
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
 # The trunk is drawn so often round where it is, in each frame: its two parts' turns about their own
-# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of both
-# arms, and of the legs in turn, those of so many captured bodies and a share of the usual ones are
-# looked at. So many that differ are tried, if the body costs no more than this beyond what it does
-# (95 % of those that were taken, of seeds 0 to 5). All are refined in so many steps, and taken
-# where they explain so much more of a whole body.
+# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of arms,
+# and in every so many-th frame of legs, those of so many captured bodies and a share of the usual
+# ones are looked at. So many that differ are tried, if the body costs no more than this beyond what
+# it does (95 % of those that were taken, of seeds 0 to 5). All are refined in so many steps, and
+# taken where they explain so much more of a whole body.
 TRUNKS: Final = 4
 TRUNK_DRAWN_RAD: Final = np.radians([[5.0, 9.0, 4.0], [8.0, 7.0, 4.0]])
 TRUNK_DRAWN_M: Final = 0.02
 LENDERS: Final = 5
 UPPER_ARMS: Final = LEFT_UPPER_ARM, RIGHT_UPPER_ARM
 UPPER_LEGS: Final = LEFT_UPPER_LEG, RIGHT_UPPER_LEG
+LEGS_EVERY: Final = 2
 LIMBS_TRIED: Final = 2
 UNREFINED_MARGIN: Final = 0.02
 TRIED_ITERATIONS: Final = 3
@@ -351,10 +352,11 @@ def limbs_in_turn(frame: int | None) -> dict[int, Array]:
     number, all of them if there is none."""
     if frame is None:
         return {upper: usual_limbs(upper) for upper in LIMBS}
-    turns, turn = divmod(frame, len(UPPER_LEGS))
-    leg = UPPER_LEGS[turn]
-    arms = {upper: usual_limbs(upper)[frame % SHARES :: SHARES] for upper in UPPER_ARMS}
-    return arms | {leg: usual_limbs(leg)[turns % SHARES :: SHARES]}
+    limbs = {upper: usual_limbs(upper)[frame % SHARES :: SHARES] for upper in UPPER_ARMS}
+    turns, turn = divmod(frame, LEGS_EVERY)
+    if turn == 0:
+        limbs |= {upper: usual_limbs(upper)[turns % SHARES :: SHARES] for upper in UPPER_LEGS}
+    return limbs
 
 
 def drawn_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
