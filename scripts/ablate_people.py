@@ -167,7 +167,7 @@ def main() -> None:
     parser.add_argument("--alone", action="store_true")
     options = parser.parse_args()
     recordings = find_folder_recordings(options.paths)
-    names = chosen(VARIANTS, options.only)
+    names = [n for n in chosen(VARIANTS, options.only) if not (options.alone and n == NETWORK)]
     outcomes = run_without(names, recordings, partial(_job, options.alone), options.workers)
     counts = {
         name: count_found([o.found for o in own if o.found]) for name, own in outcomes.items()

@@ -77,8 +77,8 @@ LOOKED_UP_HIDDEN: Final = 0.05
 # axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of arms,
 # and in every so many-th frame of legs, those of so many captured bodies and a share of the usual
 # ones are looked at. So many that differ are tried, if the body costs no more than this beyond what
-# it does (95 % of those that were taken, of seeds 0 to 5). All are refined in so many steps, and
-# taken where they explain so much more of a whole body.
+# it does (of those that, refined, explained enough more 94 %, seeds 0 to 5). All are refined in so
+# many steps, and taken where they explain so much more of a whole body.
 TRUNKS: Final = 4
 TRUNK_DRAWN_RAD: Final = np.radians([[5.0, 9.0, 4.0], [8.0, 7.0, 4.0]])
 TRUNK_DRAWN_M: Final = 0.02
