@@ -17,18 +17,20 @@ def look_round_joints(
 
     Args:
         joints_camera: [J, 3] metres; NaN of absent ones.
-        radii_m: [J] of their parts: from a joint to the surface before it.
+        radii_m: [J] from a joint to the surface before it.
         circle: [S, 2] places to the right and down, in radii.
         depth_m: [H, W] metres, 0 without a reading.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
         person: id.
         intrinsics: fx, fy, cx and cy of the image.
-        in_front_m: what is nearer than the surface by more than this hides it.
+        in_front_m: what is nearer than the surface by more than the first hides it; of the person,
+            by more than the second.
         confirms_m: what is seen of the person within this confirms it.
         out_state: [J] becomes 0 of absent joints, otherwise 1 + the commonest of `STATES`.
         out_confirmed: [J] becomes the share of the places that confirm the joint.
     """
     fx, fy, cx, cy = intrinsics
+    others_in_front_m, own_in_front_m = in_front_m
     height, width = depth_m.shape
     counts = np.empty(STATES, np.int64)
     for j in range(len(joints_camera)):
@@ -43,7 +45,8 @@ def look_round_joints(
                 continue
             seen_m, owner = depth_m[int(row), int(column)], labels[int(row), int(column)]
             surface_m = z - radii_m[j]
-            if seen_m > 0.0 and seen_m < surface_m - in_front_m:
+            before_m = own_in_front_m if owner == person else others_in_front_m
+            if seen_m > 0.0 and seen_m < surface_m - before_m:
                 counts[1 if owner == person else 2 if owner > 0 else 3] += 1
             else:
                 counts[0] += 1

@@ -208,15 +208,23 @@ def left_of(body_m: NDArray[np.float32], nearest_m: NDArray[np.float32]) -> NDAr
 
 
 def surface_distance(
-    points_camera: NDArray[np.float64], joints_camera: NDArray[np.float64], height_m: float
+    points_camera: NDArray[np.float64],
+    joints_camera: NDArray[np.float64],
+    height_m: float,
+    spread_m: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """[N] metres from [N, 3] points to a body's surface, below 0 inside: that of round bones
-    (`topview.body.JOINTS`) of somebody of this stature; none end at joints that are absent, NaN."""
+    (`topview.body.JOINTS`) of somebody of this stature; none end at joints that are absent, NaN.
+    With [J] `spread_m`, bones are thicker by as much as the joints at their ends may be off, in the
+    mean of both."""
     is_given = np.asarray(np.isfinite(joints_camera).all(1))
     ends = [end for end, to in enumerate(_BONE_TO) if to >= 0 and is_given[to] and is_given[end]]
     starts = _BONE_TO[ends]
     to_bones_m2 = square_distances(points_camera, joints_camera[starts], joints_camera[ends])
-    return (np.sqrt(to_bones_m2) - _BONE_RADII[ends] * height_m).min(1)
+    radii_m = _BONE_RADII[ends] * height_m
+    if spread_m is not None:
+        radii_m = radii_m + 0.5 * (spread_m[starts] + spread_m[ends])
+    return (np.sqrt(to_bones_m2) - radii_m).min(1)
 
 
 def full_pixels(scene: Scene, is_users: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -27,8 +27,10 @@ Vector = NDArray[np.float64]
 
 # All ours. A head that the network sees so near to another track's is that one's.
 ANOTHERS_M: Final = 0.25
-# What is no farther from the surface of a tracked body is on it.
+# What is no farther from the surface of a tracked body is on it, or by so many standard deviations
+# of its joints.
 ON_BODY_M: Final = 0.05
+SPREAD: Final = 2.0
 # No surface is farther from the bones.
 THICKEST_M: Final = 0.2
 # About so many points tell which share of a body is another's.
@@ -75,7 +77,11 @@ class Told:
 
     def joints_of(self, id: int) -> Vector | None:
         """[J, 3] of a person, None where none is told."""
-        return next((person.joints_camera for person in self.people if person.id == id), None)
+        person = self._person(id)
+        return None if person is None else person.joints_camera
+
+    def _person(self, id: int) -> Person | None:
+        return next((person for person in self.people if person.id == id), None)
 
     def tells_of(self, track: Track) -> bool:
         """Whether the network was asked about a track."""
@@ -172,7 +178,7 @@ class Told:
         self, scene: Scene, is_own: NDArray[np.bool_], others: Sequence[Track]
     ) -> float:
         """Of pixels [h, w], of the last frame or the next, the largest share that is on the body of
-        one of these people, as it was in the last frame."""
+        one of these people, as it was in the last frame; as far from it as that may be off."""
         points_camera = scene.cloud.points_camera[is_own].astype(np.float64)
         if not len(points_camera):
             return 0.0
@@ -180,11 +186,15 @@ class Told:
         low, high = points_camera.min(0) - THICKEST_M, points_camera.max(0) + THICKEST_M
         most = 0.0
         for other in others:
-            joints = self.joints_of(other.id)
-            if joints is None:
+            person = self._person(other.id)
+            if person is None:
                 continue
-            if (np.nanmax(joints, 0) > low).all() and (np.nanmin(joints, 0) < high).all():
-                away_m = surface_distance(points_camera, joints, other.height.height_m)
+            joints, spread_m = person.joints_camera, _spread_of(person)
+            farthest_m = np.nanmax(spread_m)
+            is_near = (np.nanmax(joints, 0) > low - farthest_m).all()
+            if is_near and (np.nanmin(joints, 0) < high + farthest_m).all():
+                height_m = other.height.height_m
+                away_m = surface_distance(points_camera, joints, height_m, spread_m)
                 most = max(most, float((away_m < ON_BODY_M).mean()))
         return most
 
@@ -208,6 +218,13 @@ class Told:
             if np.linalg.norm(head.head_camera - there_camera) < min(within_m, own_m):
                 return True
         return False
+
+
+def _spread_of(person: Person) -> Vector:
+    """[J] metres by which joints may be off, `SPREAD` standard deviations along each axis; 0 where
+    a tracker does not tell."""
+    variances_m2 = np.trace(person.joint_covariance_m2, axis1=-2, axis2=-1) / 3.0
+    return SPREAD * np.sqrt(np.nan_to_num(variances_m2.astype(np.float64)))
 
 
 NOTHING_TOLD: Final = Told()

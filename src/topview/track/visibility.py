@@ -9,18 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import OUTPUT_JOINTS
+from topview.body.parts import END_JOINTS, OUTPUT_JOINTS
 from topview.camera.pyramid import DepthView
 from topview.kernels.visibility import look_round_joints
 
 Array = NDArray[np.float64]
 
-# All ours. Distances are from the surface of the joint's part, along the line of sight.
+# All ours. Distances are from the surface of the joint's part, along the line of sight: as the body
+# is dressed, as clothes and bellies stand out farther than the thesis's cylinders.
 IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
+OWN_IN_FRONT_M: Final = 0.05  # the same of the own body
 CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
 
 _PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
-# Places around a joint, in radii of its part: the joint itself and eight on a circle.
+_PART_OF_ENDS = np.array([joint.part for joint in END_JOINTS])
+# Places around a joint, in radii of its surface: the joint itself and eight on a circle.
 _SAMPLES = 0.7 * np.array([(0.0, 0.0)] + [(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
@@ -53,10 +56,21 @@ def joint_visibility(
         view: the depth of the whole scene.
         labels: [H, W] id of the person that each pixel belongs to, 0 for nobody.
     """
-    radii_m = model.radii_m.min(1)[_PART_OF]
+    radii_m = _surface_radii(model)
     state, confirmed = np.empty(len(radii_m), np.uint8), np.empty(len(radii_m))
     look_round_joints(
         joints_camera, radii_m, _SAMPLES, view.depth_m, labels, person,
-        (view.fx, view.fy, view.cx, view.cy), IN_FRONT_M, CONFIRMS_M, state, confirmed,
+        (view.fx, view.fy, view.cx, view.cy), (IN_FRONT_M, OWN_IN_FRONT_M), CONFIRMS_M, state,
+        confirmed,
     )  # fmt: skip
     return Visibility(state, confirmed)
+
+
+def _surface_radii(model: BodyModel) -> Array:
+    """[20] metres from each joint to the surface of its part there, across where that is thinner;
+    wrists and feet are at the far ends of theirs."""
+    lengths_m = model.lengths_m[_PART_OF]
+    heights_m = np.append(model.joints_part[:, 1], model.lengths_m[_PART_OF_ENDS])
+    shares = np.clip(heights_m / lengths_m, 0.0, 1.0)[:, None]
+    near_m, far_m = model.shapes_m[_PART_OF, :2], model.shapes_m[_PART_OF, 2:4]
+    return (near_m + shares * (far_m - near_m)).min(1)

@@ -152,6 +152,22 @@ def test_of_several_bones_the_nearest_surface_counts() -> None:
     assert alone[1][20] < alone[0][20] - 0.02
 
 
+def test_bones_are_thicker_by_what_their_ends_may_be_off() -> None:
+    generator = np.random.default_rng(3)
+    joints, points = generator.normal(size=(len(JOINTS), 3)), generator.normal(size=(50, 3))
+    exact_m = surface_distance(points, joints, 1.7)
+    everywhere_m = surface_distance(points, joints, 1.7, np.full(len(JOINTS), 0.2))
+    np.testing.assert_allclose(everywhere_m, exact_m - 0.2)
+    end = next(end for end, joint in enumerate(JOINTS) if joint.bone_to >= 0)
+    ends = [JOINTS[end].bone_to, end]
+    alone, spread_m = np.full(joints.shape, np.nan), np.zeros(len(JOINTS))
+    alone[ends], spread_m[ends] = joints[ends], (0.1, 0.3)
+    thicker_m = surface_distance(points, alone, 1.7) - surface_distance(
+        points, alone, 1.7, spread_m
+    )
+    np.testing.assert_allclose(thicker_m, 0.2)
+
+
 def test_tracked_bodies_decide_between_two_who_touch() -> None:
     ground_y = 1.1
     balls = standing_person(-0.25, 3.0, ground_y) + standing_person(0.25, 3.0, ground_y)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace as replaced
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -173,6 +175,17 @@ def test_the_share_on_a_body_is_that_of_points_at_its_bones(
     assert least <= told.share_on_body(STANDING, is_own, [OTHER]) <= most
     assert told.share_on_body(STANDING, is_own, [ONE]) == 0.0  # whose body is not tracked
     assert told.share_on_body(STANDING, np.zeros_like(is_own), [OTHER]) == 0.0
+
+
+def test_more_is_on_a_body_whose_joints_may_be_off() -> None:
+    exact = person_with(ITS_JOINTS + 0.5 * RIGHT, 1.0, OTHER.id)
+    is_own = own_mask(STANDING, WHOLE)
+    shares = []
+    for sigma_m in (0.01, 0.1, 0.4):
+        covariances_m2 = np.tile(sigma_m**2 * np.eye(3, dtype=np.float32), (len(ITS_JOINTS), 1, 1))
+        unsure = replaced(exact, joint_covariance_m2=covariances_m2)
+        shares.append(Told([unsure]).share_on_body(STANDING, is_own, [OTHER]))
+    assert shares[0] < 0.05 < shares[1] < 0.95 < shares[2]
 
 
 @pytest.mark.parametrize(

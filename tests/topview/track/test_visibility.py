@@ -7,11 +7,16 @@ import pytest
 
 from rendered_bodies import CAMERA, MODEL, render, standing_pose
 from topview.body.ends import output_joints
-from topview.body.parts import JOINT_NAMES
+from topview.body.parts import JOINT_NAMES, OUTPUT_JOINTS
 from topview.camera.pyramid import DepthView
 from topview.records import JointState
 from topview.track.pose import Pose
-from topview.track.visibility import Visibility, joint_visibility
+from topview.track.visibility import (
+    IN_FRONT_M,
+    OWN_IN_FRONT_M,
+    Visibility,
+    joint_visibility,
+)
 
 
 def joints_of(pose: Pose) -> np.ndarray:
@@ -70,6 +75,28 @@ def test_without_any_reading_nothing_hides_and_nothing_confirms():
     seen = joint_visibility(JOINTS, MODEL, 1, view_of(np.zeros_like(DEPTH)), np.zeros_like(OWNER))
     assert (seen.joint_state == VISIBLE).all()
     assert (seen.confirmed == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("owner", "state"), [(1, JointState.SELF_OCCLUDED), (2, VISIBLE), (0, VISIBLE)]
+)
+def test_the_own_body_hides_from_nearer_by(owner, state):
+    """As an arm lies closer on the body than others, or things, come."""
+    surface_m = JOINTS[KNEE, 2] - MODEL.shapes_m[OUTPUT_JOINTS[KNEE].part, :2].min()
+    before_m = 0.5 * (OWN_IN_FRONT_M + IN_FRONT_M)
+    assert covered(surface_m - before_m, owner).joint_state[KNEE] == state
+
+
+def test_a_wide_coat_hides_nothing():
+    """What is seen of it is the surface of the parts, as far before the joints as it is wide."""
+    coat_m = 0.2
+    depth = np.where(DEPTH > 0.0, DEPTH - np.float32(coat_m), DEPTH)
+    slim = joint_visibility(JOINTS, MODEL, 1, view_of(depth), OWNER)
+    coat = MODEL.thicker(np.full(len(MODEL.lengths_m), coat_m))
+    wide = joint_visibility(JOINTS, coat, 1, view_of(depth), OWNER)
+    assert (slim.joint_state != VISIBLE).mean() > 0.8
+    assert (wide.joint_state == VISIBLE).all()
+    assert slim.confirmed.mean() < 0.1 < wide.confirmed.mean()
 
 
 @pytest.mark.parametrize(
