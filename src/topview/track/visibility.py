@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # All ours. Distances are from the surface of the joint's part, along the line of sight: as the body
 # is dressed, as clothes and bellies stand out farther than the thesis's cylinders.
 IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
-OWN_IN_FRONT_M: Final = 0.05  # the same of the own body
+OWN_IN_FRONT_M: Final = 0.06  # the same of the own body
 CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
 
 _PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
