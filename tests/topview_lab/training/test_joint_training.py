@@ -127,7 +127,8 @@ def noise(count: int) -> np.ndarray:
 
 
 def test_exported_weights_say_nearly_the_same() -> None:
-    """Through whole numbers, whatever the number of people."""
+    """Through whole numbers, whatever the number of people; how far the one value in a thousand is
+    off that is farthest differs from processor to processor."""
     torch.manual_seed(0)
     net = JointNet(NetSettings()).eval()
     shown = torch.from_numpy(noise(8))
@@ -137,7 +138,10 @@ def test_exported_weights_say_nearly_the_same() -> None:
         images = noise(count)
         answers = session.run(None, {"windows": images})
         for answer, expected in zip(answers, proposed(net, images), strict=True):
-            np.testing.assert_allclose(answer, expected, atol=0.02)
+            off = np.abs(answer - expected)
+            assert answer.shape == expected.shape
+            assert off.mean() < 0.002
+            assert np.quantile(off, 0.999) < 0.02
 
 
 def test_the_command_learns_measures_and_writes(
