@@ -127,21 +127,21 @@ def noise(count: int) -> np.ndarray:
 
 
 def test_exported_weights_say_nearly_the_same() -> None:
-    """Through whole numbers, whatever the number of people; how far the one value in a thousand is
-    off that is farthest differs from processor to processor."""
+    """Through whole numbers, whatever the number of people. Some processors add them in 16 bits,
+    which overflow, unless told not to; that is not the weights' fault."""
     torch.manual_seed(0)
     net = JointNet(NetSettings()).eval()
     shown = torch.from_numpy(noise(8))
-    session = silent_onnxruntime().InferenceSession(exported(net, shown))
+    onnxruntime = silent_onnxruntime()
+    exact = onnxruntime.SessionOptions()
+    exact.add_session_config_entry("session.x64quantprecision", "1")
+    session = onnxruntime.InferenceSession(exported(net, shown), exact)
     assert session.get_modelmeta().custom_metadata_map["joint_names"] == ",".join(PROPOSED_JOINTS)
     for count in (1, 3):
         images = noise(count)
         answers = session.run(None, {"windows": images})
         for answer, expected in zip(answers, proposed(net, images), strict=True):
-            off = np.abs(answer - expected)
-            assert answer.shape == expected.shape
-            assert off.mean() < 0.002
-            assert np.quantile(off, 0.999) < 0.02
+            np.testing.assert_allclose(answer, expected, atol=0.02)
 
 
 def test_the_command_learns_measures_and_writes(
