@@ -149,12 +149,13 @@ def test_the_command_learns_measures_and_writes(
 ) -> None:
     folder = write_recording(tmp_path / "a", discs(2, 1))
     out = tmp_path / "weights" / "joints.onnx"
-    options = ["--out", str(out), "--windows", "64", "--postures", "1", "--measure", str(folder)]
+    options = ["--out", str(out), "--windows", "16", "--batch", "8"]
+    options += ["--postures", "1", "--measure", str(folder)]
     with pytest.raises(SystemExit) as end:
         main(["train-joints", str(folder), *options])
     assert end.value.code == 0
     said = capsys.readouterr().out
-    assert "trained on 64 windows of 2 recordings" in said
+    assert "trained on 16 windows of 2 recordings" in said
     assert "left_wrist" in said
     names = sorted(path.name.removeprefix("joints.onnx") for path in out.parent.iterdir())
     beside = [".cache", ".checkpoint", ".losses.json", ".losses.png", ".reliability.png"]
@@ -167,12 +168,13 @@ def test_small_steps_change_little(tmp_path: Path) -> None:
     """Weights that are gone on from by tiny steps say what they said; by large ones they do not."""
     folder = write_recording(tmp_path / "a", discs(2, 1))
     begun = tmp_path / "begun.onnx"
-    command.train_joints([folder], out=begun, windows=64)
+    command.train_joints([folder], out=begun, windows=16, batch=8)
     image = learning.first_windows(SAMPLES, AS_THEY_ARE, 0, 1).numpy()
 
     def places_by(rate: float) -> np.ndarray:
         out = tmp_path / f"{rate}.onnx"
-        command.train_joints([folder], out=out, start_from=[begun], windows=128, rate=rate)
+        few = {"windows": 16, "batch": 8}
+        command.train_joints([folder], out=out, start_from=[begun], rate=rate, **few)
         return opened(out.read_bytes()).answers(image)["places"]
 
     before = opened(begun.read_bytes()).answers(image)["places"]
