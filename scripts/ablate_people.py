@@ -88,6 +88,16 @@ def as_they_are(tracks: Sequence[object], _: object, heads: Sequence[object], *_
     return list(tracks), list(heads)
 
 
+def no_room(_: object, __: object, body: NDArray[np.float32], *___: object) -> NDArray[np.bool_]:
+    """Nothing of a new body is held for the room."""
+    return np.zeros(body.shape, np.bool_)
+
+
+def lent_nothing(_: object, __: object, gains: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nobody gains by another's track."""
+    return np.zeros_like(gains)
+
+
 def nowhere(_: object, depth_m: NDArray[np.float32], *__: object) -> NDArray[np.bool_]:
     """No pixel is known to be the room's."""
     return np.zeros(depth_m.shape, np.bool_)
@@ -146,6 +156,19 @@ VARIANTS: Final[Variants] = {
     "what was refused": lambda: {"people.existence.Existence.remembered_at": nothing},
     "loose pieces": lambda: {"people.pieces.Pieces.join_to": nothing},
     "pieces far from the joints": lambda: {"people.bodies._leave_out_far": nothing},
+    "what shows of who is out of the picture": lambda: {"people.bodies._leave_out_inner": nothing},
+    "what emerges": lambda: {"people.finder.give_what_emerges": nothing},
+    "legs below a torso that is not read": lambda: {"people.features.stands_on_legs": nothing},
+    "the room round a new head": lambda: {"people.finder.room_left_of": no_room},
+    "what is lent to who comes back": lambda: {
+        "people.association._lent_to_who_comes_back": lent_nothing
+    },
+    "who fell a moment ago": lambda: {"people.existence.Existence._just_ended_near": nothing},
+    "bodies for heads that are not seen, told by the network": lambda: {
+        "people.track.Track.told_at": first
+    },
+    "what the network sees of another's body": lambda: {"people.told.Told.share_on_body": zero},
+    "bones of others": lambda: {"people.told.Told.is_on_body": nothing},
     "the room, learnt": lambda: {"room.background.Background.is_seen_in": nowhere},
 }
 

@@ -17,9 +17,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
-from topview.body.proportions import THESIS
+from topview.body.shapes import dressed_shapes
 from topview.detect.heads import HEAD_HALF_HEIGHT_M, HEAD_RADIUS_M
 from topview.geometry.segments import square_distances
 from topview.kernels.noise import Law
@@ -65,8 +64,9 @@ BY_OVERVIEW: Final = SegmentationSettings(0.26, 0.26, by_overview=True)
 
 
 _BONE_TO: Final = np.array([joint.bone_to for joint in JOINTS])
-# In shares of the stature, of the parts at whose end the joints lie (Table 3.1).
-_BONE_RADII: Final = BodyModel.of(1.0, THESIS).radii_m.mean(1)[[joint.part for joint in JOINTS]]
+# In shares of the stature, of the parts at whose end the joints lie, in clothes: the mean of their
+# semi-axes at both ends.
+_BONE_RADII: Final = dressed_shapes(1.0)[[joint.part for joint in JOINTS], :4].mean(1)
 
 
 NO_BODY: Final = np.empty((0, 0), np.float32)
@@ -214,9 +214,9 @@ def surface_distance(
     spread_m: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """[N] metres from [N, 3] points to a body's surface, below 0 inside: that of round bones
-    (`topview.body.JOINTS`) of somebody of this stature; none end at joints that are absent, NaN.
-    With [J] `spread_m`, bones are thicker by as much as the joints at their ends may be off, in the
-    mean of both."""
+    (`topview.body.JOINTS`) as thick as those of somebody of this stature in clothes; none end at
+    joints that are absent, NaN. With [J] `spread_m`, bones are thicker by as much as the joints at
+    their ends may be off, in the mean of both."""
     is_given = np.asarray(np.isfinite(joints_camera).all(1))
     ends = [end for end, to in enumerate(_BONE_TO) if to >= 0 and is_given[to] and is_given[end]]
     starts = _BONE_TO[ends]

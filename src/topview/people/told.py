@@ -32,7 +32,7 @@ ANOTHERS_M: Final = 0.25
 ON_BODY_M: Final = 0.05
 SPREAD: Final = 2.0
 # No surface is farther from the bones.
-THICKEST_M: Final = 0.2
+THICKEST_M: Final = 0.25
 # About so many points tell which share of a body is another's.
 SHARE_POINTS: Final = 250
 # Trunk and legs: no head of another is so near to a bone whose ends are in their places, within

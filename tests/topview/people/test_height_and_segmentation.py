@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from people_scenes import box, frame, plane, render, standing_person
-from topview.body.model import BodyModel
 from topview.body.parts import JOINTS
-from topview.body.proportions import THESIS
+from topview.body.shapes import dressed_shapes
 from topview.detect.cloud import Cloud
 from topview.people.height import (
     HEIGHT_MEMORY_S,
@@ -115,7 +114,7 @@ def test_beside_a_lone_bone_the_surface_is_as_far_as_the_bone_less_its_radius(
     seed: int, height_m: float, aside_m: float
 ) -> None:
     generator = np.random.default_rng(seed)
-    radii_m = BodyModel.of(height_m, THESIS).radii_m.mean(1)
+    radii_m = dressed_shapes(height_m)[:, :4].mean(1)
     for end, joint in enumerate(JOINTS):
         if joint.bone_to < 0:
             continue
@@ -137,7 +136,7 @@ def test_of_several_bones_the_nearest_surface_counts() -> None:
     thin, wide = (
         max(
             (end for end, joint in enumerate(JOINTS) if joint.bone_to >= 0),
-            key=lambda end: sign * BodyModel.of(1.0, THESIS).radii_m.mean(1)[JOINTS[end].part],
+            key=lambda end: sign * dressed_shapes(1.0)[JOINTS[end].part, :4].mean(),
         )
         for sign in (-1.0, 1.0)
     )
