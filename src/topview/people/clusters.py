@@ -153,8 +153,13 @@ def give_what_emerges(
     scene: Scene, tracks: Sequence[Track], bodies_m: NDArray[np.float32], told: Told
 ) -> None:
     """Give, of the bodies [N, h, w], to people of whom nothing is seen what comes into view that is
-    nobody's: where one of them is likelier than somebody new."""
-    hidden = [row for row, track in enumerate(tracks) if _is_out_of_sight(track)]
+    nobody's: where one of them is likelier than somebody new, and the network has not just taken it
+    for no person's."""
+    hidden = [
+        row
+        for row, track in enumerate(tracks)
+        if _is_out_of_sight(track) and not told.is_nobodys(track)
+    ]
     if not hidden:
         return
     people = [track for track in tracks if track.id]

@@ -33,6 +33,8 @@ ON_BODY_M: Final = 0.05
 SPREAD: Final = 2.0
 # No surface is farther from the bones.
 THICKEST_M: Final = 0.25
+# What the network takes for a person's by less than this is nobody's.
+NOBODYS: Final = 0.05
 # About so many points tell which share of a body is another's.
 SHARE_POINTS: Final = 250
 # Trunk and legs: no head of another is so near to a bone whose ends are in their places, within
@@ -98,6 +100,11 @@ class Told:
         if self._is_anothers(head, track, tracks):
             return None
         return head.head_camera + elapsed_s * track.motion.velocity
+
+    def is_nobodys(self, track: Track) -> bool:
+        """Whether the network takes what was seen of a track for no person's."""
+        head = self.heads.get(track.told_as)
+        return head is not None and head.p_person < NOBODYS
 
     def sigma_of(self, track: Track) -> float:
         """Standard deviation, metres, of a track's head as the network tells it, along each

@@ -12,7 +12,9 @@ from people_scenes import box, head_of, render, standing_person
 from topview.body.parts import JOINTS
 from topview.people.clusters import give_what_emerges
 from topview.people.settings import PeopleSettings
+from topview.people.step import Step
 from topview.people.told import NOTHING_TOLD, Told
+from topview.people.told_head import ToldHead
 from topview.people.track import Track
 from topview.people.unseen_heads import over_body
 from topview.room.background import Background
@@ -72,6 +74,21 @@ def test_and_it_tells_where_he_is() -> None:
         track = over_body(COMING, track, [], NOTHING_TOLD, None, PeopleSettings(), 1 / 30)
     assert off_m == sorted(off_m, reverse=True)
     assert off_m[-1] < 0.6 * off_m[0]
+
+
+@pytest.mark.parametrize("p_person", [0.01, 0.3])
+def test_what_the_network_takes_for_no_persons_is_not_his(p_person: float) -> None:
+    """He stays where he was, as surely as before."""
+    track = replace(HIDDEN, body_m=np.where(IS_COMING, 0.5, np.inf).astype(np.float32))
+    told = Told((), {1: ToldHead(p_person, PLACE, np.inf)}, True)
+    is_his = p_person > 0.05
+    after = over_body(COMING, track, [], told, None, PeopleSettings(), 1 / 30)
+    assert after.body_m is not None
+    assert ((after.body_m < np.inf).any(), after.body_m2 > 0.0) == (is_his, is_his)
+    assert (after.place_camera == track.place_camera).all() == (not is_his)
+    assert given_to([HIDDEN], COMING, told).any() == is_his
+    [looked_at] = Step(COMING, COMING, told, PeopleSettings()).with_evidence([track], {track.key})
+    assert (looked_at.evidence.network != track.evidence.network) == is_his
 
 
 @pytest.mark.parametrize("away_m", [1.5, 2.5])
