@@ -164,9 +164,8 @@ VARIANTS: Final[Variants] = {
         "people.association._lent_to_who_comes_back": lent_nothing
     },
     "who fell a moment ago": lambda: {"people.existence.Existence._just_ended_near": nothing},
-    "bodies for heads that are not seen, told by the network": lambda: {
-        "people.track.Track.told_at": first
-    },
+    "heads that are not seen, but told": lambda: {"people.track.Track.told_at": first},
+    "what the network takes for nobody's": lambda: {"people.told.Told.is_nobodys": nothing},
     "what the network sees of another's body": lambda: {"people.told.Told.share_on_body": zero},
     "bones of others": lambda: {"people.told.Told.is_on_body": nothing},
     "the room, learnt": lambda: {"room.background.Background.is_seen_in": nowhere},

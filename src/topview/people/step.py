@@ -102,8 +102,7 @@ class Step:
 
     def with_evidence(self, tracks: Sequence[Track], known: Set[int]) -> list[Track]:
         """The tracks, with what tells whether they are people; `known` are the keys of those whose
-        shape is not looked at again. Of a person whose head is not seen, what the network takes for
-        no person's is not theirs, and says nothing of them."""
+        shape is not looked at again."""
         after = []
         looked_at = {track.key for track in tracks if track.key not in known}
         nearest = nearest_body(self.scene, tracks if looked_at else ())
@@ -112,8 +111,7 @@ class Step:
             if track.key in looked_at:
                 evidence = self._with_shape(track, tracks, nearest)
             log_odds = self.told.log_odds_of(track, tracks)
-            is_not_its = track.id > 0 and not track.is_seen and self.told.is_nobodys(track)
-            if log_odds is not None and not is_not_its:
+            if log_odds is not None:
                 log_odds = self.told.unless_anothers(log_odds, self._share_of_others(track))
                 evidence = evidence.with_network(log_odds, self.elapsed_s, self.told_s)
             is_upright = self.told.is_upright(track, self.scene.up_camera)

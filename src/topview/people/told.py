@@ -102,9 +102,11 @@ class Told:
         return head.head_camera + elapsed_s * track.motion.velocity
 
     def is_nobodys(self, track: Track) -> bool:
-        """Whether the network takes what was seen of a track for no person's."""
+        """Whether the network takes what is seen of a person without the head for no person's: it
+        is not theirs."""
         head = self.heads.get(track.told_as)
-        return head is not None and head.p_person < NOBODYS
+        is_unseen = track.id > 0 and not track.is_seen
+        return is_unseen and head is not None and head.p_person < NOBODYS
 
     def sigma_of(self, track: Track) -> float:
         """Standard deviation, metres, of a track's head as the network tells it, along each
@@ -173,9 +175,9 @@ class Told:
         return corners[0].tolist(), corners[1].tolist()
 
     def log_odds_of(self, track: Track, tracks: Sequence[Track]) -> float | None:
-        """That a track is a person; None where nothing is told."""
+        """That a track is a person; None where nothing is told, or only of what is not theirs."""
         head = self.heads.get(track.told_as)
-        if head is None:
+        if head is None or self.is_nobodys(track):
             return None
         is_anothers = self._is_anothers(head, track, tracks)
         is_elsewhere = is_anothers or not head.is_near(track.place_camera)

@@ -38,9 +38,9 @@ def over_body(
     elapsed_s: float,
 ) -> Track:
     """A track whose head is not seen, at the place that its body tells: by the head [3] that
-    the joint network told, or else by its trunk. Its own is what is nobody's whose head is seen; of
-    a person nothing that the network takes for no person's."""
-    if track.id and told.is_nobodys(track):
+    the joint network told, or else by its trunk. Its own is what is nobody's whose head is seen,
+    but for what the network takes for no person's."""
+    if told.is_nobodys(track):
         nothing = np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
         return replace(track, body_m=nothing, body_m2=0.0)
     people = [track, *(other for other in seen if other.id)]

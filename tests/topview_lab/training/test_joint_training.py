@@ -1,7 +1,6 @@
 """The network of joints learns, goes on where it was, and writes what the tracker loads."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -174,8 +173,7 @@ def test_small_steps_change_little(tmp_path: Path) -> None:
 
     def places_by(rate: float) -> np.ndarray:
         out = tmp_path / f"{rate}.onnx"
-        learn_on = partial(command.train_joints, [folder], windows=16, batch=8)
-        learn_on(out=out, start_from=[begun], rate=rate)
+        command.train_joints([folder], out=out, start_from=[begun], windows=16, batch=8, rate=rate)
         return opened(out.read_bytes()).answers(image)["places"]
 
     before = opened(begun.read_bytes()).answers(image)["places"]
