@@ -1,11 +1,11 @@
 """How far joints may be off: a covariance each, and from it the probability of 10 cm (ours).
 
-A joint's error is a multivariate Student law: as a Gaussian one, with more of the errors that are
-far too large. Its matrix is a sum of terms that the frame tells (`JointSigns.terms`), each with a
-weight that `topview train-confidence` has fitted. However unsure a proposal is, the body is where
-it is: what it states is bounded. What is told as the covariance is scaled so that
-the ellipsoid that would hold 90 % of a Gaussian law's errors holds 90 % of these. How large that is
-was counted: the likeliest Student law has its 90 % too far out.
+A joint's error has a matrix: a sum of terms that the frame tells (`JointSigns.terms`), each with a
+weight that `topview train-confidence` has fitted, as of a multivariate Student law. However unsure
+a proposal is, the body is where it is: what it states is bounded. How many errors are how large, in
+units of the matrix, was counted: no Student law has as many that are far too large and as few
+between these and the usual ones. What is told as the covariance is scaled so that the ellipsoid
+that would hold 90 % of a Gaussian law's errors holds 90 % of these.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from typing import Final
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtr
 
 from topview.body.parts import (
     LEFT_FOREARM,
@@ -42,6 +41,11 @@ JOINT_ERRORS_FILE: Final = "joint_errors.json"
 RIGHT_M: Final = 0.1  # `joint_confidence` is the probability of an error up to this
 ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which the covariance is for
 ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
+# Of the errors, that are no larger than what `JointErrors.squared` holds. Ours.
+COUNTED_SHARES: Final = (
+    *(0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95),
+    *(0.97, 0.98, 0.99, 0.995, 0.998),
+)
 HIDDEN_MEMORY_S: Final = 1.0  # ours; after which a joint that is not seen may be anywhere, for 63 %
 
 TERMS: Final = (
@@ -95,12 +99,15 @@ class JointErrors(msgspec.Struct, frozen=True):
         unconfirmed_m2: of these, where nothing is seen of them.
         lost_m2: of these, hidden for long by others or things, or out of view.
         most_m2: that the variances which the proposals state come near to, at the most.
-        tails: degrees of freedom of the Student law; fewer have more errors that are far too
-            large.
+        tails: degrees of freedom of the Student law that the weights were fitted as of; fewer have
+            more errors that are far too large.
         tails_behind: the same of joints behind another person.
-        ellipsoid: squared radius, in units of the law, of the ellipsoid that holds
+        ellipsoid: squared radius, in units of the matrix, of the ellipsoid that holds
             `ELLIPSOID_SHARE` of the errors of people whom the proposer has not learnt.
         ellipsoid_behind: the same of joints behind another person.
+        squared: squares, in units of the matrix, than which `COUNTED_SHARES` of the errors are not
+            larger.
+        squared_behind: the same of joints behind another person.
     """
 
     source: str
@@ -117,6 +124,8 @@ class JointErrors(msgspec.Struct, frozen=True):
     tails_behind: float
     ellipsoid: float
     ellipsoid_behind: float
+    squared: tuple[float, ...]
+    squared_behind: tuple[float, ...]
 
     @property
     def weights(self) -> Array:
@@ -136,13 +145,19 @@ class JointErrors(msgspec.Struct, frozen=True):
         """[K, N, 3, 3] `TERMS`, of which what the proposals state is bounded."""
         return np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
 
-    def tails_of(self, is_behind: NDArray[np.bool_]) -> Array:
-        """[N] degrees of freedom of the laws, of joints that another person hides or not."""
-        return np.where(is_behind, self.tails_behind, self.tails)
-
     def ellipsoids_of(self, is_behind: NDArray[np.bool_]) -> Array:
-        """[N] squared radii of the ellipsoids that hold `ELLIPSOID_SHARE`, in units of the laws."""
+        """[N] squared radii of the ellipsoids that hold `ELLIPSOID_SHARE`, in units of the matrices,
+        of joints that another person hides or not."""
         return np.where(is_behind, self.ellipsoid_behind, self.ellipsoid)
+
+    def shares_within(self, squared: Array, is_behind: NDArray[np.bool_]) -> Array:
+        """[N, D] shares of the errors of N joints that are no larger than so many units of their
+        matrices; never less or more than the least and the most of `COUNTED_SHARES`."""
+        in_view, behind = (
+            np.interp(np.log(squared), np.log(counted), COUNTED_SHARES)
+            for counted in (self.squared, self.squared_behind)
+        )
+        return np.where(is_behind[:, None], behind, in_view)
 
 
 @cache
@@ -211,11 +226,10 @@ def told_errors(
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
     matrices, is_behind = errors.matrices(signs.terms()), signs.is_behind
-    tails, ellipsoids = errors.tails_of(is_behind), errors.ellipsoids_of(is_behind)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
-    covariances = ellipsoid_covariances(matrices, ellipsoids)
+    covariances = ellipsoid_covariances(matrices, errors.ellipsoids_of(is_behind))
     covariances[is_absent] = np.nan
-    confidences = np.where(is_absent, 0.0, confidences_of(covariances, tails, ellipsoids))
+    confidences = np.where(is_absent, 0.0, confidences_of(covariances, is_behind, errors))
     return covariances.astype(np.float32), confidences.astype(np.float32)
 
 
@@ -232,18 +246,20 @@ def ellipsoid_covariances(matrices: Array, ellipsoids: Array) -> Array:
     return matrices * (ellipsoids / ELLIPSOID)[:, None, None]
 
 
-def confidences_of(covariances_m2: Array, tails: Array, ellipsoids: Array) -> Array:
-    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `ellipsoid_covariances`,
-    and [N] degrees of freedom and squared radii of the laws; NaN where a covariance is.
+def confidences_of(
+    covariances_m2: Array, is_behind: NDArray[np.bool_], errors: JointErrors
+) -> Array:
+    """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `ellipsoid_covariances` of
+    joints that another person hides or not; NaN where a covariance is.
 
-    An error is a direction and a length, independent of each other in units of the law. The mean
+    An error is a direction and a length, independent of each other in units of the matrix. The mean
     over directions is taken at 13 of them, which is good to 0.02 for ellipsoids up to four times as
     long as they are thick.
     """
-    matrices = covariances_m2 * (ELLIPSOID / ellipsoids)[:, None, None]
+    matrices = covariances_m2 * (ELLIPSOID / errors.ellipsoids_of(is_behind))[:, None, None]
     axes = _roots(matrices)
     lengths_m2 = ((axes @ _DIRECTIONS.T) ** 2).sum(-2)
-    return fdtr(3.0, tails[:, None], RIGHT_M**2 / (3.0 * lengths_m2)) @ _SHARES
+    return errors.shares_within(RIGHT_M**2 / lengths_m2, is_behind) @ _SHARES
 
 
 def _roots(matrices: Array) -> Array:

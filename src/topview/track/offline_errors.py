@@ -44,10 +44,9 @@ def told_both_ways(
     is_behind = (people["joint_state"] == JointState.OCCLUDED_BY_PERSON)[is_known]
     apart = (people["joints_camera"] - others["joints_camera"])[is_known]
     mixed = _mixed(forward[is_known], backward[is_known], apart, is_behind)
-    errors = shipped_joint_errors()
-    laws = errors.tails_of(is_behind), errors.ellipsoids_of(is_behind)
     covariances, confidences = forward, people["joint_confidence"].copy()
-    covariances[is_known], confidences[is_known] = mixed, confidences_of(mixed, *laws)
+    covariances[is_known] = mixed
+    confidences[is_known] = confidences_of(mixed, is_behind, shipped_joint_errors())
     return covariances.astype(np.float32), confidences
 
 

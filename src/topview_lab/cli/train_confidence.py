@@ -27,7 +27,7 @@ from topview_lab.training.joint_errors import (
     ErrorsJob,
     TermErrors,
     fit_joint_errors,
-    with_ellipsoids,
+    with_counts,
 )
 from topview_lab.training.people_fit import described
 
@@ -35,14 +35,14 @@ WITH_AND_WITHOUT: Final = (
     TrackerSettings(threads=1, proposals=NETWORK),
     TrackerSettings(threads=1, proposals="none"),
 )
-"""How each recording is tracked: the two kinds of joints have laws of their own."""
-ELLIPSOIDS: Final = "; ellipsoids: "  # in `JointErrors.source`, before what these were counted on
+"""How each recording is tracked: the two kinds of joints have weights of their own."""
+COUNTS: Final = "; counts: "  # in `JointErrors.source`, before what these were counted on
 
 
 def train_confidence(
     *folders: Path,
     out: Path,
-    ellipsoids: Annotated[bool, Parameter(negative="")] = False,
+    counts: Annotated[bool, Parameter(negative="")] = False,
     workers: int = 0,
     force: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -55,7 +55,7 @@ def train_confidence(
     Args:
         folders: recordings with groundtruth.npz, or folders of such.
         out: the .json to write; it takes effect as src/topview/track/joint_errors.json.
-        ellipsoids: keep the laws that ship, and count anew what their ellipsoids hold.
+        counts: keep the weights that ship, and count anew how large errors are beside them.
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
@@ -64,7 +64,7 @@ def train_confidence(
     prepare_output_file("--out", out, force)
     recordings = find_folder_recordings(folders)
     compile_kernels()
-    tried = WITH_AND_WITHOUT[:1] if ellipsoids else WITH_AND_WITHOUT
+    tried = WITH_AND_WITHOUT[:1] if counts else WITH_AND_WITHOUT
     jobs = [ErrorsJob(own, settings) for settings in tried for own in recordings]
     done = run_all(jobs, workers)
     if done.interrupted:
@@ -79,9 +79,9 @@ def train_confidence(
         raise InputError(f"none of the {count} recordings could be used")
     rows = ErrorRows.joined([ErrorRows.of(own) for own in usable])
     words = ["topview", "train-confidence", *(path.resolve().name for path in folders)]
-    words += ["--ellipsoids"] * ellipsoids
+    words += ["--counts"] * counts
     source = f"{described(own.of_kinds.name for own in usable[0])}; {shlex.join(words)}"
-    errors = _as_shipped(rows, source) if ellipsoids else fit_joint_errors(rows, source)
+    errors = _as_shipped(rows, source) if counts else fit_joint_errors(rows, source)
     write_atomically(out, msgspec.json.format(msgspec.json.encode(errors), indent=2))
     plain_console().print(_table(errors, len(rows.is_behind)))
     print(f"{out} written: {source}")
@@ -89,17 +89,17 @@ def train_confidence(
 
 
 def _as_shipped(rows: ErrorRows, source: str) -> JointErrors:
-    """The laws that ship, with ellipsoids that were counted anew."""
+    """The weights that ship, with errors that were counted anew."""
     shipped = shipped_joint_errors()
-    laws, _, _ = shipped.source.partition(ELLIPSOIDS)
-    shipped = msgspec.structs.replace(shipped, source=f"{laws}{ELLIPSOIDS}{source}")
-    return with_ellipsoids(shipped, rows)
+    laws, _, _ = shipped.source.partition(COUNTS)
+    shipped = msgspec.structs.replace(shipped, source=f"{laws}{COUNTS}{source}")
+    return with_counts(shipped, rows)
 
 
 def _table(errors: JointErrors, count: int) -> Table:
     table = empty_table(f"how far {count} joints are off", "term")
     table.add_column("weight", justify="right")
     for name, value in msgspec.structs.asdict(errors).items():
-        if name != "source":
+        if isinstance(value, float):
             table.add_row(name, f"{value:g}")
     return table

@@ -17,7 +17,14 @@ from topview.body import OUTPUT_JOINT_NAMES, PART_NAMES
 from topview.records import InputError, Person
 from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
-from topview.track.joint_errors import PROPOSED, STATED, TERMS, JointErrors, JointSigns
+from topview.track.joint_errors import (
+    COUNTED_SHARES,
+    PROPOSED,
+    STATED,
+    TERMS,
+    JointErrors,
+    JointSigns,
+)
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
 
@@ -175,31 +182,39 @@ def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
     bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]
     args = errors, terms, is_behind, _shares(is_behind, rows.recording[chosen])
     fitted = minimize(_unlikelihood, start, args, jac=True, bounds=bounds, method="L-BFGS-B")
-    return with_ellipsoids(_with_laws(source, map(_rounded, np.exp(fitted.x))), rows)
+    return with_counts(_with_laws(source, map(_rounded, np.exp(fitted.x))), rows)
 
 
 def _with_laws(source: str, values: Iterable[float]) -> JointErrors:
-    """Of everything but the ellipsoids, which are not known yet."""
-    return JointErrors(source, *values, ellipsoid=nan, ellipsoid_behind=nan)
+    """Of everything but what is counted, which is not known yet."""
+    unknown = (nan,) * len(COUNTED_SHARES)
+    return JointErrors(source, *values, nan, nan, unknown, unknown)
 
 
-def with_ellipsoids(told: JointErrors, rows: ErrorRows) -> JointErrors:
-    """The same with ellipsoids that hold `KNOWN_HELD` of the errors of proposed joints, of either
-    kind; each recording counts the same."""
+def with_counts(told: JointErrors, rows: ErrorRows) -> JointErrors:
+    """The same with how large the errors of proposed joints are, of either kind, and ellipsoids that
+    hold `KNOWN_HELD` of them; each recording counts the same."""
     is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
     errors, is_behind = rows.errors_camera[is_proposed], rows.is_behind[is_proposed]
     matrices = told.matrices(rows.terms[:, is_proposed]) + ADDED_M2 * np.eye(3)
     squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
     shares = _shares(is_behind, rows.recording[is_proposed])
-    in_view, behind = (
-        _rounded(_weighted_quantile(squared[is_kind], shares[is_kind], KNOWN_HELD))
+    (ellipsoid, *in_view), (ellipsoid_behind, *behind) = (
+        _weighted_quantiles(squared[is_kind], shares[is_kind], (KNOWN_HELD, *COUNTED_SHARES))
         for is_kind in (~is_behind, is_behind)
     )
-    return msgspec.structs.replace(told, ellipsoid=in_view, ellipsoid_behind=behind)
+    return msgspec.structs.replace(
+        told,
+        ellipsoid=ellipsoid,
+        ellipsoid_behind=ellipsoid_behind,
+        squared=tuple(in_view),
+        squared_behind=tuple(behind),
+    )
 
 
-def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
-    return float(np.quantile(values, share, weights=weights, method="inverted_cdf"))
+def _weighted_quantiles(values: Array, weights: Array, shares: Sequence[float]) -> list[float]:
+    found = np.quantile(values, shares, weights=weights, method="inverted_cdf")
+    return [_rounded(value) for value in found]
 
 
 def _rounded(value: float) -> float:
@@ -212,7 +227,8 @@ def _unlikelihood(
     """Minus the mean log-likelihood of [N] joints, each of which counts by its share, and how it
     changes with `place`: the logarithms of `JointErrors`' numbers."""
     told = _with_laws("", np.exp(place))
-    limited, tails = told.limited(terms), told.tails_of(is_behind)
+    limited = told.limited(terms)
+    tails = np.where(is_behind, told.tails_behind, told.tails)
     values, by_matrix, by_tails = log_likelihoods(errors, told.matrices(terms), tails)
     by_matrix *= shares[:, None, None]
     by_weight = np.einsum("nab,knab->k", by_matrix, limited)

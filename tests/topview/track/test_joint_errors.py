@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 from scipy.special import fdtri
 
 from rendered_bodies import MODEL, standing_pose
@@ -18,6 +19,7 @@ from topview.geometry.rotations import rotations_from_vectors
 from topview.records import JointState
 from topview.track.familiarity import Familiarity
 from topview.track.joint_errors import (
+    COUNTED_SHARES,
     ELLIPSOID,
     ELLIPSOID_SHARE,
     RIGHT_M,
@@ -63,21 +65,34 @@ def told(own: JointSigns) -> tuple[np.ndarray, np.ndarray]:
 
 
 @settings(max_examples=10)
-@given(st.integers(0, 2**32 - 1), st.floats(2.5, 40.0))
-def test_ellipsoids_and_confidences_hold_for_errors_of_the_law(seed, tails):
+@given(st.integers(0, 2**32 - 1), st.floats(2.5, 40.0), st.booleans())
+def test_ellipsoids_and_confidences_hold_for_errors_as_they_were_counted(seed, tails, is_behind):
+    """Here as a Student law has them, whose matrix has these axes."""
     rng = np.random.default_rng(seed)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     root = axes * rng.uniform(0.25, 1.0, 3) * rng.uniform(0.02, 0.15)
     count = 20_000
     errors = rng.normal(size=(count, 3)) @ root.T
     errors /= np.sqrt(rng.chisquare(tails, count) / tails)[:, None]
-    of_law = np.array([tails]), np.array([3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)])
-    covariance = ellipsoid_covariances((root @ root.T)[None], of_law[1])
+    counted = tuple(3.0 * fdtri(3.0, tails, COUNTED_SHARES))
+    ellipsoid = 3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)
+    kind = "_behind" if is_behind else ""
+    law = structs.replace(ERRORS, **{f"squared{kind}": counted, f"ellipsoid{kind}": ellipsoid})
+    of_kind = np.array([is_behind])
+    covariance = ellipsoid_covariances((root @ root.T)[None], law.ellipsoids_of(of_kind))
     squared = (errors * np.linalg.solve(covariance[0], errors.T).T).sum(-1)
     assert (squared <= ELLIPSOID).mean() == pytest.approx(ELLIPSOID_SHARE, abs=0.01)
-    stated = float(confidences_of(covariance, *of_law)[0])
+    stated = float(confidences_of(covariance, of_kind, law)[0])
     within = (np.linalg.norm(errors, axis=-1) <= RIGHT_M).mean()
     assert stated == pytest.approx(within, abs=0.02)
+
+
+def test_no_more_is_stated_than_was_counted():
+    sure, unsure = 1e-10, 1e4
+    for is_behind in (False, True):
+        matrices = np.array([sure, unsure])[:, None, None] * np.eye(3)
+        stated = confidences_of(matrices, np.full(2, is_behind), ERRORS)
+        assert stated == pytest.approx([COUNTED_SHARES[-1], COUNTED_SHARES[0]])
 
 
 def test_joints_of_an_unfamiliar_window_are_less_sure():

@@ -9,11 +9,12 @@ from typing import cast
 import msgspec
 import numpy as np
 import pytest
+from scipy.special import fdtri
 
 from skeleton_sequences import write_rendered
 from topview.records import InputError
 from topview.track import TrackerSettings
-from topview.track.joint_errors import ELLIPSOID, PROPOSED, TERMS, JointErrors
+from topview.track.joint_errors import COUNTED_SHARES, ELLIPSOID, PROPOSED, TERMS, JointErrors
 from topview_lab.cli import train_confidence as command
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
@@ -25,12 +26,13 @@ from topview_lab.training.joint_errors import (
     _unlikelihood,
     fit_joint_errors,
     log_likelihoods,
-    with_ellipsoids,
+    with_counts,
 )
 
 SHIPPED = Path(command.__file__).parents[2] / "topview/track/joint_errors.json"
 LAWS = 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0
-TRUE = JointErrors("made up", *LAWS, ellipsoid=12.0, ellipsoid_behind=18.0)
+COUNTED, COUNTED_BEHIND = (tuple(3.0 * fdtri(3.0, tails, COUNTED_SHARES)) for tails in LAWS[-2:])
+TRUE = JointErrors("made up", *LAWS, 12.0, 18.0, COUNTED, COUNTED_BEHIND)
 
 
 def made_up(count: int, seed: int = 0) -> ErrorRows:
@@ -103,21 +105,24 @@ def test_each_recording_counts_the_same_however_long() -> None:
     assert second.weights == pytest.approx(first.weights, rel=0.02)
 
 
-def test_ellipsoids_hold_so_many_of_either_kind_of_proposed_joints() -> None:
+def test_counts_are_those_of_either_kind_of_proposed_joints() -> None:
     rows = made_up(4000)
-    told = with_ellipsoids(TRUE, rows)
+    told = with_counts(TRUE, rows)
     squared = (rows.errors_camera**2).sum(-1) / TRUE.matrices(rows.terms)[:, 0, 0]
     is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
     is_held = squared < told.ellipsoids_of(rows.is_behind)
+    within = told.shares_within(squared[:, None], rows.is_behind)[:, 0]
     for is_kind in (rows.is_behind, ~rows.is_behind):
         assert is_held[is_kind & is_proposed].mean() == pytest.approx(KNOWN_HELD, abs=0.01)
+        deciles = np.quantile(within[is_kind & is_proposed], np.arange(0.1, 1.0, 0.1))
+        assert deciles == pytest.approx(np.arange(0.1, 1.0, 0.1), abs=0.03)
     without = ErrorRows(
         rows.errors_camera[is_proposed],
         rows.terms[:, is_proposed],
         rows.is_behind[is_proposed],
         rows.recording[is_proposed],
     )
-    assert with_ellipsoids(TRUE, without) == told
+    assert with_counts(TRUE, without) == told
 
 
 def test_joined_rows_are_of_recordings_of_their_own() -> None:
@@ -169,22 +174,22 @@ def test_the_command_fits_and_writes(tmp_path, topview, monkeypatch) -> None:
     assert written == fit_joint_errors(rows, written.source)
 
 
-def test_the_command_counts_ellipsoids_alone(tmp_path, topview, monkeypatch) -> None:
+def test_the_command_counts_alone(tmp_path, topview, monkeypatch) -> None:
     monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
     monkeypatch.setattr(command, "compile_kernels", lambda: None)
     monkeypatch.setattr(ErrorRows, "of", lambda own: made_up(500, seed=len(own)))
     write_person(tmp_path / "all" / "walk_1")
     out = tmp_path / "a.json"
-    done = topview("train-confidence", tmp_path / "all", "--out", out, "--ellipsoids")
+    done = topview("train-confidence", tmp_path / "all", "--out", out, "--counts")
     assert done.status == 0
     shipped, written = (
         msgspec.json.decode(path.read_bytes(), type=JointErrors) for path in (SHIPPED, out)
     )
-    laws = shipped.source.split("; ellipsoids: ")[0]
+    laws = shipped.source.split("; counts: ")[0]
     assert written.source == (
-        f"{laws}; ellipsoids: 1 recordings: walk 1; topview train-confidence all --ellipsoids"
+        f"{laws}; counts: 1 recordings: walk 1; topview train-confidence all --counts"
     )
-    expected = with_ellipsoids(shipped, made_up(500, seed=1))
+    expected = with_counts(shipped, made_up(500, seed=1))
     assert written == msgspec.structs.replace(expected, source=written.source)
 
 
@@ -219,3 +224,6 @@ def test_what_ships_is_whole() -> None:
     assert (shipped.weights > 0.0).all()
     assert min(shipped.tails, shipped.tails_behind) > 2.0
     assert min(shipped.ellipsoid, shipped.ellipsoid_behind) > ELLIPSOID
+    for counted in (shipped.squared, shipped.squared_behind):
+        assert len(counted) == len(COUNTED_SHARES)
+        assert (np.diff([0.0, *counted]) > 0.0).all()
