@@ -41,7 +41,7 @@ JOINT_ERRORS_FILE: Final = "joint_errors.json"
 RIGHT_M: Final = 0.1  # `joint_confidence` is the probability of an error up to this
 ELLIPSOID_SHARE: Final = 0.9  # of the errors, that the ellipsoids hold which the covariance is for
 ELLIPSOID: Final = 6.2514  # squared radius of a Gaussian's, by chi-square with 3 degrees of freedom
-# Of the errors, that are no larger than what `JointErrors.squared` holds. Ours.
+# Of the errors, that are no larger than what `ErrorLaw.squared` holds. Ours.
 COUNTED_SHARES: Final = (
     *(0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95),
     *(0.97, 0.98, 0.99, 0.995, 0.998),
@@ -84,11 +84,28 @@ _ARMS = (LEFT_UPPER_ARM, LEFT_FOREARM, RIGHT_UPPER_ARM, RIGHT_FOREARM)
 _IS_ON_ARM = _LIMB_BONES.any(1) & np.array([joint.part in _ARMS for joint in OUTPUT_JOINTS])
 
 
+class ErrorLaw(msgspec.Struct, frozen=True):
+    """How large the errors of one kind of joints are, in units of their matrices.
+
+    Attributes:
+        tails: degrees of freedom of the Student law that the weights were fitted as of; fewer have
+            more errors that are far too large.
+        ellipsoid: squared radius of the ellipsoid that holds `ELLIPSOID_SHARE` of the errors, of
+            people whom the proposer has not learnt.
+        squared: squares than which `COUNTED_SHARES` of the errors are not larger.
+    """
+
+    tails: float
+    ellipsoid: float
+    squared: tuple[float, ...]
+
+
 class JointErrors(msgspec.Struct, frozen=True):
     """How much each term counts; of joints that are proposed, and of those that are not.
 
     Attributes:
         source: what it was fitted on.
+        laws: of the kinds of joints (`kinds_of`).
         proposed: of the variance that the proposals state, of joints not behind another person.
         behind: the same of joints behind another person.
         arms_behind: so much more of those on arms, which go where they like.
@@ -99,18 +116,10 @@ class JointErrors(msgspec.Struct, frozen=True):
         unconfirmed_m2: of these, where nothing is seen of them.
         lost_m2: of these, hidden for long by others or things, or out of view.
         most_m2: that the variances which the proposals state come near to, at the most.
-        tails: degrees of freedom of the Student law that the weights were fitted as of; fewer have
-            more errors that are far too large.
-        tails_behind: the same of joints behind another person.
-        ellipsoid: squared radius, in units of the matrix, of the ellipsoid that holds
-            `ELLIPSOID_SHARE` of the errors of people whom the proposer has not learnt.
-        ellipsoid_behind: the same of joints behind another person.
-        squared: squares, in units of the matrix, than which `COUNTED_SHARES` of the errors are not
-            larger.
-        squared_behind: the same of joints behind another person.
     """
 
     source: str
+    laws: tuple[ErrorLaw, ...]
     proposed: float
     behind: float
     arms_behind: float
@@ -120,12 +129,6 @@ class JointErrors(msgspec.Struct, frozen=True):
     unconfirmed_m2: float
     lost_m2: float
     most_m2: float
-    tails: float
-    tails_behind: float
-    ellipsoid: float
-    ellipsoid_behind: float
-    squared: tuple[float, ...]
-    squared_behind: tuple[float, ...]
 
     @property
     def weights(self) -> Array:
@@ -145,19 +148,25 @@ class JointErrors(msgspec.Struct, frozen=True):
         """[K, N, 3, 3] `TERMS`, of which what the proposals state is bounded."""
         return np.concatenate([bounded(terms[:STATED], self.most_m2), terms[STATED:]])
 
-    def ellipsoids_of(self, is_behind: NDArray[np.bool_]) -> Array:
-        """[N] squared radii of the ellipsoids that hold `ELLIPSOID_SHARE`, in units of the matrices,
-        of joints that another person hides or not."""
-        return np.where(is_behind, self.ellipsoid_behind, self.ellipsoid)
+    def ellipsoids_of(self, kinds: NDArray[np.int64]) -> Array:
+        """[N] squared radii, in units of the matrices, of the ellipsoids that hold
+        `ELLIPSOID_SHARE` of the errors of joints of [N] kinds."""
+        return np.array([law.ellipsoid for law in self.laws])[kinds]
 
-    def shares_within(self, squared: Array, is_behind: NDArray[np.bool_]) -> Array:
-        """[N, D] shares of the errors of N joints that are no larger than so many units of their
-        matrices; never less or more than the least and the most of `COUNTED_SHARES`."""
-        in_view, behind = (
-            np.interp(np.log(squared), np.log(counted), COUNTED_SHARES)
-            for counted in (self.squared, self.squared_behind)
-        )
-        return np.where(is_behind[:, None], behind, in_view)
+    def shares_within(self, squared: Array, kinds: NDArray[np.int64]) -> Array:
+        """[N, D] shares of the errors of joints of [N] kinds that are no larger than so many units
+        of their matrices; never less or more than the least and the most of `COUNTED_SHARES`."""
+        logs, shares = np.log(squared), np.empty(squared.shape)
+        for kind, law in enumerate(self.laws):
+            is_kind = kinds == kind
+            shares[is_kind] = np.interp(logs[is_kind], np.log(law.squared), COUNTED_SHARES)
+        return shares
+
+
+def kinds_of(is_proposed: NDArray[np.bool_], is_behind: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """[N] which of `JointErrors.laws` joints follow: that are proposed, or not, in either case not
+    behind another person, or behind one."""
+    return np.where(is_proposed, 0, 2) + is_behind
 
 
 @cache
@@ -225,12 +234,18 @@ def told_errors(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[J, 3, 3] covariances in square metres, camera frame, and [J] confidences, 0..1; NaN and 0
     of joints that are absent."""
-    matrices, is_behind = errors.matrices(signs.terms()), signs.is_behind
+    terms = signs.terms()
+    kinds = kinds_of(are_proposed(terms), signs.is_behind)
     is_absent = signs.visibility.joint_state == JointState.ABSENT
-    covariances = ellipsoid_covariances(matrices, errors.ellipsoids_of(is_behind))
+    covariances = ellipsoid_covariances(errors.matrices(terms), errors.ellipsoids_of(kinds))
     covariances[is_absent] = np.nan
-    confidences = np.where(is_absent, 0.0, confidences_of(covariances, is_behind, errors))
+    confidences = np.where(is_absent, 0.0, confidences_of(covariances, kinds, errors))
     return covariances.astype(np.float32), confidences.astype(np.float32)
+
+
+def are_proposed(terms: Array) -> NDArray[np.bool_]:
+    """[N] which joints are proposed, of their [K, N, 3, 3] `TERMS`."""
+    return np.asarray(terms[:PROPOSED].any((0, 2, 3)))
 
 
 def bounded(matrices: Array, most: float) -> Array:
@@ -246,20 +261,18 @@ def ellipsoid_covariances(matrices: Array, ellipsoids: Array) -> Array:
     return matrices * (ellipsoids / ELLIPSOID)[:, None, None]
 
 
-def confidences_of(
-    covariances_m2: Array, is_behind: NDArray[np.bool_], errors: JointErrors
-) -> Array:
+def confidences_of(covariances_m2: Array, kinds: NDArray[np.int64], errors: JointErrors) -> Array:
     """[N] probabilities that an error is at most `RIGHT_M`, of [N, 3, 3] `ellipsoid_covariances` of
-    joints that another person hides or not; NaN where a covariance is.
+    joints of [N] kinds; NaN where a covariance is.
 
     An error is a direction and a length, independent of each other in units of the matrix. The mean
     over directions is taken at 13 of them, which is good to 0.02 for ellipsoids up to four times as
     long as they are thick.
     """
-    matrices = covariances_m2 * (ELLIPSOID / errors.ellipsoids_of(is_behind))[:, None, None]
+    matrices = covariances_m2 * (ELLIPSOID / errors.ellipsoids_of(kinds))[:, None, None]
     axes = _roots(matrices)
     lengths_m2 = ((axes @ _DIRECTIONS.T) ** 2).sum(-2)
-    return errors.shares_within(RIGHT_M**2 / lengths_m2, is_behind) @ _SHARES
+    return errors.shares_within(RIGHT_M**2 / lengths_m2, kinds) @ _SHARES
 
 
 def _roots(matrices: Array) -> Array:

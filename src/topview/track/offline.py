@@ -113,7 +113,7 @@ def looked_at_both_ways(
     `topview.track.backwards` tracked them; whoever was missed forward, and not so backward, is
     told of, too.
     """
-    lasting_m = LASTING_M if settings.get("proposals", NOTHING) not in OF_NO_BODY else np.inf
+    is_proposed = settings.get("proposals", NOTHING) not in OF_NO_BODY
     held: list[_BothWays] = []
     done = 0  # of the held ones
     for own in _side_by_side(frames, backward):
@@ -123,10 +123,10 @@ def looked_at_both_ways(
             continue
         times_s = np.array([each.forward.timestamp_s for each in held])
         end = int(np.searchsorted(times_s, start_s + CHUNK_S))
-        yield from _smoothed(held, lasting_m)[done:end]
+        yield from _smoothed(held, is_proposed)[done:end]
         first = int(np.searchsorted(times_s, times_s[end] - LAG_S))
         held, done = held[first:], end - first
-    yield from _smoothed(held, lasting_m)[done:]
+    yield from _smoothed(held, is_proposed)[done:]
 
 
 class _BothWays(NamedTuple):
@@ -151,7 +151,7 @@ def _side_by_side(
             yield _BothWays(frame, frame.people[:0])
 
 
-def _smoothed(held: Sequence[_BothWays], lasting_m: float) -> list[TrackedFrame]:
+def _smoothed(held: Sequence[_BothWays], is_proposed: bool) -> list[TrackedFrame]:
     """All of these, looked at from all of them."""
     frames = [own.forward for own in held]
     backward = partners(frames, [own.backward for own in held])
@@ -167,7 +167,7 @@ def _smoothed(held: Sequence[_BothWays], lasting_m: float) -> list[TrackedFrame]
             others[k] = backward[f].get(person_id, packed[k])
         times_s = np.array([frames[f].timestamp_s for f, _ in where])
         for part in _stretches(packed, times_s):
-            packed[part] = _smoothed_person(packed[part], others[part], times_s[part], lasting_m)
+            packed[part] = _smoothed_person(packed[part], others[part], times_s[part], is_proposed)
         for (f, row), person in zip(where, packed, strict=True):
             people[f][row] = person
     return [replace(frame, people=own) for frame, own in zip(frames, people, strict=True)]
@@ -194,16 +194,20 @@ def _stretches(people: NDArray[np.void], times_s: Array) -> list[slice]:
 
 
 def _smoothed_person(
-    people: NDArray[np.void], others: NDArray[np.void], times_s: Array, lasting_m: float
+    people: NDArray[np.void], others: NDArray[np.void], times_s: Array, is_proposed: bool
 ) -> NDArray[np.void]:
-    """One person in T frames that go on; the same as tracked backwards, or once more the same."""
+    """One person in T frames that go on, with proposed joints or without; the same as tracked
+    backwards, or once more the same."""
     Ts, joints = people["Ts_camera_part"], people["joints_camera"]
+    lasting_m = LASTING_M if is_proposed else np.inf
     measured, noise, unrest = _measured(people, lasting_m)
     of_others, others_noise, _ = _measured(others, lasting_m)
     both, both_noise = _weighted(measured, noise, of_others, others_noise)
     ways = _both_ways(times_s, both, both_noise, unrest)
     out = people.copy()
-    out["joint_covariance_m2"], out["joint_confidence"] = told_both_ways(people, others)
+    out["joint_covariance_m2"], out["joint_confidence"] = told_both_ways(
+        people, others, is_proposed
+    )
     for k in range(len(people)):
         moved = _body(Ts[k], measured[k], ways[k])
         known = np.isfinite(moved) & np.isfinite(Ts[k])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.records import JointState
-from topview.track.joint_errors import confidences_of, shipped_joint_errors
+from topview.track.joint_errors import confidences_of, kinds_of, shipped_joint_errors
 
 Array = NDArray[np.float64]
 
@@ -35,10 +35,11 @@ def mean_information(share: Array, one: Array, other: Array) -> Array:
 
 
 def told_both_ways(
-    people: NDArray[np.void], others: NDArray[np.void]
+    people: NDArray[np.void], others: NDArray[np.void], is_proposed: bool
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[T, J, 3, 3] covariances in square metres, and [T, J] confidences, of one person in T frames,
-    as tracked forward and backward; what was told forward where either tells nothing."""
+    as tracked forward and backward, with proposed joints or without; what was told forward where
+    either tells nothing."""
     forward, backward = (own["joint_covariance_m2"].astype(np.float64) for own in (people, others))
     is_known = are_laws(forward) & are_laws(backward)
     is_behind = (people["joint_state"] == JointState.OCCLUDED_BY_PERSON)[is_known]
@@ -46,7 +47,8 @@ def told_both_ways(
     mixed = _mixed(forward[is_known], backward[is_known], apart, is_behind)
     covariances, confidences = forward, people["joint_confidence"].copy()
     covariances[is_known] = mixed
-    confidences[is_known] = confidences_of(mixed, is_behind, shipped_joint_errors())
+    kinds = kinds_of(np.full(len(mixed), is_proposed), is_behind)
+    confidences[is_known] = confidences_of(mixed, kinds, shipped_joint_errors())
     return covariances.astype(np.float32), confidences
 
 

@@ -23,6 +23,7 @@ from topview_lab.datasets import find_folder_recordings
 from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import empty_table
 from topview_lab.training.joint_errors import (
+    KINDS,
     ErrorRows,
     ErrorsJob,
     TermErrors,
@@ -64,8 +65,7 @@ def train_confidence(
     prepare_output_file("--out", out, force)
     recordings = find_folder_recordings(folders)
     compile_kernels()
-    tried = WITH_AND_WITHOUT[:1] if counts else WITH_AND_WITHOUT
-    jobs = [ErrorsJob(own, settings) for settings in tried for own in recordings]
+    jobs = [ErrorsJob(own, settings) for settings in WITH_AND_WITHOUT for own in recordings]
     done = run_all(jobs, workers)
     if done.interrupted:
         return INTERRUPTED
@@ -80,10 +80,10 @@ def train_confidence(
     rows = ErrorRows.joined([ErrorRows.of(own) for own in usable])
     words = ["topview", "train-confidence", *(path.resolve().name for path in folders)]
     words += ["--counts"] * counts
-    source = f"{described(own.of_kinds.name for own in usable[0])}; {shlex.join(words)}"
+    source = f"{described(own.of_behind.name for own in usable[0])}; {shlex.join(words)}"
     errors = _as_shipped(rows, source) if counts else fit_joint_errors(rows, source)
     write_atomically(out, msgspec.json.format(msgspec.json.encode(errors), indent=2))
-    plain_console().print(_table(errors, len(rows.is_behind)))
+    plain_console().print(_table(errors, len(rows.kinds)))
     print(f"{out} written: {source}")
     return 0 if sum(map(len, usable)) == len(jobs) else UNUSABLE_INPUT
 
@@ -99,7 +99,10 @@ def _as_shipped(rows: ErrorRows, source: str) -> JointErrors:
 def _table(errors: JointErrors, count: int) -> Table:
     table = empty_table(f"how far {count} joints are off", "term")
     table.add_column("weight", justify="right")
-    for name, value in msgspec.structs.asdict(errors).items():
-        if isinstance(value, float):
+    numbers = {term: own for term, own in msgspec.structs.asdict(errors).items() if term != "laws"}
+    for what, law in zip(KINDS, errors.laws, strict=True):
+        numbers |= {f"{what}: tails": law.tails, f"{what}: ellipsoid": law.ellipsoid}
+    for name, value in numbers.items():
+        if name != "source":
             table.add_row(name, f"{value:g}")
     return table

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 from typing import Final
@@ -19,11 +19,14 @@ from topview.skeletons import About, SkeletonSequence, TrackedFrame
 from topview.track import Tracker, TrackerSettings
 from topview.track.joint_errors import (
     COUNTED_SHARES,
-    PROPOSED,
+    ELLIPSOID_SHARE,
     STATED,
     TERMS,
+    ErrorLaw,
     JointErrors,
     JointSigns,
+    are_proposed,
+    kinds_of,
 )
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, pool
@@ -31,12 +34,17 @@ from topview_lab.metrics import Evaluation, SequenceErrors, measure_sequence, po
 Array = NDArray[np.float64]
 
 # All ours.
-MOST_JOINTS: Final = 20_000  # that are fitted to, evenly taken
-FEWEST_JOINTS: Final = 100  # of each kind
+# Of each kind of joints, that are fitted to, evenly taken; and that are needed.
+MOST_JOINTS, FEWEST_JOINTS = 10_000, 100
+KINDS: Final = (
+    *("not behind others", "behind others"),
+    *("not behind others, not proposed", "behind others, not proposed"),
+)
 ADDED_M2: Final = 1e-6  # a variance that is added, so that no law is flat
 # Of people whom the network knows, that ellipsoids have to hold for 90 % to be held of the same
-# people with other proportions (`scripts/fit_familiarity.py`, seeds 100 to 103).
+# people with other proportions (`scripts/fit_familiarity.py`, seeds 100 to 103); of `KINDS`.
 KNOWN_HELD: Final = 0.947
+HELD: Final = (KNOWN_HELD, KNOWN_HELD, ELLIPSOID_SHARE, ELLIPSOID_SHARE)
 START_LOG_WEIGHT, START_MOST_M2, START_TAILS = -3.0, 0.1, 5.0
 LOG_WEIGHTS: Final = (-14.0, 5.0)  # bounds
 TAILS: Final = (2.0, 50.0)
@@ -46,10 +54,10 @@ SIGNIFICANT_DIGITS: Final = 4
 @dataclass(frozen=True, slots=True, eq=False)
 class TermErrors:
     """One recording, measured once for each term, whose matrices take the place of covariances; and
-    once for the kind of each joint, 1 on the diagonal where another person hides it."""
+    once for whether another person hides a joint, 1 on the diagonal where that is so."""
 
     of_terms: tuple[SequenceErrors, ...]
-    of_kinds: SequenceErrors
+    of_behind: SequenceErrors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,13 +67,13 @@ class ErrorRows:
     Attributes:
         errors_camera: [N, 3] metres, the constant offsets out.
         terms: [K, N, 3, 3] of `TERMS`.
-        is_behind: [N] `JointSigns.is_behind`.
+        kinds: [N] `kinds_of`.
         recording: [N] number of the recording.
     """
 
     errors_camera: Array
     terms: Array
-    is_behind: NDArray[np.bool_]
+    kinds: NDArray[np.int64]
     recording: NDArray[np.int64]
 
     @classmethod
@@ -75,13 +83,15 @@ class ErrorRows:
             pool(Evaluation(tuple(own.of_terms[k] for own in recordings)))
             for k in range(len(TERMS))
         ]
-        kinds = pool(Evaluation(tuple(own.of_kinds for own in recordings)))
+        behind = pool(Evaluation(tuple(own.of_behind for own in recordings)))
         errors = pools[0].corrected_camera - pools[0].samples.reference_camera
         terms = np.stack([each.samples.joint_covariance_m2 for each in pools])
         is_known = np.isfinite(errors).all(-1) & np.isfinite(terms).all((0, -2, -1))
-        is_behind = kinds.samples.joint_covariance_m2[..., 0, 0] > 0.5
+        is_behind = behind.samples.joint_covariance_m2[..., 0, 0] > 0.5
         recording = np.broadcast_to(pools[0].sequence[:, None], is_known.shape)
-        return cls(errors[is_known], terms[:, is_known], is_behind[is_known], recording[is_known])
+        terms = terms[:, is_known]
+        kinds = kinds_of(are_proposed(terms), is_behind[is_known])
+        return cls(errors[is_known], terms, kinds, recording[is_known])
 
     @classmethod
     def joined(cls, parts: Sequence[ErrorRows]) -> ErrorRows:
@@ -91,7 +101,7 @@ class ErrorRows:
         return cls(
             np.concatenate([part.errors_camera for part in parts]),
             np.concatenate([part.terms for part in parts], axis=1),
-            np.concatenate([part.is_behind for part in parts]),
+            np.concatenate([part.kinds for part in parts]),
             np.concatenate(
                 [part.recording + start for part, start in zip(parts, before, strict=True)]
             ),
@@ -110,8 +120,8 @@ class ErrorsJob:
         name = self.recording.name
         try:
             reference = self.recording.reference()
-            kinds, *terms = _signs_as_skeletons(self.recording, self.settings)
-            measured = [measure_sequence(own, reference, name) for own in (kinds, *terms)]
+            signs = _signs_as_skeletons(self.recording, self.settings)
+            measured = [measure_sequence(own, reference, name) for own in signs]
         except InputError as error:
             return f"{name}: {error}"
         return TermErrors(tuple(measured[1:]), measured[0])
@@ -120,7 +130,8 @@ class ErrorsJob:
 def _signs_as_skeletons(
     recording: EvaluatedRecording, settings: TrackerSettings
 ) -> list[SkeletonSequence]:
-    """What was tracked, with the kinds of joints, then with each term as covariances."""
+    """What was tracked, with whether joints are behind others, then with each term, as
+    covariances."""
     tracker = Tracker(settings)
     about = About(OUTPUT_JOINT_NAMES, PART_NAMES)
     frames: list[list[TrackedFrame]] = [[] for _ in range(1 + len(TERMS))]
@@ -138,9 +149,9 @@ def _signs_as_skeletons(
 
 
 def _matrices(signs: JointSigns) -> Array:
-    """[1 + K, J, 3, 3] kinds and terms."""
-    kinds = signs.is_behind[:, None, None] * np.eye(3)
-    return np.concatenate([kinds[None], signs.terms()])
+    """[1 + K, J, 3, 3] whether joints are behind others, and terms."""
+    behind = signs.is_behind[:, None, None] * np.eye(3)
+    return np.concatenate([behind[None], signs.terms()])
 
 
 def with_covariance(person: Person, matrices: Array) -> Person:
@@ -157,59 +168,51 @@ def with_covariance(person: Person, matrices: Array) -> Person:
 
 
 def fit_joint_errors(rows: ErrorRows, source: str) -> JointErrors:
-    """The likeliest weights of the terms and tails. Joints behind others count as much as all
-    others, and of either kind each recording the same: errors within one are much alike.
+    """The likeliest weights of the terms and tails. Each kind of joints counts the same, and of
+    either kind each recording: errors within one are much alike.
 
     Raises:
         InputError: too few joints of a kind.
     """
-    for is_kind, what in (
-        (~rows.is_behind, "not behind others"),
-        (rows.is_behind, "behind others"),
-    ):
-        if is_kind.sum() < FEWEST_JOINTS:
+    for kind, what in enumerate(KINDS):
+        count = int((rows.kinds == kind).sum())
+        if count < FEWEST_JOINTS:
             raise InputError(
-                f"{is_kind.sum()} joints {what} were found; {FEWEST_JOINTS} are needed: give more "
+                f"{count} joints {what} were found; {FEWEST_JOINTS} are needed: give more "
                 "recordings"
             )
-    chosen = np.concatenate([_some(rows.is_behind), _some(~rows.is_behind)])
-    errors, terms, is_behind = (
-        rows.errors_camera[chosen],
-        rows.terms[:, chosen],
-        rows.is_behind[chosen],
-    )
-    start = [*[START_LOG_WEIGHT] * len(TERMS), np.log(START_MOST_M2), *[np.log(START_TAILS)] * 2]
-    bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *[(np.log(TAILS[0]), np.log(TAILS[1]))] * 2]
-    args = errors, terms, is_behind, _shares(is_behind, rows.recording[chosen])
+    chosen = np.concatenate([_some(rows.kinds == kind) for kind in range(len(KINDS))])
+    errors, terms, kinds = rows.errors_camera[chosen], rows.terms[:, chosen], rows.kinds[chosen]
+    tails = [np.log(START_TAILS)] * len(KINDS)
+    start = [*[START_LOG_WEIGHT] * len(TERMS), np.log(START_MOST_M2), *tails]
+    of_tails = [(np.log(TAILS[0]), np.log(TAILS[1]))] * len(KINDS)
+    bounds = [*[LOG_WEIGHTS] * (len(TERMS) + 1), *of_tails]
+    args = errors, terms, kinds, _shares(kinds, rows.recording[chosen])
     fitted = minimize(_unlikelihood, start, args, jac=True, bounds=bounds, method="L-BFGS-B")
-    return with_counts(_with_laws(source, map(_rounded, np.exp(fitted.x))), rows)
+    return with_counts(_with_weights(source, [*map(_rounded, np.exp(fitted.x))]), rows)
 
 
-def _with_laws(source: str, values: Iterable[float]) -> JointErrors:
-    """Of everything but what is counted, which is not known yet."""
+def _with_weights(source: str, values: Sequence[float]) -> JointErrors:
+    """Of what is fitted; what is counted is not known yet."""
     unknown = (nan,) * len(COUNTED_SHARES)
-    return JointErrors(source, *values, nan, nan, unknown, unknown)
+    weights, tails = values[: -len(KINDS)], values[-len(KINDS) :]
+    return JointErrors(source, tuple(ErrorLaw(own, nan, unknown) for own in tails), *weights)
 
 
 def with_counts(told: JointErrors, rows: ErrorRows) -> JointErrors:
-    """The same with how large the errors of proposed joints are, of either kind, and ellipsoids that
-    hold `KNOWN_HELD` of them; each recording counts the same."""
-    is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
-    errors, is_behind = rows.errors_camera[is_proposed], rows.is_behind[is_proposed]
-    matrices = told.matrices(rows.terms[:, is_proposed]) + ADDED_M2 * np.eye(3)
+    """The same with how large errors are, of each kind of joints that there is: ellipsoids hold
+    `KNOWN_HELD` of those that are proposed. Each recording counts the same."""
+    matrices = told.matrices(rows.terms) + ADDED_M2 * np.eye(3)
+    errors = rows.errors_camera
     squared = (errors * np.linalg.solve(matrices, errors[..., None])[..., 0]).sum(-1)
-    shares = _shares(is_behind, rows.recording[is_proposed])
-    (ellipsoid, *in_view), (ellipsoid_behind, *behind) = (
-        _weighted_quantiles(squared[is_kind], shares[is_kind], (KNOWN_HELD, *COUNTED_SHARES))
-        for is_kind in (~is_behind, is_behind)
-    )
-    return msgspec.structs.replace(
-        told,
-        ellipsoid=ellipsoid,
-        ellipsoid_behind=ellipsoid_behind,
-        squared=tuple(in_view),
-        squared_behind=tuple(behind),
-    )
+    shares, laws = _shares(rows.kinds, rows.recording), list(told.laws)
+    for kind in np.unique(rows.kinds):
+        is_kind = rows.kinds == kind
+        ellipsoid, *counted = _weighted_quantiles(
+            squared[is_kind], shares[is_kind], (HELD[kind], *COUNTED_SHARES)
+        )
+        laws[kind] = ErrorLaw(laws[kind].tails, ellipsoid, tuple(counted))
+    return msgspec.structs.replace(told, laws=tuple(laws))
 
 
 def _weighted_quantiles(values: Array, weights: Array, shares: Sequence[float]) -> list[float]:
@@ -222,13 +225,13 @@ def _rounded(value: float) -> float:
 
 
 def _unlikelihood(
-    place: Array, errors: Array, terms: Array, is_behind: NDArray[np.bool_], shares: Array
+    place: Array, errors: Array, terms: Array, kinds: NDArray[np.int64], shares: Array
 ) -> tuple[float, Array]:
     """Minus the mean log-likelihood of [N] joints, each of which counts by its share, and how it
     changes with `place`: the logarithms of `JointErrors`' numbers."""
-    told = _with_laws("", np.exp(place))
+    told = _with_weights("", [*np.exp(place)])
     limited = told.limited(terms)
-    tails = np.where(is_behind, told.tails_behind, told.tails)
+    tails = np.array([law.tails for law in told.laws])[kinds]
     values, by_matrix, by_tails = log_likelihoods(errors, told.matrices(terms), tails)
     by_matrix *= shares[:, None, None]
     by_weight = np.einsum("nab,knab->k", by_matrix, limited)
@@ -237,7 +240,7 @@ def _unlikelihood(
     by_place = [
         *(told.weights * by_weight),
         told.weights[:STATED] @ by_most / told.most_m2,
-        *((shares * by_tails * tails)[is_kind].sum() for is_kind in (~is_behind, is_behind)),
+        *np.bincount(kinds, shares * by_tails * tails, len(told.laws)),
     ]
     return -float(shares @ values), -np.array(by_place)
 
@@ -264,16 +267,16 @@ def log_likelihoods(errors: Array, matrices: Array, tails: Array) -> tuple[Array
     return values, 0.5 * by_matrix, 0.5 * by_tails
 
 
-def _shares(is_behind: NDArray[np.bool_], recording: NDArray[np.int64]) -> Array:
+def _shares(kinds: NDArray[np.int64], recording: NDArray[np.int64]) -> Array:
     """[N] how much each joint counts; 1 together."""
-    _, group, counts = np.unique(2 * recording + is_behind, return_inverse=True, return_counts=True)
+    _, group, counts = np.unique(
+        len(KINDS) * recording + kinds, return_inverse=True, return_counts=True
+    )
     shares = 1.0 / counts[group]
-    for is_kind in (is_behind, ~is_behind):
-        shares[is_kind] *= 0.5 / shares[is_kind].sum()
-    return shares
+    return shares / np.bincount(kinds, shares)[kinds] / len(np.unique(kinds))
 
 
 def _some(where: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Indices of so many of them as are fitted to."""
     index = np.flatnonzero(where)
-    return index[:: max(1, -(-2 * len(index) // MOST_JOINTS))]
+    return index[:: max(1, -(-len(index) // MOST_JOINTS))]

@@ -23,10 +23,13 @@ from topview.track.joint_errors import (
     ELLIPSOID,
     ELLIPSOID_SHARE,
     RIGHT_M,
+    ErrorLaw,
     JointSigns,
+    are_proposed,
     bounded,
     confidences_of,
     ellipsoid_covariances,
+    kinds_of,
     shipped_joint_errors,
     told_errors,
 )
@@ -36,6 +39,7 @@ J = len(JOINT_NAMES)
 HAND, KNEE, NECK = (JOINT_NAMES.index(name) for name in ("left_hand", "left_knee", "neck"))
 JOINTS = output_joints(MODEL, standing_pose().transforms(MODEL))
 ERRORS = shipped_joint_errors()
+KINDS = list(range(len(ERRORS.laws)))
 
 
 def proposals(
@@ -65,8 +69,8 @@ def told(own: JointSigns) -> tuple[np.ndarray, np.ndarray]:
 
 
 @settings(max_examples=10)
-@given(st.integers(0, 2**32 - 1), st.floats(2.5, 40.0), st.booleans())
-def test_ellipsoids_and_confidences_hold_for_errors_as_they_were_counted(seed, tails, is_behind):
+@given(st.integers(0, 2**32 - 1), st.floats(2.5, 40.0), st.sampled_from(KINDS))
+def test_ellipsoids_and_confidences_hold_for_errors_as_they_were_counted(seed, tails, kind):
     """Here as a Student law has them, whose matrix has these axes."""
     rng = np.random.default_rng(seed)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -74,25 +78,30 @@ def test_ellipsoids_and_confidences_hold_for_errors_as_they_were_counted(seed, t
     count = 20_000
     errors = rng.normal(size=(count, 3)) @ root.T
     errors /= np.sqrt(rng.chisquare(tails, count) / tails)[:, None]
-    counted = tuple(3.0 * fdtri(3.0, tails, COUNTED_SHARES))
-    ellipsoid = 3.0 * fdtri(3.0, tails, ELLIPSOID_SHARE)
-    kind = "_behind" if is_behind else ""
-    law = structs.replace(ERRORS, **{f"squared{kind}": counted, f"ellipsoid{kind}": ellipsoid})
-    of_kind = np.array([is_behind])
-    covariance = ellipsoid_covariances((root @ root.T)[None], law.ellipsoids_of(of_kind))
+    ellipsoid, *counted = 3.0 * fdtri(3.0, tails, [ELLIPSOID_SHARE, *COUNTED_SHARES])
+    laws = list(ERRORS.laws)
+    laws[kind] = ErrorLaw(tails, ellipsoid, tuple(counted))
+    told, kinds = structs.replace(ERRORS, laws=tuple(laws)), np.array([kind])
+    covariance = ellipsoid_covariances((root @ root.T)[None], told.ellipsoids_of(kinds))
     squared = (errors * np.linalg.solve(covariance[0], errors.T).T).sum(-1)
     assert (squared <= ELLIPSOID).mean() == pytest.approx(ELLIPSOID_SHARE, abs=0.01)
-    stated = float(confidences_of(covariance, of_kind, law)[0])
+    stated = float(confidences_of(covariance, kinds, told)[0])
     within = (np.linalg.norm(errors, axis=-1) <= RIGHT_M).mean()
     assert stated == pytest.approx(within, abs=0.02)
 
 
 def test_no_more_is_stated_than_was_counted():
-    sure, unsure = 1e-10, 1e4
-    for is_behind in (False, True):
-        matrices = np.array([sure, unsure])[:, None, None] * np.eye(3)
-        stated = confidences_of(matrices, np.full(2, is_behind), ERRORS)
+    matrices = np.array([1e-10, 1e4])[:, None, None] * np.eye(3)
+    for kind in KINDS:
+        stated = confidences_of(matrices, np.full(2, kind), ERRORS)
         assert stated == pytest.approx([COUNTED_SHARES[-1], COUNTED_SHARES[0]])
+
+
+def test_kinds_are_told_apart_by_what_is_proposed_and_by_who_is_before_them():
+    is_proposed, is_behind = np.array([[True, True, False, False], [False, True, False, True]])
+    assert kinds_of(is_proposed, is_behind).tolist() == KINDS
+    for proposed in (None, proposals()):
+        assert are_proposed(signs(proposed).terms()).tolist() == [proposed is not None] * J
 
 
 def test_joints_of_an_unfamiliar_window_are_less_sure():

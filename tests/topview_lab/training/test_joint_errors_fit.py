@@ -14,11 +14,21 @@ from scipy.special import fdtri
 from skeleton_sequences import write_rendered
 from topview.records import InputError
 from topview.track import TrackerSettings
-from topview.track.joint_errors import COUNTED_SHARES, ELLIPSOID, PROPOSED, TERMS, JointErrors
+from topview.track.joint_errors import (
+    COUNTED_SHARES,
+    ELLIPSOID,
+    ELLIPSOID_SHARE,
+    PROPOSED,
+    TERMS,
+    ErrorLaw,
+    JointErrors,
+    kinds_of,
+)
 from topview_lab.cli import train_confidence as command
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
 from topview_lab.training.joint_errors import (
+    KINDS,
     KNOWN_HELD,
     ErrorRows,
     ErrorsJob,
@@ -30,9 +40,15 @@ from topview_lab.training.joint_errors import (
 )
 
 SHIPPED = Path(command.__file__).parents[2] / "topview/track/joint_errors.json"
-LAWS = 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05, 6.0, 3.0
-COUNTED, COUNTED_BEHIND = (tuple(3.0 * fdtri(3.0, tails, COUNTED_SHARES)) for tails in LAWS[-2:])
-TRUE = JointErrors("made up", *LAWS, 12.0, 18.0, COUNTED, COUNTED_BEHIND)
+WEIGHTS = 0.4, 1.2, 0.8, 0.1, 0.0005, 0.01, 0.01, 0.02, 0.05
+TAILS = 6.0, 3.0, 5.0, 4.0
+
+
+def law_of(tails: float) -> ErrorLaw:
+    return ErrorLaw(tails, 12.0, tuple(3.0 * fdtri(3.0, tails, COUNTED_SHARES)))
+
+
+TRUE = JointErrors("made up", tuple(map(law_of, TAILS)), *WEIGHTS)
 
 
 def made_up(count: int, seed: int = 0) -> ErrorRows:
@@ -52,10 +68,11 @@ def made_up(count: int, seed: int = 0) -> ErrorRows:
     amounts[PROPOSED:] *= ~is_proposed
     terms = amounts[..., None, None] * np.eye(3)
     sigma = np.sqrt(TRUE.matrices(terms)[:, 0, 0])
-    tails = np.where(is_behind, TRUE.tails_behind, TRUE.tails)
+    kinds = kinds_of(is_proposed, is_behind)
+    tails = np.array(TAILS)[kinds]
     errors = sigma[:, None] * rng.normal(size=(count, 3))
     errors /= np.sqrt(rng.chisquare(tails) / tails)[:, None]
-    return ErrorRows(errors, terms, is_behind, rng.integers(0, 3, count))
+    return ErrorRows(errors, terms, kinds, rng.integers(0, 3, count))
 
 
 @pytest.mark.slow
@@ -64,7 +81,7 @@ def test_the_law_that_made_the_errors_is_found() -> None:
     assert fitted.source == "these"
     assert fitted.weights == pytest.approx(TRUE.weights, rel=0.35, abs=0.001)
     assert fitted.most_m2 == pytest.approx(TRUE.most_m2, rel=0.35)
-    assert (fitted.tails, fitted.tails_behind) == pytest.approx((6.0, 3.0), rel=0.25)
+    assert [law.tails for law in fitted.laws] == pytest.approx(TAILS, rel=0.35)
 
 
 def test_a_likelihood_sums_to_one() -> None:
@@ -80,8 +97,8 @@ def test_a_likelihood_sums_to_one() -> None:
 def test_how_a_likelihood_changes_is_how_it_differs() -> None:
     """Against finite differences, of each number that is fitted."""
     rows = made_up(300)
-    args = rows.errors_camera, rows.terms, rows.is_behind, np.full(300, 1.0 / 300.0)
-    place = np.log(LAWS)
+    args = rows.errors_camera, rows.terms, rows.kinds, np.full(300, 1.0 / 300.0)
+    place = np.log([*WEIGHTS, *TAILS])
     _, told = _unlikelihood(place, *args)
     found = [
         (_unlikelihood(place + step, *args)[0] - _unlikelihood(place - step, *args)[0]) / 2e-5
@@ -98,31 +115,38 @@ def test_each_recording_counts_the_same_however_long() -> None:
     repeated = ErrorRows(
         rows.errors_camera[longer],
         rows.terms[:, longer],
-        rows.is_behind[longer],
+        rows.kinds[longer],
         rows.recording[longer],
     )
     first, second = (fit_joint_errors(own, "") for own in (rows, repeated))
     assert second.weights == pytest.approx(first.weights, rel=0.02)
 
 
-def test_counts_are_those_of_either_kind_of_proposed_joints() -> None:
-    rows = made_up(4000)
+def test_counts_are_those_of_each_kind_of_joints() -> None:
+    rows = made_up(6000)
     told = with_counts(TRUE, rows)
     squared = (rows.errors_camera**2).sum(-1) / TRUE.matrices(rows.terms)[:, 0, 0]
-    is_proposed = rows.terms[:PROPOSED].any((0, 2, 3))
-    is_held = squared < told.ellipsoids_of(rows.is_behind)
-    within = told.shares_within(squared[:, None], rows.is_behind)[:, 0]
-    for is_kind in (rows.is_behind, ~rows.is_behind):
-        assert is_held[is_kind & is_proposed].mean() == pytest.approx(KNOWN_HELD, abs=0.01)
-        deciles = np.quantile(within[is_kind & is_proposed], np.arange(0.1, 1.0, 0.1))
+    is_held = squared < told.ellipsoids_of(rows.kinds)
+    within = told.shares_within(squared[:, None], rows.kinds)[:, 0]
+    for kind, held in enumerate((KNOWN_HELD, KNOWN_HELD, ELLIPSOID_SHARE, ELLIPSOID_SHARE)):
+        is_kind = rows.kinds == kind
+        assert is_held[is_kind].mean() == pytest.approx(held, abs=0.01)
+        deciles = np.quantile(within[is_kind], np.arange(0.1, 1.0, 0.1))
         assert deciles == pytest.approx(np.arange(0.1, 1.0, 0.1), abs=0.03)
-    without = ErrorRows(
-        rows.errors_camera[is_proposed],
-        rows.terms[:, is_proposed],
-        rows.is_behind[is_proposed],
-        rows.recording[is_proposed],
+
+
+def test_of_kinds_that_are_not_there_what_was_counted_before_is_kept() -> None:
+    rows = made_up(2000)
+    chosen = np.flatnonzero(rows.kinds < 2)
+    proposed = ErrorRows(
+        rows.errors_camera[chosen],
+        rows.terms[:, chosen],
+        rows.kinds[chosen],
+        rows.recording[chosen],
     )
-    assert with_counts(TRUE, without) == told
+    told = with_counts(TRUE, proposed)
+    assert told.laws[:2] == with_counts(TRUE, rows).laws[:2]
+    assert told.laws[2:] == TRUE.laws[2:]
 
 
 def test_joined_rows_are_of_recordings_of_their_own() -> None:
@@ -153,7 +177,7 @@ def test_a_recording_gives_errors_and_what_was_told_of_them() -> None:
     rows = ErrorRows.of([measured])
     assert len(rows.errors_camera) > 0
     assert rows.terms.shape == (len(TERMS), len(rows.errors_camera), 3, 3)
-    assert not rows.is_behind.any()  # one person alone
+    assert not rows.kinds.any()  # one person alone, whose joints are proposed
     assert (np.linalg.eigvalsh(rows.terms[0]) > 0.0).all()  # what the network states
     assert not rows.terms[PROPOSED:].any()  # all joints are proposed
     assert np.median(np.linalg.norm(rows.errors_camera, axis=-1)) < 0.1
@@ -189,7 +213,7 @@ def test_the_command_counts_alone(tmp_path, topview, monkeypatch) -> None:
     assert written.source == (
         f"{laws}; counts: 1 recordings: walk 1; topview train-confidence all --counts"
     )
-    expected = with_counts(shipped, made_up(500, seed=1))
+    expected = with_counts(shipped, ErrorRows.joined([made_up(500, seed=1)] * 2))
     assert written == msgspec.structs.replace(expected, source=written.source)
 
 
@@ -213,17 +237,27 @@ def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
 
 
 def test_too_few_joints_are_refused() -> None:
-    rows = made_up(150)
-    with pytest.raises(InputError, match="joints behind others were found; 100 are needed"):
-        fit_joint_errors(rows, "few")
+    """Of each kind."""
+    rows = made_up(900)
+    for kind, what in enumerate(KINDS):
+        left = np.flatnonzero(rows.kinds != kind)
+        few = ErrorRows(
+            rows.errors_camera[left],
+            rows.terms[:, left],
+            rows.kinds[left],
+            rows.recording[left],
+        )
+        with pytest.raises(InputError, match=f"0 joints {what} were found; 100 are needed"):
+            fit_joint_errors(few, "few")
 
 
 def test_what_ships_is_whole() -> None:
     shipped = msgspec.json.decode(SHIPPED.read_bytes(), type=JointErrors)
     assert shipped.source
     assert (shipped.weights > 0.0).all()
-    assert min(shipped.tails, shipped.tails_behind) > 2.0
-    assert min(shipped.ellipsoid, shipped.ellipsoid_behind) > ELLIPSOID
-    for counted in (shipped.squared, shipped.squared_behind):
-        assert len(counted) == len(COUNTED_SHARES)
-        assert (np.diff([0.0, *counted]) > 0.0).all()
+    assert len(shipped.laws) == len(KINDS)
+    for law in shipped.laws:
+        assert law.tails > 2.0
+        assert law.ellipsoid > ELLIPSOID
+        assert len(law.squared) == len(COUNTED_SHARES)
+        assert (np.diff([0.0, *law.squared]) > 0.0).all()
