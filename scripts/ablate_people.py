@@ -145,7 +145,6 @@ VARIANTS: Final[Variants] = {
         "people.appearance.CLEARLY": inf,
     },
     "exchanges that clothes tell": lambda: {"people.appearance.CLEARLY": inf},
-    "the colours of heads": lambda: {"people.appearance._with_head_colors": first},
     "statures, in association": lambda: {"people.association.Seeker._by_stature": zero},
     "heads followed by their shape": lambda: {"people.association.Seeker.followed": nothing},
     "heads that slip": lambda: {"people.association.SLIPPED": 0.0},

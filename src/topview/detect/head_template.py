@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.detect.cloud import NEAREST_READING_M, Cloud
-from topview.detect.head_colors import HeadColors
 from topview.detect.heads import (
     CENTER_BEHIND_SURFACE_M,
     HEAD_HALF_HEIGHT_M,
@@ -56,10 +55,9 @@ TRACKED_UPRIGHT, HANGING = (
     1.0 - np.minimum(TILT_PENALTY * np.abs(tilts_rad), MOST_PENALTY)
     for tilts_rad in (TRACKED_TILTS_RAD, HANGING_RAD)
 )
-# Weights in the cost, where motion and template count 1 at their scales: of the confidence that it
-# is a head, and of the colours of the head against the body's.
+# Weight in the cost, where motion and template count 1 at their scales, of the confidence that it
+# is a head.
 CONFIDENCE_WEIGHT: Final = 3.0
-COLOR_WEIGHT: Final = 3.0
 # Less confident places are no head.
 LEAST_CONFIDENCE: Final = 0.15
 # Fewer points do not tell the depth of a surface.
@@ -105,12 +103,11 @@ def track_head(
     predicted_camera: Vector,
     up_camera: Vector,
     elapsed_s: float,
-    colors: HeadColors | None = None,
 ) -> HeadCandidate | None:
     """Find a head near `predicted_camera` [3], `elapsed_s` seconds after its template was taken.
 
-    The place of least cost is taken: by the template, the motion, the confidence that it is a head,
-    and the colours. So it also finds heads that do not stand out from the surface behind or above
+    The place of least cost is taken: by the template, the motion and the confidence that it is a
+    head. So it also finds heads that do not stand out from the surface behind or above
     them (bent forward, an arm over the head). None where nothing is like the template.
     """
     radius_px = _radius_px(cloud, predicted_camera, PATCH_RADIUS_M)
@@ -127,9 +124,6 @@ def track_head(
     moved_m2 = offset_m[:, None] ** 2 + offset_m**2
     cost = unlike / LIKE_M2 + moved_m2 / motion_m**2
     row, column = _nearest_pixel(cloud, predicted_camera)
-    if colors is not None:
-        share = colors.share_about(cloud, row, column, float(predicted_camera[2]), search_px)
-        cost += COLOR_WEIGHT * (0.5 - share)
     best = lowest(cost, CANDIDATES)
     down, across = best // cost.shape[1], best % cost.shape[1]
     camera = cloud.camera

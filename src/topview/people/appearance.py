@@ -1,5 +1,5 @@
-"""What people look like: the colours of their clothes and of their heads (ours; the thesis knows
-people by place, and by skin alone)."""
+"""What people look like: the colours of their clothes (ours; the thesis knows people by place, and
+by skin alone)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from topview.detect.head_colors import HeadColors
 from topview.kernels.colors import count_clothes
-from topview.people.height import sunk_m
 from topview.people.track import Track
 from topview.room.scene import Scene
 
@@ -37,8 +35,6 @@ APART_M: Final = 0.7
 RATE, EVERY_S = 0.3, 1 / 6
 # By so much two must be less like themselves than like each other, to have been exchanged.
 CLEARLY: Final = 0.4
-# From this confidence on, and so near to where the stature puts it, a head is taken for what it is.
-SURE_HEAD, NEAR_STATURE_M = 0.75, 0.12
 
 
 def clothes_under(
@@ -80,19 +76,6 @@ def unlikeness(one: Colors, other: Colors) -> float:
     return 1.0 - float(np.sqrt(one * other).sum())
 
 
-def head_colors_against(track: Track, others: Sequence[Track], scene: Scene) -> HeadColors | None:
-    """What colours a track's head has, and neither the own body nor people near by; None while that
-    is not known."""
-    if track.head_colors is None or scene.cloud.frame.color is None:
-        return None
-    near = [
-        other.head_colors
-        for other in others
-        if other.head_colors is not None and apart_m(track, other) < APART_M
-    ]
-    return track.head_colors.against(near)
-
-
 def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> list[Track]:
     """The tracks, with what they look like if it is time to learn that; those who met, and wear
     each other's clothes now, exchange their identities."""
@@ -114,8 +97,7 @@ def with_appearance(tracks: Sequence[Track], scene: Scene, is_time: bool) -> lis
             _resolve(known, one, other, worn)
         if is_time:
             _learn_clothes(known, worn)
-    after = [known.get(track.key, track) for track in tracks]
-    return [_with_head_colors(track, scene, people, is_time) for track in after]
+    return [known.get(track.key, track) for track in tracks]
 
 
 def apart_m(one: Track, other: Track) -> float:
@@ -137,22 +119,6 @@ def _learn_clothes(known: dict[int, Track], worn: Mapping[int, Colors | None]) -
             before = colors if track.clothes is None else track.clothes
             clothes = np.asarray(before + RATE * (colors - before), np.float32)
             known[key] = replace(track, clothes=clothes)
-
-
-def _with_head_colors(track: Track, scene: Scene, people: Sequence[Track], is_time: bool) -> Track:
-    """With the colours of the head, where it is what it seems to be."""
-    is_wanted = track.head_colors is None or (is_time and track.id > 0)
-    if not is_wanted or track.confidence < SURE_HEAD or nearest_m(track, people) < APART_M:
-        return track
-    assert track.body_m is not None
-    below_m = sunk_m(scene, track.place_camera, track.height)
-    if below_m is not None and abs(below_m) > NEAR_STATURE_M:
-        return track
-    now = HeadColors.of(scene.cloud, track.place_camera, track.body_m)
-    if now is None:
-        return track
-    before = track.head_colors
-    return replace(track, head_colors=now if before is None else before.learn(now))
 
 
 def _with_company(people: Sequence[Track]) -> list[Track]:

@@ -10,11 +10,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import track_head
 from topview.detect.heads import HeadCandidate
 from topview.filter.assignment import assign
-from topview.people.appearance import clothes_under, head_colors_against, unlikeness
+from topview.people.appearance import clothes_under, unlikeness
 from topview.people.existence import is_too_near
 from topview.people.height import TALLER_M, sunk_m
 from topview.people.motion import Motion
@@ -30,10 +29,10 @@ CLUTTER_PER_M3: Final = 0.3
 NEW_PER_M3: Final = 0.003
 # A head in plain view is missed in this share of frames.
 MISSED: Final = 0.05
-# Log-likelihood ratios of a candidate without and with all marks of a head; of one with the colours
-# of the head against the body's; and of clothes that are alike and not.
+# Log-likelihood ratios of a candidate without and with all marks of a head; and of clothes that are
+# alike and not.
 UNLIKE_HEAD, LIKE_HEAD = -2.0, 2.0
-HEAD_COLOR_WEIGHT, CLOTHES_WEIGHT = 4.0, 10.0
+CLOTHES_WEIGHT: Final = 10.0
 # The unlikeness of clothes between that of one person and that of two.
 SAME_CLOTHES: Final = 0.45
 # A head that something comes to cover does not move down, but what is seen of it does.
@@ -117,7 +116,6 @@ class Seeker:
         others: the other tracks.
         scene: of this frame.
         expected: the head's motion, predicted.
-        colors: what tells its head by colour, if anything does.
         log_odds_of: see `associate`.
     """
 
@@ -125,7 +123,6 @@ class Seeker:
     others: Sequence[Track]
     scene: Scene
     expected: Motion
-    colors: HeadColors | None
     log_odds_of: Callable[[HeadCandidate], float]
 
     @classmethod
@@ -138,8 +135,7 @@ class Seeker:
     ) -> Seeker:
         """One of the tracks."""
         track, others = tracks[row], [*tracks[:row], *tracks[row + 1 :]]
-        colors = head_colors_against(track, others, scene)
-        return cls(track, others, scene, track.expected(scene.time_s), colors, log_odds_of)
+        return cls(track, others, scene, track.expected(scene.time_s), log_odds_of)
 
     def missed(self) -> float:
         """Log-likelihood of no measurement: unlikely of a head that is in plain view."""
@@ -163,18 +159,12 @@ class Seeker:
             if ratio < FARTHEST:
                 return -np.inf
             ratio += UNLIKE_HEAD + (LIKE_HEAD - UNLIKE_HEAD) * head.confidence
-        ratio += self._by_stature(head) + self._by_colors(head)
+        ratio += self._by_stature(head)
         return ratio - ANOTHERS_HEAD * self._is_anothers(head) - SLIPPED * self._slips(head)
 
     def _by_stature(self, head: HeadCandidate) -> float:
         below_m = sunk_m(self.scene, head.center_camera, self.track.height)
         return 0.0 if below_m is None else -0.5 * (min(below_m, 0.0) / TALLER_M) ** 2
-
-    def _by_colors(self, head: HeadCandidate) -> float:
-        if self.colors is None:
-            return 0.0
-        share = self.colors.share_at(self.scene.cloud, head.center_camera)
-        return 0.0 if share is None else HEAD_COLOR_WEIGHT * (share - 0.5)
 
     def _by_clothes(self, head: HeadCandidate) -> float:
         if self.track.clothes is None:
@@ -235,7 +225,6 @@ class Seeker:
             expected_camera,
             scene.up_camera,
             max(scene.time_s - track.time_s, 0.0),
-            self.colors,
         )
 
 

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.cloud import Cloud
-from topview.detect.head_colors import HeadColors
 from topview.detect.head_template import HeadTemplate
 from topview.detect.heads import HeadCandidate
 from topview.people.colors import FaceMemory
@@ -52,7 +51,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         place_camera: [3] the head's centre: seen, or the most likely place.
         certainty: probability that it is near `place_camera`.
         clothes: histogram of their colours, None while unknown.
-        head_colors: None while unknown.
         company: keys of tracks for which it may have been taken of late.
         body_m: [h, w] how far its pixels were from the head in the last frame, None before.
         body_m2: area of what is seen of it.
@@ -78,7 +76,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     places: Places | None = None
     certainty: float = 1.0
     clothes: NDArray[np.float32] | None = None
-    head_colors: HeadColors | None = None
     company: frozenset[int] = frozenset()
     body_m: NDArray[np.float32] | None = None
     body_m2: float = 0.0
@@ -207,7 +204,6 @@ class Track(msgspec.Struct, frozen=True, eq=False):
             height=other.height,
             face=other.face,
             clothes=other.clothes,
-            head_colors=other.head_colors,
         )
 
     def told_at(self, scene: Scene, told_camera: Vector, sigma_m: float, elapsed_s: float) -> Track:

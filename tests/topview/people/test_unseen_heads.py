@@ -1,4 +1,4 @@
-"""The colours of heads, and where heads are that are not seen."""
+"""Where heads are that are not seen."""
 
 from __future__ import annotations
 
@@ -6,28 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from dressed_scenes import (
-    BLUE,
-    GROUND_Y,
-    RED,
-    ROOM,
-    UP,
-    Rgb,
-    dressed,
-    person_with,
-    scene_of,
-    track_at,
-)
-from people_scenes import Ball, box, head_of, limb, render, standing_person
+from dressed_scenes import GROUND_Y, ROOM, UP, person_with, scene_of, track_at
+from people_scenes import box, head_of, limb, render, standing_person
 from topview.body.parts import JOINTS
-from topview.detect.head_colors import HeadColors
-from topview.detect.head_template import HeadTemplate, track_head
-from topview.people.appearance import head_colors_against, with_appearance
 from topview.people.bodies import body_of
 from topview.people.motion import Motion
 from topview.people.segmentation import SegmentationSettings, body_distance
@@ -39,118 +23,12 @@ from topview.people.unseen_heads import over_body
 from topview.records import Person
 from topview.room.scene import Scene
 
-SKIN, HAIR = (200, 150, 120), (50, 40, 30)
 STATURE_M = 1.75
 Distance = NDArray[np.float32]
 
 
-def head_and_body(x: float, z: float, head: Rgb, body: Rgb) -> list[tuple[list[Ball], Rgb]]:
-    """What has one colour each: the head, and all below it."""
-    balls, chin_y = standing_person(x, z, GROUND_Y), GROUND_Y - 0.86 * STATURE_M
-    return [
-        ([ball for ball in balls if ball[0][1] < chin_y], head),
-        ([ball for ball in balls if ball[0][1] >= chin_y], body),
-    ]
-
-
-def colored_scene(parts: list[tuple[list[Ball], Rgb]], index: int = 0) -> Scene:
-    return scene_of(*dressed(parts), index)
-
-
 def body_at(scene: Scene, head_camera: NDArray[np.float64]) -> Distance:
     return body_distance(scene, head_camera, STATURE_M, PeopleSettings().segmentation)
-
-
-def colors_at(scene: Scene, place: NDArray[np.float64]) -> HeadColors:
-    colors = HeadColors.of(scene.cloud, place, body_at(scene, place))
-    assert colors is not None
-    return colors
-
-
-# What colours tell
-
-
-def test_a_head_has_its_own_colours_and_the_chest_has_not() -> None:
-    scene, head = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
-    colors = colors_at(scene, head)
-    for down_m, (least, most) in ((0.0, (0.9, 1.0)), (0.45, (0.0, 0.1))):
-        share = colors.share_at(scene.cloud, head - down_m * UP)
-        assert share is not None
-        assert least <= share <= most
-    wall = colors.share_at(scene.cloud, head + np.array([1.0, 0.0, 0.0]))
-    assert wall == pytest.approx(0.5)  # too far behind to be a head's
-
-
-def test_colours_that_head_and_clothes_share_tell_nothing() -> None:
-    scene, head = colored_scene(head_and_body(0.0, 2.5, RED, RED)), head_of(0.0, 2.5, GROUND_Y)
-    assert colors_at(scene, head).share_at(scene.cloud, head) == pytest.approx(0.5, abs=0.1)
-
-
-def test_there_are_no_head_colours_without_colour_or_body() -> None:
-    head = head_of(0.0, 2.5, GROUND_Y)
-    grey = scene_of(render(standing_person(0.0, 2.5, GROUND_Y), ROOM), None, 0)
-    assert HeadColors.of(grey.cloud, head, body_at(grey, head)) is None
-    scene = colored_scene(head_and_body(0.0, 2.5, SKIN, RED))
-    nothing = np.full(scene.cloud.depth_m.shape, np.inf, np.float32)
-    assert HeadColors.of(scene.cloud, head, nothing) is None
-    assert colors_at(scene, head).share_at(grey.cloud, head) is None
-
-
-def test_anothers_head_of_the_same_colours_is_not_told_apart() -> None:
-    scene = colored_scene(head_and_body(-0.6, 2.5, SKIN, RED) + head_and_body(0.6, 2.5, SKIN, BLUE))
-    left, right = (head_of(x, 2.5, GROUND_Y) for x in (-0.6, 0.6))
-    own, others = colors_at(scene, left), colors_at(scene, right)
-    alone = own.share_at(scene.cloud, right)
-    against = own.against([others]).share_at(scene.cloud, right)
-    assert alone is not None
-    assert against is not None
-    assert alone > 0.9
-    assert against == pytest.approx(0.5, abs=0.1)
-    assert own.against([]) is own
-
-
-@settings(max_examples=20)
-@given(st.integers(1, 60))
-def test_new_colours_are_learnt_by_and_by(times: int) -> None:
-    head = head_of(0.0, 2.5, GROUND_Y)
-    before = colors_at(colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head)
-    now = colors_at(colored_scene(head_and_body(0.0, 2.5, HAIR, RED)), head)
-    learnt = before
-    for _ in range(times):
-        learnt = learnt.learn(now)
-    assert float(learnt.head.sum()) == pytest.approx(1.0, abs=0.05)
-    off = np.abs(learnt.head - now.head).sum() / np.abs(before.head - now.head).sum()
-    assert off == pytest.approx(0.8**times, abs=1e-3)
-
-
-@pytest.mark.parametrize("sees_color", [False, True])
-def test_of_two_that_look_alike_the_one_of_the_heads_colours_is_followed(sees_color: bool) -> None:
-    """A raised ball like a head, nearer to where the head is expected than the head is."""
-    z = 2.5
-    place = head_of(0.0, z, GROUND_Y)
-    seen = colored_scene(head_and_body(0.0, z, HAIR, RED))
-    view, colors = HeadTemplate.of(seen.cloud, place), colors_at(seen, place)
-    head, ball = place + np.array([0.13, 0.0, 0.0]), place - np.array([0.1, 0.0, 0.0])
-    parts = [([(head, 0.11)], HAIR), ([(ball, 0.11)], RED)]
-    scene = colored_scene(parts, 1)
-    found = track_head(scene.cloud, view, place, UP, 1 / 30, colors if sees_color else None)
-    assert found is not None
-    chosen = head if sees_color else ball
-    assert np.linalg.norm((found.center_camera - chosen)[:2]) < 0.07
-
-
-def test_the_colours_of_a_bent_or_unsure_head_are_not_learnt() -> None:
-    scene, head = colored_scene(head_and_body(0.0, 2.5, SKIN, RED)), head_of(0.0, 2.5, GROUND_Y)
-    for confidence, stature_m, is_learnt in (
-        (0.9, STATURE_M, True), (0.5, STATURE_M, False), (0.9, STATURE_M + 0.3, False)
-    ):  # fmt: skip
-        seen = track_at(scene, head, confidence=confidence, stature_m=stature_m)
-        (track,) = with_appearance([seen], scene, True)
-        assert (track.head_colors is not None) == is_learnt
-        assert (head_colors_against(track, [], scene) is not None) == is_learnt
-
-
-# Where a head is that is not seen
 
 
 def missed(
