@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.kernels.pieces import clusters_of
 from topview.people.height import MAX_HEIGHT_M, PRIOR_HEIGHT_M
+from topview.people.likelihood import EVIDENCE_MEMORY_S, Likelihood
 from topview.people.pieces import Pieces
 from topview.people.places import HEADS_APART_M
 from topview.people.segmentation import (
@@ -43,6 +45,8 @@ LONGEST_M: Final = np.array([1.25, 1.25, 1.0]) * MAX_HEIGHT_M
 # What hangs together, and is all farther than the first from the box round somebody's joints, is
 # not the body. A head goes no farther in one step than the second.
 OFF_BODY_M, HEAD_STEP_M = 0.5, 0.25
+# What stands right under a head is the person's, even if the rest hangs together with a wall.
+UNDER_HEAD_M: Final = 0.26
 # Who is out of the picture with this probability shows at its sides or top at most, each of which
 # is so broad a share of it.
 OUT, BORDER = 0.9, 0.05
@@ -82,7 +86,28 @@ def body_of(
     )
     if track.places is not None and track.places.outside > OUT:
         _leave_out_inner(scene, body_m)
+    if track.is_narrow:
+        body_m[~scene.is_under(track.place_camera, UNDER_HEAD_M)] = np.inf
     return body_m
+
+
+def without_room(scene: Scene, track: Track, likelihood: Likelihood) -> Track:
+    """A track that the network was just asked about. Where it knows no person, though the shape is
+    one's, a curtain or a wall may hang together with the body: so for a while that is only what
+    stands right under the head, and the network is asked anew; it may know no person there
+    either."""
+    own, is_recent = track.evidence, scene.time_s - track.narrowed_s < EVIDENCE_MEMORY_S
+    is_known = own.network >= 0.0
+    if track.is_narrow:
+        return replace(track, is_narrow=is_known and is_recent)
+    is_shaped = track.is_seen and likelihood.log_odds_of_shape(own.shape) > 0.0
+    if is_known or is_recent or own.by_body or not is_shaped or track.body_m is None:
+        return track
+    is_under = scene.is_under(track.place_camera, UNDER_HEAD_M)
+    narrow_m = np.where(is_under, track.body_m, np.float32(np.inf))
+    narrow = replace(track, body_m=narrow_m, is_narrow=True, narrowed_s=scene.time_s)
+    rest_m2 = area_m2(scene, track) - area_m2(scene, narrow)
+    return narrow.asked_anew(scene.time_s) if rest_m2 > SHOWN_M2 else track
 
 
 def _leave_out_inner(scene: Scene, body_m: Distance) -> None:

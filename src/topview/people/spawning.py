@@ -11,7 +11,14 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate
-from topview.people.bodies import SHOWN_M2, area_m2, is_short, nearest_body, union_of
+from topview.people.bodies import (
+    SHOWN_M2,
+    UNDER_HEAD_M,
+    area_m2,
+    is_short,
+    nearest_body,
+    union_of,
+)
 from topview.people.existence import (
     DOUBTED,
     NEW_TRACK_S,
@@ -32,8 +39,6 @@ Mask = NDArray[np.bool_]
 MUCH_MORE: Final = 0.12
 # A head that is not where it was expected may be so much lower.
 LOWER_M: Final = 0.3
-# What stands right under a head is the person's, even if the rest hangs together with a wall.
-UNDER_HEAD_M: Final = 0.26
 SPREAD_FEATURES: Final = tuple(
     FEATURE_NAMES.index(name) for name in ("too large", "too spread out", "too much above the head")
 )

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from topview.detect.heads import HeadCandidate, torso_is_unread, upright_confidence
-from topview.people.bodies import SHOWN_M2, body_of, nearest_body
+from topview.people.bodies import SHOWN_M2, body_of, nearest_body, without_room
 from topview.people.existence import Existence, is_too_near
 from topview.people.features import FEATURE_NAMES, Features, features_of
 from topview.people.height import PRIOR_HEIGHT_M
@@ -119,7 +119,9 @@ class Step:
                 evidence = replace(evidence, by_body=True)
             elif is_upright and track.confidence >= SURE_HEAD:
                 evidence = replace(evidence, by_body=False, was_upright=True)
-            after.append(replace(track, evidence=evidence))
+            now = replace(track, evidence=evidence)
+            is_told = log_odds is not None
+            after.append(without_room(self.scene, now, self.likelihood) if is_told else now)
         return after
 
     def _share_of_others(self, track: Track) -> float:

@@ -57,6 +57,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         rival_since_s: since when something else on the body has looked more like its head.
         off_since_s: since when the joint network has said that the head is elsewhere.
         anew_s: since when what is followed is something else than before (`asked_anew`).
+        is_narrow: whether its body is taken for no more than stands right under the head.
+        narrowed_s: since when that was last so.
     """
 
     key: int
@@ -82,6 +84,8 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     rival_since_s: float | None = None
     off_since_s: float | None = None
     anew_s: float = -inf
+    is_narrow: bool = False
+    narrowed_s: float = -inf
 
     @classmethod
     def born(cls, key: int, cloud: Cloud, head: HeadCandidate, features: Features) -> Track:
