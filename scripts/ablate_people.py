@@ -164,6 +164,7 @@ VARIANTS: Final[Variants] = {
     },
     "who fell a moment ago": lambda: {"people.existence.Existence._just_ended_near": nothing},
     "heads that are not seen, but told": lambda: {"people.track.Track.told_at": first},
+    "bodies without the room": lambda: {"people.step.without_room": second},
     "what the network takes for nobody's": lambda: {"people.told.Told.is_nobodys": nothing},
     "what the network sees of another's body": lambda: {"people.told.Told.share_on_body": zero},
     "bones of others": lambda: {"people.told.Told.is_on_body": nothing},
