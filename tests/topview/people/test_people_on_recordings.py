@@ -53,6 +53,13 @@ def test_the_falling_man_is_one_and_the_same(shared: Path) -> None:
     assert {tuple(user.id for user in users) for users in found[2:]} == {(1,)}
 
 
+def test_the_network_does_not_take_him_for_the_curtain_beside_him(shared: Path) -> None:
+    recording = readers.open_recording(needed(shared / "recordings" / "urfall_fall01"))
+    tracker = Tracker(TrackerSettings(threads=1))
+    found = [tuple(person.id for person in tracker.update(frame)) for frame in recording]
+    assert set(found[2:]) == {(1,)}
+
+
 @pytest.mark.parametrize("name", ["a1_s1_t1", "a6_s2_t1", "a19_s3_t1", "a27_s2_t2"])
 def test_utd_mhad_has_one_person_with_the_head_on_top(shared: Path, name: str) -> None:
     found = find_all(utd_mhad(shared, name))
