@@ -86,9 +86,7 @@ def body_of(
     )
     if track.places is not None and track.places.outside > OUT:
         _leave_out_inner(scene, body_m)
-    if track.is_narrow:
-        body_m[~scene.is_under(track.place_camera, UNDER_HEAD_M)] = np.inf
-    return body_m
+    return _right_under(scene, track, body_m) if track.is_narrow else body_m
 
 
 def without_room(scene: Scene, track: Track, likelihood: Likelihood) -> Track:
@@ -103,11 +101,16 @@ def without_room(scene: Scene, track: Track, likelihood: Likelihood) -> Track:
     is_shaped = track.is_seen and likelihood.log_odds_of_shape(own.shape) > 0.0
     if is_known or is_recent or own.by_body or not is_shaped or track.body_m is None:
         return track
-    is_under = scene.is_under(track.place_camera, UNDER_HEAD_M)
-    narrow_m = np.where(is_under, track.body_m, np.float32(np.inf))
+    narrow_m = _right_under(scene, track, track.body_m)
     narrow = replace(track, body_m=narrow_m, is_narrow=True, narrowed_s=scene.time_s)
     rest_m2 = area_m2(scene, track) - area_m2(scene, narrow)
     return narrow.asked_anew(scene.time_s) if rest_m2 > SHOWN_M2 else track
+
+
+def _right_under(scene: Scene, track: Track, body_m: Distance) -> Distance:
+    """[h, w] what of a track's body stands right under the head."""
+    is_under = scene.is_under(track.place_camera, UNDER_HEAD_M)
+    return np.where(is_under, body_m, np.float32(np.inf))
 
 
 def _leave_out_inner(scene: Scene, body_m: Distance) -> None:
