@@ -31,6 +31,13 @@ hypothesis.settings.register_profile("repeatable", _UNTIMED, derandomize=True, p
 hypothesis.settings.load_profile("repeatable" if os.environ.get("CI") else "developer")
 
 
+def pytest_sessionstart() -> None:
+    """Of several processes of tests one compiles; numba's cache of a kernel is for one writer.
+    What test files do as they are collected calls kernels, too."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        compile_ahead()
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files with slow tests come first, so that of several processes, each of which takes whole
     files, none is left alone with them at the end."""
@@ -66,13 +73,6 @@ RunCommand = Callable[..., Finished]
 def compiled() -> None:
     """The tracker's kernels, so that no command says that it compiles them."""
     compile_ahead()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def compiled_once(request: pytest.FixtureRequest) -> None:
-    """Of several processes of tests one compiles; numba's cache of a kernel is for one writer."""
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        request.getfixturevalue("compiled")
 
 
 @pytest.fixture

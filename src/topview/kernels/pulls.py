@@ -30,14 +30,11 @@ def fill_moves(axes, centers, moves):
     """Fill `moves` [D, 6] of the degrees of freedom of `topview.kernels.body.place_axes`: a place p
     on what one moves goes along n by (n, p x n) . moves."""
     for d in range(moves.shape[0]):
-        if d < 3:
-            moves[d, :3] = axes[d]
-            moves[d, 3:] = 0.0
-            continue
-        moves[d, 3:] = axes[d]
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            moves[d, i] = centers[d, j] * axes[d, k] - centers[d, k] * axes[d, j]
+            around = centers[d, j] * axes[d, k] - centers[d, k] * axes[d, j]
+            moves[d, i] = axes[d, i] if d < 3 else around
+            moves[d, 3 + i] = 0.0 if d < 3 else axes[d, i]
 
 
 @njit(error_model="numpy")

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from topview.records import Camera
+from topview.records import Camera, Frame
 from topview_lab.datasets.base import select_simulated
 from topview_lab.datasets.groundtruth import reference_from
 from topview_lab.datasets.true_heads import true_heads_from
 from topview_lab.metrics import ReferenceSequence
 from topview_lab.metrics.heads import TrueHeads
 from topview_lab.sim import SCENES, Scene, SimulatedRecording, scene_by_name, simulate_truth
-from topview_lab.sim.recording import SimulatedFrame
 from topview_lab.sim.scenes import KINECT_V1_HALF
 from topview_lab.sim.truth import FrameTruth, GroundTruth, stack_truth
 
@@ -85,10 +84,11 @@ class RecordingWithTruth(SimulatedRecording):
         super().__init__(scene)
         self._truths: dict[int, FrameTruth] = {}
 
-    def simulate(self, index: int) -> SimulatedFrame:
-        simulated = super().simulate(index)
-        self._truths[index] = simulated.truth
-        return simulated
+    def __iter__(self) -> Iterator[Frame]:
+        for index in range(self.frame_count):
+            simulated = self.simulate(index)
+            self._truths[index] = simulated.truth
+            yield self._frame(index, simulated.depth_mm, simulated.color)
 
     def reference(self) -> ReferenceSequence:
         """The truth of the frames that were read, from the first on."""

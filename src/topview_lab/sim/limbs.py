@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview_lab.sim.actions import Side
 from topview_lab.sim.bodies import Body
 from topview_lab.sim.skeleton import SEGMENT_INDEX, SEGMENTS
@@ -43,7 +43,7 @@ def limb_angles(name: str, R_a_carrier: Array, bones_a: Array) -> tuple[Array, f
     sine = np.linalg.norm(axis)
     angle = np.arctan2(sine, -upper[1])
     swing = axis * (angle / sine if sine > 1e-9 else 1.0)
-    x, y, z = Rotation.from_rotvec(swing).as_matrix().T @ lower
+    x, y, z = rotations_from_vectors(swing).T @ lower
     forwards = -1.0 if name.startswith("thigh") else 1.0
     twist = np.arctan2(forwards * x, forwards * z)
     flexion = np.arctan2(np.hypot(x, z), -y)
@@ -58,11 +58,9 @@ def _signed(name: str, about_x: float, about_y: float, about_z: float) -> Array:
 
 def end_angles(name: str, R_carrier_segment: Array) -> Array:
     """[3] angles of a segment that has this rotation: a twist about y, then a swing."""
-    _, y, _, w = Rotation.from_matrix(R_carrier_segment).as_quat()
-    twist = 2.0 * np.arctan2(y, w)
-    twist = (twist + np.pi) % (2.0 * np.pi) - np.pi
-    swing = Rotation.from_matrix(R_carrier_segment) * Rotation.from_rotvec((0.0, -twist, 0.0))
-    about = swing.as_rotvec()
+    R = R_carrier_segment
+    twist = float(2.0 * np.arctan2(R[0, 2] - R[2, 0], 1.0 + np.trace(R)))
+    about = vectors_from_rotations(R @ rotations_from_vectors(np.array([0.0, -twist, 0.0])))
     return _signed(name, about[0], twist, about[2])
 
 

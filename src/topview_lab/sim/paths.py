@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -50,10 +51,8 @@ class Path:
             return PathState(
                 np.array(self.points_room[0]), self.heading_before_rad, 0.0, 0.0, self.speed_mps
             )
-        points = np.array(self.points_room)
-        knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-        curve = CubicSpline(knots, points, bc_type="natural")
-        length = float(knots[-1])
+        curve = _curve(self.points_room)
+        length = float(curve.x[-1])
         speed = min(self.speed_mps, length / SPEED_UP_S)
         duration = length / speed + SPEED_UP_S
         t = min(max(time_s - self.start_s, 0.0), duration)
@@ -112,6 +111,14 @@ class Route:
         """As `Path.walked`, on the leg that is on or was the last."""
         begun = [leg for leg in self.legs if leg.start_s - TURN_S <= time_s]
         return (begun[-1] if begun else self.legs[0]).state_at(time_s)
+
+
+@lru_cache(maxsize=64)  # each of somebody's path, of which a whole recording asks
+def _curve(points_room: tuple[tuple[float, float], ...]) -> CubicSpline:
+    """Smooth through the points, by the length of the straight lines between them."""
+    points = np.array(points_room)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return CubicSpline(np.append(0.0, np.cumsum(steps)), points, bc_type="natural")
 
 
 def _ramped(t: float) -> float:

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from topview.geometry.rotations import rotations_from_vectors
 from topview.records import read_only
 
 Limits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
@@ -87,8 +87,20 @@ SEGMENT_LIMITS_RAD: Final = read_only(np.radians([segment.limits_deg for segment
 """[S, 3, 2] least and greatest flexion, abduction, twist."""
 
 _SIGNS = np.array([segment.signs for segment in SEGMENTS], np.float64)
-_TURNS_WITH = [SEGMENT_INDEX.get(segment.turns_with, -1) for segment in SEGMENTS]
-_HANGS_FROM = [SEGMENT_INDEX.get(segment.hangs_from, -1) for segment in SEGMENTS]
+_TURNS_WITH = np.array([SEGMENT_INDEX.get(segment.turns_with, -1) for segment in SEGMENTS])
+_HANGS_FROM = np.array([SEGMENT_INDEX.get(segment.hangs_from, -1) for segment in SEGMENTS])
+
+
+def _generations() -> list[NDArray[np.intp]]:
+    """The segments after the root, each generation with those whose forebears are all before it."""
+    known, generations = _HANGS_FROM < 0, []
+    while not known.all():
+        generations.append(np.flatnonzero(~known & known[_TURNS_WITH] & known[_HANGS_FROM]))
+        known[generations[-1]] = True
+    return generations
+
+
+_GENERATIONS: Final = _generations()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,17 +150,19 @@ def angles_array(degrees: Mapping[str, tuple[float, float, float]]) -> NDArray[n
     return array
 
 
-def _rotations(signs: NDArray[np.float64], angles_rad: NDArray[np.float64]) -> Rotation:
-    """A swing (flexion and abduction as one rotation vector) after a twist about the long axis."""
-    flexion, abduction, twist = (signs[..., (0, 2, 1)] * angles_rad).T
-    nothing = np.zeros_like(flexion)
-    swings = Rotation.from_rotvec(np.stack([flexion, nothing, abduction], -1))
-    return swings * Rotation.from_rotvec(np.stack([nothing, twist, nothing], -1))
+def _rotations(signs: NDArray[np.float64], angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[..., 3, 3] a swing (flexion and abduction as one rotation vector) after a twist about the
+    long axis."""
+    vectors = np.zeros((2, *angles_rad.shape))
+    vectors[0, ..., ::2] = signs[..., ::2] * angles_rad[..., :2]
+    vectors[1, ..., 1] = signs[..., 1] * angles_rad[..., 2]
+    swings, twists = rotations_from_vectors(vectors)
+    return swings @ twists
 
 
 def segment_rotation(name: str, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     """[3, 3] rotation of one segment in the frame that its angles are relative to."""
-    return _rotations(_SIGNS[SEGMENT_INDEX[name]], angles_rad).as_matrix()
+    return _rotations(_SIGNS[SEGMENT_INDEX[name]], angles_rad)
 
 
 def segment_poses(offsets_m: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
@@ -158,14 +172,15 @@ def segment_poses(offsets_m: NDArray[np.float64], pose: Pose) -> NDArray[np.floa
         offsets_m: [S, 3] origin of each segment in the frame that it hangs from.
         pose: the joint angles and the root.
     """
-    turns = _rotations(_SIGNS, pose.angles_rad).as_matrix()
+    turns = _rotations(_SIGNS, pose.angles_rad)
     poses = np.zeros((len(SEGMENTS), 4, 4))
     poses[:, 3, 3] = 1.0
-    for s, (frame, carrier) in enumerate(zip(_TURNS_WITH, _HANGS_FROM, strict=True)):
-        if carrier < 0:
-            poses[s, :3, :3] = heading_rotation(pose.heading_rad) @ turns[s]
-            poses[s, :3, 3] = pose.root_room
-        else:
-            poses[s, :3, :3] = poses[frame, :3, :3] @ turns[s]
-            poses[s, :3, 3] = poses[carrier, :3, :3] @ offsets_m[s] + poses[carrier, :3, 3]
+    root = _HANGS_FROM < 0
+    poses[root, :3, :3] = heading_rotation(pose.heading_rad) @ turns[root]
+    poses[root, :3, 3] = pose.root_room
+    for own in _GENERATIONS:
+        carriers = poses[_HANGS_FROM[own]]
+        poses[own, :3, :3] = poses[_TURNS_WITH[own], :3, :3] @ turns[own]
+        poses[own, :3, 3] = (carriers[:, :3, :3] @ offsets_m[own, :, None])[..., 0]
+        poses[own, :3, 3] += carriers[:, :3, 3]
     return poses

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from topview.geometry.rotations import rotations_from_vectors, vectors_from_rotations
 from topview_lab.sim.actions import Act, Foot, Side, Style, smooth_step, standing
 from topview_lab.sim.actions.act import SIDES
 from topview_lab.sim.actions.jumps import TOE_SHARE
@@ -27,6 +27,7 @@ from topview_lab.sim.skeleton import (
 
 Array = NDArray[np.float64]
 
+UP: Final = np.array([0.0, 1.0, 0.0])  # of a body
 BALANCE: Final = 0.35
 """How far the hips move against a lean of the shoulders, to keep the balance: about the share of
 the body's mass in trunk, head and arms (Winter 2009, Table 4.1) times its relative height."""
@@ -102,7 +103,7 @@ def rest_stance(body: Body, style: Style) -> RestStance:
         T = Ts[SEGMENT_INDEX[f"foot_{side}"]]
         ankle, front = R.T @ T[:3, 3], R.T @ T[:3, 2]
         ankles.append(ankle[1])
-        toe_out[side] = Rotation.from_euler("y", np.arctan2(front[0], front[2])).as_matrix()
+        toe_out[side] = rotations_from_vectors(np.arctan2(front[0], front[2]) * UP)
         floor_ankle = np.array([ankle[0], SOLE_SHARE * body.appearance.stature_m, ankle[2]])
         tips[side] = floor_ankle + toe_out[side] @ _tip(body)
     neck = R.T @ Ts[SEGMENT_INDEX["neck"], :3, 3]
@@ -142,8 +143,9 @@ def plant(
     knees: dict[Side, Array] = {}
     for side in SIDES:
         foot = wish.feet[side]
-        turned = Rotation.from_euler("y", foot.turn_deg, degrees=True).as_matrix()
-        heel = Rotation.from_euler("x", foot.heel_deg, degrees=True).as_matrix()
+        turned, heel = rotations_from_vectors(
+            np.radians([[0.0, foot.turn_deg, 0.0], [foot.heel_deg, 0.0, 0.0]])
+        )
         flat = R_room_body @ turned @ ease.toe_out[side]
         soles[side], knees[side] = flat @ heel, flat[:, 2]
         tip = ease.tips_m[side] + stature * np.array([foot.left, foot.up, foot.front])
@@ -151,8 +153,8 @@ def plant(
         if weight < 1.0:
             thigh, end = (Ts[SEGMENT_INDEX[f"{name}_{side}"]] for name in ("thigh", "foot"))
             ankles[side] = end[:3, 3] + weight * (ankles[side] - end[:3, 3])
-            way = Rotation.from_matrix(soles[side] @ end[:3, :3].T).as_rotvec()
-            soles[side] = Rotation.from_rotvec(weight * way).as_matrix() @ end[:3, :3]
+            way = vectors_from_rotations(soles[side] @ end[:3, :3].T)
+            soles[side] = rotations_from_vectors(weight * way) @ end[:3, :3]
             knees[side] = thigh[:3, 2] + weight * (knees[side] - thigh[:3, 2])
     root = free.root_room + weight * (root - free.root_room)
 

@@ -74,9 +74,10 @@ def test_the_list_is_enough_for_tracking(compiled):
     assert ended.stdout == "[]\n"
 
 
+SMALL = "sizes"  # a module with two kernels, which hardly take time
 ONE_MODULE = """
 from topview.kernels import compiling
-compiling.listed = lambda: {"bodies": LISTED}
+compiling.listed = lambda: LISTED
 from topview.cli.progress import compile_kernels
 compile_kernels()
 print(compiling.folder(), compiling.is_compiled())
@@ -85,7 +86,7 @@ print(compiling.folder(), compiling.is_compiled())
 
 def compile_one_module(**environment: str) -> tuple[Path, str]:
     """Compile a small module in a process of its own: where it is kept, and what was said."""
-    code = ONE_MODULE.replace("LISTED", repr(listed()["bodies"]))
+    code = ONE_MODULE.replace("LISTED", repr({SMALL: listed()[SMALL]}))
     ended = subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | {"PYTHONPATH": str(SOURCES)} | environment,
@@ -102,8 +103,8 @@ def compile_one_module(**environment: str) -> tuple[Path, str]:
 def test_it_is_done_once_and_said(tmp_path):
     folder, said = compile_one_module(NUMBA_CACHE_DIR=str(tmp_path))
     assert said == "topview: compiling (once)\n"
-    kept = {path.name for path in folder.glob("bodies.*.nbc")}
-    assert len(kept) == len(listed()["bodies"])
+    kept = {path.name for path in folder.glob(f"{SMALL}.*.nbc")}
+    assert len(kept) == len(listed()[SMALL])
     assert compile_one_module(NUMBA_CACHE_DIR=str(tmp_path)) == (folder, "")
 
 

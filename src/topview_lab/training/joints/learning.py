@@ -140,7 +140,7 @@ def losses(
     how: LearningSettings,
 ) -> dict[str, Tensor]:
     """Each term of the loss, weighted."""
-    with torch.autocast(image.device.type, torch.bfloat16):
+    with torch.autocast(image.device.type, torch.bfloat16, enabled=_has_halves(image.device)):
         found, log_scales, modes, person, mask = net(image)
     weights = (
         is_known.float()[:, None, :, None] / is_known.sum(dim=1).clamp(min=1)[:, None, None, None]
@@ -160,6 +160,12 @@ def losses(
         * functional.binary_cross_entropy_with_logits(person, is_person),
         "visible": how.visible_weight * functional.binary_cross_entropy_with_logits(mask, visible),
     }
+
+
+def _has_halves(device: torch.device) -> bool:
+    """Whether half precision is quick there: a processor that only imitates it takes ten times as
+    long with it."""
+    return device.type != CPU.type or torch.ops.mkldnn._is_mkldnn_bf16_supported()
 
 
 def mode_shares(places: Tensor, is_known: Tensor, sharpness: float) -> Tensor:
