@@ -55,6 +55,9 @@ def refinement(**changes: Any) -> Patches:
 VARIANTS: Final[Variants] = {
     DEFAULT: dict,
     "the network": dict,
+    "the network, and hypotheses that are kept": lambda: {
+        "track.methods.topview.hypotheses.MOST_HYPOTHESES": 0
+    },
     "the surface: joints alone": dict,
     "joints in the refinement": lambda: refinement(joint_weight=0.0),
     "joints in the cost": lambda: guide(joints_cost=0.0),
@@ -81,6 +84,7 @@ VARIANTS: Final[Variants] = {
 }
 SETTINGS: Final[Mapping[str, TrackerSettings]] = {
     "the network": TrackerSettings(threads=1, proposals="none"),
+    "the network, and hypotheses that are kept": TrackerSettings(threads=1, proposals="none"),
     "the surface: joints alone": TrackerSettings(threads=1, method="joints"),
 }
 

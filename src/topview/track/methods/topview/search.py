@@ -34,6 +34,7 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.facing import FacingBelief
+from topview.track.methods.topview.hypotheses import TRUNK, Hypotheses
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
@@ -93,8 +94,6 @@ TRIED_MARGIN: Final = 0.005
 HIDDEN_MARGIN: Final = 4.0  # times that more, of a limb that is out of sight
 STARTING_ROUNDS: Final = 3  # of that, for a first pose
 
-_TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
-
 
 class Search:
     """One person's poses over time.
@@ -120,6 +119,7 @@ class Search:
         self._frames = self._looks = 0  # until now
         self._unlooked_s = 0.0  # since the last look
         self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
+        self._hypotheses = Hypotheses()
 
     def update(
         self,
@@ -248,37 +248,54 @@ class Search:
         lent = [lender.relative() for lender in self._lenders]
         scan = LimbScan(found.pose, first, self._refinement)
         for upper, usual in limbs.items():
-            others = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
-            likeliest = scan.likeliest(upper, others, LIMBS_TRIED, UNREFINED_MARGIN)
+            several = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
+            likeliest = scan.likeliest(upper, several, LIMBS_TRIED, UNREFINED_MARGIN)
             groups[upper] = _with_limbs(found.pose, upper, likeliest)
-        starts = [found.pose, *chain.from_iterable(groups.values())]
-        as_it_is, *tried = self._founds(starts, first, TRIED_ITERATIONS)
-        each = iter(tried)
-        cheapest = {
-            part: min(islice(each, len(own)), key=_cost) for part, own in groups.items() if own
-        }
+        kept = self._hypotheses.poses(found.pose)
+        starts = [found.pose, *kept, *chain.from_iterable(groups.values())]
+        as_it_is, *others = self._founds(starts, first, TRIED_ITERATIONS)
+        each = iter(others)
+        likelier = self._judged(as_it_is, list(islice(each, len(kept))), look.elapsed_s)
+        tried = {part: list(islice(each, len(own))) for part, own in groups.items()}
         out = parts_out_of_sight(found.pose, look.model, look.evidence)
         margins = {upper: HIDDEN_MARGIN * float(out[upper : upper + 2].mean()) for upper in LIMBS}
-        better = {
-            part: other
-            for part, other in cheapest.items()
-            if other.cost < as_it_is.cost - TRIED_MARGIN * (1.0 + margins.get(part, 0.0))
+        for part, own in tried.items():
+            cheapest = min(own, key=_cost, default=as_it_is)
+            margin = TRIED_MARGIN * (1.0 + margins.get(part, 0.0))
+            if cheapest.cost < min(as_it_is.cost - margin, _cost(likelier.get(part, as_it_is))):
+                likelier[part] = cheapest
+        after = self._cheaper(found, as_it_is, likelier, look) if likelier else found
+        gains = {
+            part: [(other.pose, as_it_is.cost - other.cost) for other in own]
+            for part, own in tried.items()
         }
-        if not better:
-            return found
-        poses = [min(better.values(), key=_cost).pose]
-        if len(better) > 1:
-            poses.append(_with_limbs_of(as_it_is.pose, better))
-        return self._cheaper(found, poses, look)
+        changed = likelier.keys() if after is not found else set()
+        self._hypotheses.keep(after.pose, found.pose, changed, gains, look.model, TRIED_MARGIN)
+        return after
 
-    def _cheaper(self, found: Found, others: Sequence[Pose], look: FrameContext) -> Found:
-        """What was found, or another pose, if all are refined and that is cheaper."""
+    def _judged(
+        self, as_it_is: Found, others: Sequence[Found], elapsed_s: float
+    ) -> dict[int, Found]:
+        """The hypotheses that lead, by part, of a frame in which they are refined to `others`."""
+        gains = [as_it_is.cost - other.cost for other in others]
+        leading = self._hypotheses.judge([other.pose for other in others], gains, elapsed_s)
+        likelier: dict[int, Found] = {}
+        for number in sorted(leading, key=gains.__getitem__):
+            likelier[self._hypotheses.part(number)] = others[number]
+        return likelier
+
+    def _cheaper(
+        self, found: Found, as_it_is: Found, better: Mapping[int, Found], look: FrameContext
+    ) -> Found:
+        """What was found, or the best of what explains more of a part, or that with all these
+        parts, if all are refined and that is cheaper."""
+        others = [min(better.values(), key=_cost).pose]
+        if len(better) > 1:
+            others.append(_with_limbs_of(as_it_is.pose, better))
         before, *after = self._founds([found.pose, *others], look)
         best = min(after, key=_cost)
         gain = before.cost - best.cost
-        if gain < of_what_is_seen(TRIED_MARGIN, look):
-            return found
-        return replace(found, pose=best.pose, cost=found.cost - gain)
+        return replace(found, pose=best.pose, cost=found.cost - gain) if gain > 0.0 else found
 
     def _founds(
         self,
@@ -366,7 +383,7 @@ def drawn_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
     drawn = []
     for turn, move in zip(turns, moves, strict=True):
         Rs = pose.Rs.copy()
-        Rs[_TRUNK] = Rs[_TRUNK] @ turn
+        Rs[TRUNK] = Rs[TRUNK] @ turn
         drawn.append(Pose(pose.neck_camera + move, Rs))
     return drawn
 
