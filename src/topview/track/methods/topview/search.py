@@ -288,14 +288,16 @@ class Search:
         self, found: Found, as_it_is: Found, better: Mapping[int, Found], look: FrameContext
     ) -> Found:
         """What was found, or the best of what explains more of a part, or that with all these
-        parts, if all are refined and that is cheaper."""
+        parts, if all are refined and that is cheaper; of whom little is seen, by a margin."""
         others = [min(better.values(), key=_cost).pose]
         if len(better) > 1:
             others.append(_with_limbs_of(as_it_is.pose, better))
         before, *after = self._founds([found.pose, *others], look)
         best = min(after, key=_cost)
         gain = before.cost - best.cost
-        return replace(found, pose=best.pose, cost=found.cost - gain) if gain > 0.0 else found
+        if gain <= of_what_is_seen(TRIED_MARGIN, look) - TRIED_MARGIN:
+            return found
+        return replace(found, pose=best.pose, cost=found.cost - gain)
 
     def _founds(
         self,
