@@ -14,6 +14,7 @@ from topview.body.model import BodyModel
 from topview.body.parts import (
     HEAD,
     HEAD_CENTRE_JOINT,
+    LOWER_TORSO,
     PART_NAMES,
     PARTS,
     UPPER_TORSO,
@@ -42,6 +43,7 @@ HALF_ROUND = np.diag([-1.0, 1.0, -1.0])  # half a turn about a part's own axis
 # Upper limb and the part below it.
 HINGE_PAIRS = tuple((part.parent, index) for index, part in enumerate(PARTS) if part.is_hinge)
 LIMBS: Final = tuple(upper for upper, _ in HINGE_PAIRS)  # the lower part is the next
+TRUNK_PARTS: Final = [UPPER_TORSO, LOWER_TORSO]
 
 MIRRORED = np.diag([-1.0, 1.0, 1.0])
 

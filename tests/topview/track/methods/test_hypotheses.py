@@ -10,14 +10,13 @@ from rendered_bodies import MODEL, standing_pose
 from topview.body.parts import LEFT_UPPER_ARM, LEFT_UPPER_LEG, UPPER_TORSO
 from topview.geometry.rotations import rotations_from_vectors
 from topview.track.methods.topview.hypotheses import (
-    APART_M,
-    BEHIND,
+    DISTINCT_M,
     JUDGED_S,
+    MOST_BEHIND,
     MOST_HYPOTHESES,
-    TRUNK,
     Hypotheses,
 )
-from topview.track.pose import Pose
+from topview.track.pose import TRUNK_PARTS, Pose
 
 HANDICAP = 0.005
 TOLD = standing_pose()
@@ -26,7 +25,7 @@ TOLD = standing_pose()
 def turned(part: int, rad: float, pose: Pose = TOLD) -> Pose:
     """The pose with a limb, or the trunk alone, swung about the camera's axis."""
     Rs = pose.Rs.copy()
-    own = TRUNK if part == UPPER_TORSO else [part, part + 1]
+    own = TRUNK_PARTS if part == UPPER_TORSO else [part, part + 1]
     Rs[own] = rotations_from_vectors(np.array([0.0, 0.0, rad])) @ Rs[own]
     return Pose(pose.neck_camera, Rs)
 
@@ -77,7 +76,7 @@ def test_a_limb_goes_with_the_trunk_and_a_trunk_takes_no_limb_along():
     assert_array_equal(pose.Rs[others], bent.Rs[others])
     kept.keep(TOLD, bent, {UPPER_TORSO}, {}, MODEL, HANDICAP)
     trunk = kept.poses(raised)[0]
-    assert_array_equal(trunk.Rs[TRUNK], bent.Rs[TRUNK])
+    assert_array_equal(trunk.Rs[TRUNK_PARTS], bent.Rs[TRUNK_PARTS])
     assert_array_equal(trunk.Rs[own], raised.Rs[own])
 
 
@@ -92,13 +91,13 @@ def test_what_was_told_before_goes_on_and_has_to_lead_anew():
 
 def test_none_is_kept_that_is_like_another_or_far_behind():
     kept = Hypotheses()
-    slight = APART_M / 10.0
+    slight = DISTINCT_M / 10.0
     arms = [(turned(LEFT_UPPER_ARM, rad), -0.001) for rad in (slight, 1.5, 1.5 + slight)]
-    legs = [(turned(LEFT_UPPER_LEG, 1.0), -2.0 * BEHIND)]
+    legs = [(turned(LEFT_UPPER_LEG, 1.0), -2.0 * MOST_BEHIND)]
     kept.keep(TOLD, TOLD, set(), {LEFT_UPPER_ARM: arms, LEFT_UPPER_LEG: legs}, MODEL, HANDICAP)
     assert len(kept) == 1
     assert kept.part(0) == LEFT_UPPER_ARM
-    kept.judge(kept.poses(TOLD), [-2.0 * BEHIND], 10.0 * JUDGED_S)
+    kept.judge(kept.poses(TOLD), [-2.0 * MOST_BEHIND], 10.0 * JUDGED_S)
     kept.keep(TOLD, TOLD, set(), {}, MODEL, HANDICAP)
     assert len(kept) == 0
 

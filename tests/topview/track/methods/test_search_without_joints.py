@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rendered_bodies import standing_pose
-from topview.body.parts import LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import PARTS, UPPER_TORSO
 from topview.filter.particles import generator
 from topview.geometry.rotations import vectors_from_rotations
 from topview.track.methods.topview.lookup import SHARES
@@ -22,21 +22,23 @@ from topview.track.methods.topview.search import (
     limbs_in_turn,
 )
 from topview.track.methods.topview.usual_limbs import usual_limbs
-from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE
-
-TRUNK = [UPPER_TORSO, LOWER_TORSO]
+from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE, TRUNK_PARTS
 
 
 def test_trunks_are_drawn_round_where_they_are_and_all_else_keeps_its_directions():
     pose = standing_pose()
-    others = [part for part in range(len(PARTS)) if part not in TRUNK]
+    others = [part for part in range(len(PARTS)) if part not in TRUNK_PARTS]
     turns, moves = [], []
     for frame in range(200):
         drawn = drawn_trunks(pose, generator(0, 1, UPPER_TORSO, frame))
         assert len(drawn) == TRUNKS
         for one in drawn:
             assert_array_equal(one.Rs[others], pose.Rs[others])
-            turns.append(vectors_from_rotations(np.swapaxes(pose.Rs, 1, 2)[TRUNK] @ one.Rs[TRUNK]))
+            turns.append(
+                vectors_from_rotations(
+                    np.swapaxes(pose.Rs, 1, 2)[TRUNK_PARTS] @ one.Rs[TRUNK_PARTS]
+                )
+            )
             moves.append(one.neck_camera - pose.neck_camera)
     assert np.abs(np.std(turns, axis=0) / TRUNK_DRAWN_RAD - 1.0).max() < 0.1
     assert np.abs(np.std(moves, axis=0) / TRUNK_DRAWN_M - 1.0).max() < 0.1

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import LOWER_TORSO, UPPER_TORSO
+from topview.body.parts import UPPER_TORSO
 from topview.filter.over_time import share_after
-from topview.track.pose import TREE_PARENT, Pose
+from topview.track.pose import TREE_PARENT, TRUNK_PARTS, Pose
 
 Array = NDArray[np.float64]
 
@@ -26,11 +26,9 @@ Array = NDArray[np.float64]
 # from each other by so much at one end of a part at least, and no farther behind on average than
 # the cost given; an average goes back so far.
 MOST_HYPOTHESES: Final = 8
-APART_M: Final = 0.1
-BEHIND: Final = 0.02
+DISTINCT_M: Final = 0.1
+MOST_BEHIND: Final = 0.02
 JUDGED_S: Final = 0.6
-
-TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,11 +102,11 @@ class Hypotheses:
             (-gain, number, part, pose)
             for part, own in tried.items()
             for number, (pose, gain) in enumerate(own)
-            if gain > -BEHIND
+            if gain > -MOST_BEHIND
         )
         several = [
             *(Hypothesis(part, before, -handicap) for part in changed),
-            *(one for one in known if one.lead > -BEHIND),
+            *(one for one in known if one.lead > -MOST_BEHIND),
             *(Hypothesis(part, pose, -handicap) for _, _, part, pose in new),
         ]
         self._kept = _distinct(told, several, model)
@@ -126,7 +124,7 @@ def _distinct(told: Pose, several: Sequence[Hypothesis], model: BodyModel) -> li
             break
         others = np.concatenate([told_places, places[:, kept]], axis=1)
         off_m = np.linalg.norm(places[:, k, None] - others, axis=-1).max(0)
-        if (off_m > APART_M).all():
+        if (off_m > DISTINCT_M).all():
             kept.append(k)
     return [several[k] for k in kept]
 
@@ -138,7 +136,7 @@ def _with_parts(told: Pose, several: Sequence[Hypothesis]) -> Pose:
     Rs = np.repeat(told.Rs[:, None], len(several), axis=1)
     for k, one in enumerate(several):
         if one.part == UPPER_TORSO:
-            necks[k], Rs[TRUNK, k] = one.pose.neck_camera, one.pose.Rs[TRUNK]
+            necks[k], Rs[TRUNK_PARTS, k] = one.pose.neck_camera, one.pose.Rs[TRUNK_PARTS]
         else:
             own = slice(one.part, one.part + 2)
             carrier = TREE_PARENT[one.part]

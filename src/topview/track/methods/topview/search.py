@@ -34,7 +34,7 @@ from topview.track.body_tracker import Subject
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.facing import FacingBelief
-from topview.track.methods.topview.hypotheses import TRUNK, Hypotheses
+from topview.track.methods.topview.hypotheses import Hypotheses
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
@@ -52,7 +52,7 @@ from topview.track.methods.topview.whole_body import (
     of_what_is_seen,
     parts_out_of_sight,
 )
-from topview.track.pose import LIMBS, Pose
+from topview.track.pose import LIMBS, TRUNK_PARTS, Pose
 from topview.track.stances import heading, stand_all
 from topview.track.stature import StatureBelief
 
@@ -385,7 +385,7 @@ def drawn_trunks(pose: Pose, rng: np.random.Generator) -> list[Pose]:
     drawn = []
     for turn, move in zip(turns, moves, strict=True):
         Rs = pose.Rs.copy()
-        Rs[TRUNK] = Rs[TRUNK] @ turn
+        Rs[TRUNK_PARTS] = Rs[TRUNK_PARTS] @ turn
         drawn.append(Pose(pose.neck_camera + move, Rs))
     return drawn
 

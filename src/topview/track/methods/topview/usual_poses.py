@@ -21,7 +21,6 @@ from topview.body.model import HEAD_CENTRE
 from topview.body.parts import (
     HEAD,
     LEFT_LOWER_LEG,
-    LOWER_TORSO,
     PARTS,
     RIGHT_LOWER_LEG,
     UPPER_TORSO,
@@ -31,7 +30,7 @@ from topview.kernels.lookup import squared_distances
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
 from topview.track.methods.topview.whole_body import FrameContext, parts_out_of_sight
-from topview.track.pose import FROM_UPPER_TORSO, Pose, mirrored
+from topview.track.pose import FROM_UPPER_TORSO, TRUNK_PARTS, Pose, mirrored
 
 Array = NDArray[np.float64]
 
@@ -42,7 +41,6 @@ HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
 # Where these are in `UsualPoses.traits`, behind the axes.
 _UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)
 _HEIGHT: Final = _UP.stop
-_TRUNK: Final = [UPPER_TORSO, LOWER_TORSO]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +96,7 @@ class UsualPoses:
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
         if known is not None:
             usual_up = unit(self.traits[_UP, like] @ weights)
-            lean = float(shares[UPPER_TORSO]) * (1.0 - float(known.seen[_TRUNK].min()))
+            lean = float(shares[UPPER_TORSO]) * (1.0 - float(known.seen[TRUNK_PARTS].min()))
             Rs[UPPER_TORSO] = _leant(own[UPPER_TORSO], known.up_camera, usual_up, lean)
         return Pose.from_relative(pose.neck_camera, Rs)
 
