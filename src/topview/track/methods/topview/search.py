@@ -244,34 +244,36 @@ class Search:
         what is seen or one of [M, 2, 3, 3] `limbs` by upper part, where all of it is cheaper."""
         look = replace(look, model=found.model)
         first = _thinned(look)
-        groups = {UPPER_TORSO: drawn_trunks(found.pose, rng)}
-        lent = [lender.relative() for lender in self._lenders]
-        scan = LimbScan(found.pose, first, self._refinement)
-        for upper, usual in limbs.items():
-            several = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
-            likeliest = scan.likeliest(upper, several, LIMBS_TRIED, UNREFINED_MARGIN)
-            groups[upper] = _with_limbs(found.pose, upper, likeliest)
+        groups = self._alternatives(found.pose, limbs, rng, first)
         kept = self._hypotheses.poses(found.pose)
         starts = [found.pose, *kept, *chain.from_iterable(groups.values())]
         as_it_is, *others = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(others)
-        likelier = self._judged(as_it_is, list(islice(each, len(kept))), look.elapsed_s)
+        leading = self._judged(as_it_is, list(islice(each, len(kept))), look.elapsed_s)
         tried = {part: list(islice(each, len(own))) for part, own in groups.items()}
         out = parts_out_of_sight(found.pose, look.model, look.evidence)
-        margins = {upper: HIDDEN_MARGIN * float(out[upper : upper + 2].mean()) for upper in LIMBS}
-        for part, own in tried.items():
-            cheapest = min(own, key=_cost, default=as_it_is)
-            margin = TRIED_MARGIN * (1.0 + margins.get(part, 0.0))
-            if cheapest.cost < min(as_it_is.cost - margin, _cost(likelier.get(part, as_it_is))):
-                likelier[part] = cheapest
-        after = self._cheaper(found, as_it_is, likelier, look) if likelier else found
+        better = leading | _better(as_it_is, tried, leading, out)
+        after = self._cheaper(found, as_it_is, better, look) if better else found
         gains = {
             part: [(other.pose, as_it_is.cost - other.cost) for other in own]
             for part, own in tried.items()
         }
-        changed = likelier.keys() if after is not found else set()
+        changed = better.keys() if after is not found else set()
         self._hypotheses.keep(after.pose, found.pose, changed, gains, look.model, TRIED_MARGIN)
         return after
+
+    def _alternatives(
+        self, pose: Pose, limbs: Mapping[int, Array], rng: np.random.Generator, look: FrameContext
+    ) -> dict[int, list[Pose]]:
+        """By part, poses with another trunk, or with one of the limbs that are likeliest."""
+        groups = {UPPER_TORSO: drawn_trunks(pose, rng)}
+        lent = [lender.relative() for lender in self._lenders]
+        scan = LimbScan(pose, look, self._refinement)
+        for upper, usual in limbs.items():
+            several = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
+            likeliest = scan.likeliest(upper, several, LIMBS_TRIED, UNREFINED_MARGIN)
+            groups[upper] = _with_limbs(pose, upper, likeliest)
+        return groups
 
     def _judged(
         self, as_it_is: Found, others: Sequence[Found], elapsed_s: float
@@ -360,6 +362,21 @@ class Search:
 
 def _cost(found: Found) -> float:
     return found.cost
+
+
+def _better(
+    as_it_is: Found, tried: Mapping[int, list[Found]], leading: Mapping[int, Found], out: Array
+) -> dict[int, Found]:
+    """Of each part the cheapest that was tried, where it is cheaper than what leads, and than what
+    was found by a margin, which is wider for what is out of sight [11]."""
+    better: dict[int, Found] = {}
+    for part, own in tried.items():
+        cheapest = min(own, key=_cost, default=as_it_is)
+        out_of_sight = float(out[part : part + 2].mean()) if part in LIMBS else 0.0
+        margin = TRIED_MARGIN * (1.0 + HIDDEN_MARGIN * out_of_sight)
+        if cheapest.cost < min(as_it_is.cost - margin, _cost(leading.get(part, as_it_is))):
+            better[part] = cheapest
+    return better
 
 
 def _is_lost(found: Found) -> bool:
