@@ -96,6 +96,13 @@ class Pose:
         necks_camera = np.array([pose.neck_camera for pose in poses])
         return Pose(necks_camera, np.swapaxes(np.array([pose.Rs for pose in poses]), 0, 1))
 
+    def apart(self) -> list[Pose]:
+        """Inverse of `together`."""
+        Rs = np.swapaxes(self.Rs, 0, 1)
+        return [
+            Pose(neck_camera, own) for neck_camera, own in zip(self.neck_camera, Rs, strict=True)
+        ]
+
     def turned_round(self) -> Pose:
         """The pose that fills the same volume and faces the other way: every part turned half round
         about its own axis, left and right limbs exchanged."""

@@ -61,8 +61,8 @@ def test_what_costs_less_now_and_then_but_more_on_average_does_not_lead():
 
 def test_what_costs_more_now_does_not_lead_now():
     kept, raised = one_arm()
-    assert kept.judge([raised], [0.1], 1.0) == [0]
-    assert kept.judge([raised], [-0.001], 1 / 30) == []
+    assert kept.judge([raised], [0.1], 1.0) == {LEFT_UPPER_ARM: 0}
+    assert kept.judge([raised], [-0.001], 1 / 30) == {}
 
 
 def test_a_limb_goes_with_the_trunk_and_a_trunk_takes_no_limb_along():
@@ -82,11 +82,11 @@ def test_a_limb_goes_with_the_trunk_and_a_trunk_takes_no_limb_along():
 
 def test_what_was_told_before_goes_on_and_has_to_lead_anew():
     kept, raised = one_arm()
-    assert kept.judge([raised], [0.1], 1.0) == [0]
+    assert kept.judge([raised], [0.1], 1.0) == {LEFT_UPPER_ARM: 0}
     kept.keep(raised, TOLD, {LEFT_UPPER_ARM}, {}, MODEL, HANDICAP)
     (before,) = kept.poses(raised)
     assert_allclose(before.Rs, TOLD.Rs, atol=1e-12)
-    assert kept.judge([TOLD], [0.001], 1 / 30) == []
+    assert kept.judge([TOLD], [0.001], 1 / 30) == {}
 
 
 def test_none_is_kept_that_is_like_another_or_far_behind():
@@ -96,7 +96,7 @@ def test_none_is_kept_that_is_like_another_or_far_behind():
     legs = [(turned(LEFT_UPPER_LEG, 1.0), -2.0 * MOST_BEHIND)]
     kept.keep(TOLD, TOLD, set(), {LEFT_UPPER_ARM: arms, LEFT_UPPER_LEG: legs}, MODEL, HANDICAP)
     assert len(kept) == 1
-    assert kept.part(0) == LEFT_UPPER_ARM
+    assert kept.judge(kept.poses(TOLD), [0.1], 10.0 * JUDGED_S) == {LEFT_UPPER_ARM: 0}
     kept.judge(kept.poses(TOLD), [-2.0 * MOST_BEHIND], 10.0 * JUDGED_S)
     kept.keep(TOLD, TOLD, set(), {}, MODEL, HANDICAP)
     assert len(kept) == 0

@@ -57,23 +57,20 @@ class Hypotheses:
 
     def poses(self, told: Pose) -> list[Pose]:
         """The pose that is told with each one's part."""
-        wholes = _with_parts(told, self._kept)
-        return [Pose(wholes.neck_camera[k], wholes.Rs[:, k]) for k in range(len(self))]
+        return _with_parts(told, self._kept).apart()
 
-    def judge(self, poses: Sequence[Pose], gains: Sequence[float], elapsed_s: float) -> list[int]:
+    def judge(
+        self, poses: Sequence[Pose], gains: Sequence[float], elapsed_s: float
+    ) -> dict[int, int]:
         """Take over `poses`, refined, and by how much less each costs than the pose that is told;
-        the numbers of those that lead, now and on average."""
+        by part, the number of the cheapest of those that lead, now and on average."""
         share = share_after(elapsed_s, JUDGED_S)
         self._kept = [
             Hypothesis(one.part, pose, one.lead + share * (gain - one.lead))
             for one, pose, gain in zip(self._kept, poses, gains, strict=True)
         ]
-        judged = zip(self._kept, gains, strict=True)
-        return [k for k, (one, gain) in enumerate(judged) if one.lead > 0.0 and gain > 0.0]
-
-    def part(self, number: int) -> int:
-        """Of a hypothesis of this number."""
-        return self._kept[number].part
+        leading = [k for k, one in enumerate(self._kept) if one.lead > 0.0 and gains[k] > 0.0]
+        return {self._kept[k].part: k for k in sorted(leading, key=gains.__getitem__)}
 
     def keep(
         self,
@@ -92,7 +89,7 @@ class Hypotheses:
             changed: the parts of it that changed.
             tried: by part, what was tried besides, and by how much less it costs.
             model: the body's size.
-            handicap: how far behind somebody new begins.
+            handicap: how far behind what is new begins.
         """
         known = [
             replace(one, lead=min(one.lead, 0.0) - handicap) if one.part in changed else one

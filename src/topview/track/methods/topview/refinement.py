@@ -184,6 +184,5 @@ def refine(
         costs,
         information,
     )
-    poses = [Pose(neck, R) for neck, R in zip(necks, Rs, strict=True)]
     together = Pose(necks, np.swapaxes(Rs, 0, 1))
-    return Refined(poses, together, *costs.T, information=information)
+    return Refined(together.apart(), together, *costs.T, information=information)

@@ -281,10 +281,7 @@ class Search:
         """The hypotheses that lead, by part, of a frame in which they are refined to `others`."""
         gains = [as_it_is.cost - other.cost for other in others]
         leading = self._hypotheses.judge([other.pose for other in others], gains, elapsed_s)
-        likelier: dict[int, Found] = {}
-        for number in sorted(leading, key=gains.__getitem__):
-            likelier[self._hypotheses.part(number)] = others[number]
-        return likelier
+        return {part: others[number] for part, number in leading.items()}
 
     def _cheaper(
         self, found: Found, as_it_is: Found, better: Mapping[int, Found], look: FrameContext
@@ -411,8 +408,8 @@ def _with_limbs(pose: Pose, upper: int, limbs: Array) -> list[Pose]:
     """A pose with each of [M, 2, 3, 3] poses of a limb."""
     mixed = np.repeat(pose.relative()[:, None], len(limbs), axis=1)
     mixed[upper : upper + 2] = np.swapaxes(limbs, 0, 1)
-    mixes = Pose.from_relative(pose.neck_camera, mixed)
-    return [Pose(mixes.neck_camera, mixes.Rs[:, k]) for k in range(len(limbs))]
+    necks_camera = np.broadcast_to(pose.neck_camera, (len(limbs), 3))
+    return Pose.from_relative(necks_camera, mixed).apart()
 
 
 def _with_limbs_of(pose: Pose, others: Mapping[int, Found]) -> Pose:
