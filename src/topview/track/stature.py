@@ -8,6 +8,7 @@ believed. Where a method learns a stature from the surface that is seen, that on
 
 from __future__ import annotations
 
+from math import log
 from typing import Final
 
 import numpy as np
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 # All ours. A cost is the share of the person's points that a pose leaves unexplained, and what a
 # method adds to it.
 TRIED_STATURES_M: Array = np.array([1.25, 1.4, 1.55, 1.72, 1.9])
-# Of a stature, per logarithm of its ratio to the measured one, or before to that of adults.
+# Of a stature, per logarithm of its ratio to the measured one, or before to adults' mean.
 MEASURED_COST: Final = 0.2
 ADULTS_COST: Final = 0.05
 # By so much logarithms of statures differ: of one that was given, or measured by the finder, and
@@ -44,6 +45,7 @@ class StatureBelief:
         self.is_given = is_given
         self.stature_m = self._likely_m = PRIOR_HEIGHT_M
         self.is_measured = False
+        self._is_seen = False  # whether the one that is believed was told by the body
         self._turn = 0
         self._forget()
 
@@ -57,11 +59,11 @@ class StatureBelief:
 
     def begin(self, stature_m: float) -> None:
         """With the stature of the first poses, while the finder has measured none."""
-        self.stature_m = self._likely_m = stature_m
+        self.stature_m = stature_m
 
     def tell(self, stature_m: float) -> None:
         """What the finder has measured."""
-        if self.stature_m == self._likely_m:
+        if not self._is_seen:
             self.stature_m = stature_m
         self._likely_m, self.is_measured = stature_m, True
 
@@ -76,7 +78,7 @@ class StatureBelief:
     def learn(self, stature_m: float) -> None:
         """One that has been learnt from what is seen."""
         if not self.is_given:
-            self.stature_m = stature_m
+            self.stature_m, self._is_seen = stature_m, True
 
     def is_doubted(self, is_lost: bool) -> bool:
         """Whether another is to be tried: where the pose is lost, and while none is measured."""
@@ -94,9 +96,15 @@ class StatureBelief:
         looks = self._looks[self._turn]
         self._gains[self._turn] += (gain - self._gains[self._turn]) / min(looks, LOOKS)
         if looks >= LEAST_LOOKS and self._gains[self._turn] > LEAST_STATURE_GAIN:
-            self.stature_m = self._tried_m
+            self.stature_m, self._is_seen = self._tried_m, True
             self._forget()
 
     def _with_prior(self, cost: float, stature_m: float) -> float:
-        weight = MEASURED_COST if self.is_measured else ADULTS_COST
-        return cost + weight * abs(np.log(stature_m / self._likely_m))
+        if not self.is_measured:
+            return cost + adults_cost(stature_m)
+        return cost + MEASURED_COST * abs(log(stature_m / self._likely_m))
+
+
+def adults_cost(stature_m: float) -> float:
+    """What speaks against a stature while none is measured: people are mostly adults."""
+    return ADULTS_COST * abs(log(stature_m / PRIOR_HEIGHT_M))

@@ -8,15 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from people_scenes import box, frame, plane, render, standing_person
+from people_scenes import Ball, box, frame, limb, plane, render, standing_person
 from topview.body.parts import JOINTS
 from topview.body.shapes import dressed_shapes
 from topview.detect.cloud import Cloud
+from topview.detect.heads import HEAD_HALF_HEIGHT_M
+from topview.kernels.bodies import share_within
 from topview.people.height import (
     HEIGHT_MEMORY_S,
     LONGEST_UPRIGHT_S,
     PRIOR_HEIGHT_M,
     QUANTILE,
+    UPRIGHT_ASIDE,
     HeightEstimate,
     measured_height,
 )
@@ -52,6 +55,34 @@ def test_stature_is_measured_on_the_upright_alone() -> None:
     # The same head, but most of the body far aside of it: bent, or lying.
     assert measured_height(upright, at + np.array([0.6, 0.0, 0.0]), body) is None
     assert measured_height(upright, at, np.zeros_like(body)) is None
+
+
+def test_an_adult_who_sits_with_the_head_over_the_lap_is_no_child_who_stands() -> None:
+    """All of the body is under the head, but it is broader than a standing child's."""
+    ground_y, z, head_up, ahead = 1.1, 3.0, 1.0, 0.15
+    sits = scene_with(render(seated_person(z, ground_y), [plane(UP, ground_y)]), ground_y)
+    at = np.array([0.0, ground_y - head_up, z - ahead])
+    body = np.isfinite(body_distance(sits, at, PRIOR_HEIGHT_M, SegmentationSettings()))
+    height_m = sits.height_of(at) + HEAD_HALF_HEIGHT_M
+    right, forward = sits.overview_of(at).tolist()
+    assert share_within(sits.plan_m, body, right, forward, UPRIGHT_ASIDE * height_m) > 0.9
+    assert measured_height(sits, at, body) is None
+
+
+def seated_person(z: float, ground_y: float) -> list[Ball]:
+    """Of 1.6 m, on a chair, bent forward a little."""
+
+    def at(right: float, up: float, ahead: float = 0.0) -> tuple[float, float, float]:
+        return (right, ground_y - up, z - ahead)
+
+    balls = [(np.array(at(0.0, 1.0, 0.15)), 0.1)]
+    balls += limb(at(-0.08, 0.75, 0.05), at(0.08, 0.75, 0.05), 0.14)
+    balls += limb(at(-0.07, 0.55), at(0.07, 0.55), 0.15)
+    for side in (-1, 1):
+        balls += limb(at(side * 0.18, 0.8, 0.05), at(side * 0.2, 0.55, 0.1), 0.055)
+        balls += limb(at(side * 0.1, 0.5), at(side * 0.14, 0.5, 0.2), 0.09)
+        balls += limb(at(side * 0.14, 0.45, 0.2), at(side * 0.13, 0.05, 0.2), 0.07)
+    return balls
 
 
 def test_whoever_is_off_the_floor_is_not_measured() -> None:

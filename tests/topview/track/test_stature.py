@@ -8,7 +8,7 @@ from typing import ClassVar
 from topview.track import Tracker, TrackerSettings
 from topview.track.body_tracker import Needs, Subject
 from topview.track.methods.topview import TopviewSettings, TopviewTracker
-from topview.track.stature import StatureBelief
+from topview.track.stature import StatureBelief, adults_cost
 from topview_lab.sim import SimulatedRecording, scene_by_name
 
 
@@ -56,6 +56,23 @@ def test_the_stature_of_the_first_poses_is_believed_until_one_is_measured() -> N
     assert belief.stature_m == 1.5
     assert not belief.is_doubted(is_lost=False)
     assert belief.is_doubted(is_lost=True)
+
+
+def test_while_none_is_measured_adults_are_likelier_wherever_it_began() -> None:
+    """The first poses tell which stature to begin with, not which one is usual."""
+    belief = StatureBelief()
+    belief.begin(1.25)
+    assert belief.stature_m == 1.25
+    assert belief.prior == StatureBelief().prior
+    assert adults_cost(1.25) > adults_cost(1.4) > adults_cost(1.9) > adults_cost(1.72) == 0.0
+
+
+def test_what_the_body_has_told_of_its_stature_is_not_measured_away() -> None:
+    belief = StatureBelief()
+    belief.learn(1.6)
+    belief.tell(1.1)
+    assert belief.stature_m == 1.6
+    assert belief.is_measured
 
 
 def test_a_stature_that_was_given_is_not_doubted() -> None:

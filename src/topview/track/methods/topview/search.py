@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.model import HEAD_CENTRE, BodyModel
+from topview.body.model import BodyModel
 from topview.body.parts import (
     HEAD,
     LEFT_LOWER_LEG,
@@ -54,13 +54,12 @@ from topview.track.methods.topview.whole_body import (
 )
 from topview.track.pose import LIMBS, TRUNK_PARTS, Pose
 from topview.track.stances import heading, stand_all
-from topview.track.stature import StatureBelief
+from topview.track.stature import StatureBelief, adults_cost
 
 Array = NDArray[np.float64]
 
 # All ours.
 LOOK_S: Final = 1 / 15  # from one look for poses elsewhere to the next
-STOOP_WEIGHT: Final = 0.2  # of a stature, per logarithm of its ratio to the head's height
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
@@ -218,8 +217,8 @@ class Search:
                 starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
             others += self._best_of(starts, sized)
         if len(statures_m) > 1:
-            others = [_with_stature_cost(other, evidence) for other in others]
-            found = found and _with_stature_cost(found, evidence)
+            others = [_with_stature_cost(other) for other in others]
+            found = found and _with_stature_cost(found)
         best = min(others, key=_cost)
         if found is not None:
             is_doubtful = best.hidden > LOOKED_UP_HIDDEN and not is_hidden
@@ -344,9 +343,11 @@ class Search:
         return replace(found, pose=pose, model=self._size.model(tried_m))
 
     def _of_stature(self, found: Found, stature_m: float, look: FrameContext) -> tuple[Pose, float]:
-        """The pose that was found, or a stance, of a body of another stature, and what it costs."""
+        """The pose that was found, a stance, or a body that looks like what is seen, of a stature,
+        and what it costs."""
         model, evidence = self._size.model(stature_m), look.evidence
-        poses = [found.pose]
+        alike = shipped_poses().likeness(evidence, stature_m)
+        poses = [found.pose, *alike.poses(model, LOOKED_UP)]
         with look.clock.stage("body"):
             yaw_rad = heading(found.pose.Rs[UPPER_TORSO], evidence.up_camera)
             poses += stand_all(model, evidence.head_camera, [yaw_rad], evidence.up_camera)
@@ -425,18 +426,8 @@ def _thinned(look: FrameContext) -> FrameContext:
     return replace(look, evidence=look.evidence.thinned())
 
 
-def _with_stature_cost(found: Found, evidence: Evidence) -> Found:
-    return replace(found, cost=found.cost + _stature_cost(found.model, evidence))
-
-
-def _stature_cost(model: BodyModel, evidence: Evidence) -> float:
-    """What speaks against a stature before any pose: people stand more often than they sit, and
-    nobody is shorter than the head is high above the floor."""
-    if not evidence.floor.any():
-        return 0.0
-    top_m = evidence.above_floor_m(evidence.head_camera) + HEAD_CENTRE * model.lengths_m[HEAD]
-    stoop = np.log(model.stature_m / max(top_m, 0.3))
-    return float(STOOP_WEIGHT * abs(stoop))
+def _with_stature_cost(found: Found) -> Found:
+    return replace(found, cost=found.cost + adults_cost(found.model.stature_m))
 
 
 def _lift_costs(poses: Pose, model: BodyModel, evidence: Evidence) -> Array:
