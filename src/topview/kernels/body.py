@@ -487,7 +487,7 @@ def beyond_limits(low, high, angle):
 
 @njit(error_model="numpy")
 def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
-    """Push joints back within Table 3.2: turns about the parent's x, then about z, then y.
+    """Push joints back within the limits: turns about the parent's x, then about z, then y.
 
     A limb's turn about its own axis is not free but follows from its hinge, so a hip that has to
     turn too far means a knee that bends the wrong way: it is the knee that is pushed, to straight.

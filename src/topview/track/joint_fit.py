@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.limits import LIMITS_RAD
+from topview.body.limits import ANATOMICAL_LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import JOINT_NAMES, JOINTS, PARTS
 from topview.detect.joints import JointProposals, proposed_of_joints
@@ -48,7 +48,7 @@ _LIMBS = np.array(
 )
 
 # Hinges are held by how limbs turn; limits of nothing would count or not by rounding.
-_LIMITS_RAD = LIMITS_RAD.copy()
+_LIMITS_RAD = ANATOMICAL_LIMITS_RAD.copy()
 _LIMITS_RAD[[part.is_hinge for part in PARTS], 1:] = -0.5 * np.pi, 0.5 * np.pi
 
 
@@ -58,7 +58,7 @@ class JointFitSettings:
 
     Attributes:
         iterations: Gauss-Newton steps, 1 to 100.
-        limit_weight: of a joint beyond Table 3.2, per square radian, 0 to 1e6.
+        limit_weight: of a joint beyond its limits, per square radian, 0 to 1e6.
         prior_weight: of a part turned away from the start, per square radian, 0.001 to 1e6; it
             holds what no joint tells, as the head's turn about its own axis.
 

@@ -52,7 +52,7 @@ DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may
 # above this.
 LASTING_M: Final = 0.015
 # Fitted on rendered people of even seeds from 100 to 194, as tracked both ways, as the next three.
-FADING_HZ: Final = 4.0  # of velocities
+FADING_HZ: Final = 8.0  # of velocities
 PLACE_UNREST_M2_S3: Final = 1.0  # how fast the variance of the neck's velocity grows
 TURN_UNREST_RAD2_S3: Final = 13.0  # of the trunk's turning
 LIMB_UNREST_M2_S3: Final = 5.0  # of the far end of a bone against its near end

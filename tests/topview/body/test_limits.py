@@ -9,8 +9,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from topview.body.limits import LIMITS_RAD, angles_rad, direction_excess_rad, excess_rad
-from topview.body.parts import PART_NAMES, PARTS
+from topview.body.limits import (
+    ANATOMICAL_LIMITS_RAD,
+    HIP_FLEXION_RAD,
+    KNEE_FLEXION_RAD,
+    LIMITS_RAD,
+    angles_rad,
+    direction_excess_rad,
+    excess_rad,
+)
+from topview.body.parts import LEFT_LOWER_LEG, LEFT_UPPER_LEG, PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles
 
 parts = st.integers(1, len(PARTS) - 1)
@@ -112,3 +120,13 @@ def test_a_direction_is_within_the_limits_if_some_turn_about_the_own_axis_is(nam
     turned = R @ rotations_from_angles(turns)
     part = index_of(name)
     assert_allclose(direction_excess_rad(part, R), excess_rad(part, turned).min(), atol=1e-9)
+
+
+def test_by_anatomy_hips_and_knees_alone_bend_farther_than_in_the_table() -> None:
+    farther = ANATOMICAL_LIMITS_RAD != LIMITS_RAD
+    assert {PART_NAMES[part] for part in np.flatnonzero(farther.any((1, 2)))} == {
+        f"{side}_{half}_leg" for side in ("left", "right") for half in ("upper", "lower")
+    }
+    assert (np.ptp(ANATOMICAL_LIMITS_RAD, axis=-1) >= np.ptp(LIMITS_RAD, axis=-1)).all()
+    assert_allclose(ANATOMICAL_LIMITS_RAD[LEFT_UPPER_LEG, 0, 1], HIP_FLEXION_RAD)
+    assert_allclose(ANATOMICAL_LIMITS_RAD[LEFT_LOWER_LEG, 0, 0], -KNEE_FLEXION_RAD)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.limits import LIMITS_RAD
+from topview.body.limits import ANATOMICAL_LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD
 from topview.kernels import body as kernel
@@ -52,7 +52,7 @@ class RefinementSettings:
         free_space_margin_m: how far a part may lie in front of what is seen, metres.
         free_space_weight: of a place on a part's axis in free space.
         collision_weight: of a place on a limb's axis inside the torso.
-        limit_weight: of a joint beyond Table 3.2, metres per radian squared.
+        limit_weight: of a joint beyond its limits, metres per radian squared.
         place_prior_weight: of the neck joint away from the prior.
         turn_prior_weight: of a part turned away from the prior, metres per radian squared.
         twist_prior_weight: the same for the head about its own axis, which hardly shows.
@@ -144,7 +144,7 @@ def refine(
         model.joints_parent,
         PARENT_OF,
         TREE,
-        LIMITS_RAD,
+        ANATOMICAL_LIMITS_RAD,
         HINGES,
         BENDS,
         DOF_PART,
