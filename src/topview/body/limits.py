@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 
 LIMITS_RAD = np.array([part.limits_rad for part in PARTS])  # [11, 3, 2]: low and high of x, y, z
 
-# Hips and knees bend farther than Table 3.2 says: anybody's do by 120 degrees and more (J. M. Soucie
-# et al., "Range of motion measurements: reference values and a database for comparison studies",
-# Haemophilia 2011), and of rendered people who sit (seeds 0 to 13) half of the hips and two thirds of
-# the knees are beyond 100. Chosen on those: where knees bend to 135 or 150 degrees limbs that are
-# hardly seen fold up, and who sits is 0.4 and 0.9 cm farther off.
+# Hips and knees bend farther than Table 3.2 says: anybody's do by 120 degrees and more (J. M.
+# Soucie et al., "Range of motion measurements: reference values and a database for comparison
+# studies", Haemophilia 2011), and of rendered people who sit (seeds 0 to 13) half of the hips and
+# two thirds of the knees are beyond 100. Chosen on those: where knees bend to 135 or 150 degrees
+# limbs that are hardly seen fold up, and who sits is 0.4 and 0.9 cm farther off.
 HIP_FLEXION_RAD = KNEE_FLEXION_RAD = np.radians(120.0)
 
 
