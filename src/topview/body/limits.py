@@ -13,7 +13,6 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
 )
 from topview.geometry.rotations import angles_from_rotations
-from topview.records import read_only
 
 Array = NDArray[np.float64]
 
@@ -31,7 +30,7 @@ def _anatomical() -> Array:
     limits = LIMITS_RAD.copy()
     limits[[LEFT_UPPER_LEG, RIGHT_UPPER_LEG], 0, 1] = HIP_FLEXION_RAD
     limits[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG], 0, 0] = -KNEE_FLEXION_RAD
-    return read_only(limits)
+    return limits
 
 
 ANATOMICAL_LIMITS_RAD = _anatomical()  # [11, 3, 2]: Table 3.2 with hips and knees that bend so far
