@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
+from rendered_bodies import MODEL, UP, evidence_of, joints_of, standing_pose
 from topview.body.parts import PART_NAMES, PARTS
 from topview.geometry.rotations import rotations_from_angles, rotations_from_vectors
 from topview.kernels.body import marginal_information
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.pose import Pose
+from topview.track.stances import Stance, stand
 
 SETTINGS = RefinementSettings()
 TRUTH = standing_pose()
@@ -60,6 +61,20 @@ def test_the_true_pose_stays_and_explains_everything(evidence):
     assert errors_cm(refined.poses).max() < 1.0
     assert refined.unexplained[0] < 0.01
     assert refined.in_free_space[0] == 0.0
+
+
+def test_legs_that_are_seen_bend_farther_than_table_3_2_and_hidden_ones_do_not():
+    """Who sits low bends hips and knees by more than 100 degrees."""
+    low = Stance(hip=115, knee=115)
+    truth = stand(MODEL, np.array([0.05, -0.3, 2.6]), low, 1.2, UP)
+    evidence = evidence_of(truth)
+
+    def farthest_cm(is_hidden: bool) -> float:
+        (found,) = refine([truth], None, MODEL, evidence, SETTINGS, is_hidden=is_hidden).poses
+        return 100 * float(np.linalg.norm(joints_of(found) - joints_of(truth), axis=1).max())
+
+    assert farthest_cm(False) < 1.5
+    assert farthest_cm(True) > 3.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from topview.body.limits import ANATOMICAL_LIMITS_RAD
+from topview.body.limits import ANATOMICAL_LIMITS_RAD, LIMITS_RAD
 from topview.body.model import BodyModel
 from topview.body.parts import HEAD
 from topview.kernels import body as kernel
@@ -119,11 +119,14 @@ def refine(
     iterations: int | None = None,
     hold: float | Array = 1.0,
     targets: JointTargets | None = None,
+    *,
+    is_hidden: bool = False,
 ) -> Refined:
     """Refine candidate poses against the evidence, each on its own.
 
     All are held softly to `prior`, or each to one of its own, or to where it starts if there is
-    none; `hold` is a factor on how firmly, or [D] of them.
+    none; `hold` is a factor on how firmly, or [D] of them. Where the body `is_hidden` in part,
+    little says how far legs bend, and they keep to Table 3.2.
     """
     s = settings
     targets = targets or JointTargets.none()
@@ -134,6 +137,7 @@ def refine(
     costs = np.empty((len(candidates), 5))
     information = np.zeros((len(candidates), N_ROOT_DOFS))
     view = evidence.view
+    limits_rad = LIMITS_RAD if is_hidden else ANATOMICAL_LIMITS_RAD
     kernel.refine_bodies(
         necks,
         Rs,
@@ -144,7 +148,7 @@ def refine(
         model.joints_parent,
         PARENT_OF,
         TREE,
-        ANATOMICAL_LIMITS_RAD,
+        limits_rad,
         HINGES,
         BENDS,
         DOF_PART,

@@ -119,6 +119,7 @@ class Search:
         self._unlooked_s = 0.0  # since the last look
         self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
         self._hypotheses = Hypotheses()
+        self._is_hidden = False  # so much of the body that it counts
 
     def update(
         self,
@@ -143,6 +144,7 @@ class Search:
             evidence = look.evidence.with_normals()
         look = replace(look, evidence=evidence)
         self._unlooked_s += look.elapsed_s
+        self._is_hidden = hidden > 0.0
         bodies: list[Pose] = []
         if moved_on is None or is_due:
             with look.clock.stage("lookup"):
@@ -308,7 +310,10 @@ class Search:
         """Poses, refined, each held to a prior or to where it starts, and all that speaks against
         it."""
         evidence = look.evidence
-        refined = refine(starts, prior, look.model, evidence, self._refinement, iterations, hold)
+        refined = refine(
+            starts, prior, look.model, evidence, self._refinement, iterations, hold,
+            is_hidden=self._is_hidden,
+        )  # fmt: skip
         costs = costs_of(refined)
         costs = costs + self.facing.costs(refined.together.Rs[UPPER_TORSO], evidence.up_camera)
         costs = costs + _lift_costs(refined.together, look.model, evidence)
