@@ -51,8 +51,9 @@ DOUBTS: Final = 2.0  # ours; standard deviations at both ends of a leap that may
 # they are for long, so a variance counts as more by as many times as the standard deviation is
 # above this.
 LASTING_M: Final = 0.015
-# Fitted on rendered people of even seeds from 100 to 194, as tracked both ways, as the next three.
+# Fitted on rendered people (seeds 0 to 6), as tracked both ways.
 FADING_HZ: Final = 8.0  # of velocities
+# The same of even seeds from 100 to 194, with velocities that fade half as fast.
 PLACE_UNREST_M2_S3: Final = 1.0  # how fast the variance of the neck's velocity grows
 TURN_UNREST_RAD2_S3: Final = 13.0  # of the trunk's turning
 LIMB_UNREST_M2_S3: Final = 5.0  # of the far end of a bone against its near end

@@ -119,7 +119,7 @@ class Search:
         self._unlooked_s = 0.0  # since the last look
         self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
         self._hypotheses = Hypotheses()
-        self._is_hidden = False  # so much of the body that it counts
+        self._is_hidden = False  # whether so much of the body is that it counts
 
     def update(
         self,
