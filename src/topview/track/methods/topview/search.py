@@ -119,7 +119,6 @@ class Search:
         self._unlooked_s = 0.0  # since the last look
         self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
         self._hypotheses = Hypotheses()
-        self._is_hidden = False  # whether so much of the body is that it counts
 
     def update(
         self,
@@ -142,9 +141,8 @@ class Search:
         """
         with look.clock.stage("normals"):
             evidence = look.evidence.with_normals()
-        look = replace(look, evidence=evidence)
+        look = replace(look, evidence=evidence, is_hidden=hidden > 0.0)
         self._unlooked_s += look.elapsed_s
-        self._is_hidden = hidden > 0.0
         bodies: list[Pose] = []
         if moved_on is None or is_due:
             with look.clock.stage("lookup"):
@@ -312,7 +310,7 @@ class Search:
         evidence = look.evidence
         refined = refine(
             starts, prior, look.model, evidence, self._refinement, iterations, hold,
-            is_hidden=self._is_hidden,
+            is_hidden=look.is_hidden,
         )  # fmt: skip
         costs = costs_of(refined)
         costs = costs + self.facing.costs(refined.together.Rs[UPPER_TORSO], evidence.up_camera)

@@ -33,6 +33,7 @@ class FrameContext:
     evidence: Evidence
     clock: StageClock
     elapsed_s: float  # since the frame before
+    is_hidden: bool = False  # whether more of the body is than is tolerated
 
 
 @dataclass(frozen=True, slots=True, eq=False)
