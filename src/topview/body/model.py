@@ -17,11 +17,11 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
 )
 from topview.body.proportions import Proportions
+from topview.body.surface import Surface, straight
 from topview.records import read_only
 
 MID_SPINE_OVER_HIPS = 0.10  # share of H: height of the reported "torso" landmark; ours
 HEAD_CENTRE = 0.5  # share of the head's length
-THINNEST_M = 0.015  # no semi-axis of a part's surface is less; ours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,8 +32,7 @@ class BodyModel:
         stature_m: H.
         lengths_m: [11] along +y.
         radii_m: [11, 2] semi-axes along x and z.
-        shapes_m: [11, 6] the surface that refinement fits, which tapers: semi-axes along x and z at
-            the part's origin, those at its far end, and how far the axis lies aside, along x and z.
+        surface: that refinement fits.
         joints_parent: [11, 3] where a part's proximal joint lies in its parent's frame; for the
             head zeros.
         joints_part: [16, 3] where each reported joint lies in the frame of its part.
@@ -42,7 +41,7 @@ class BodyModel:
     stature_m: float
     lengths_m: NDArray[np.float64]
     radii_m: NDArray[np.float64]
-    shapes_m: NDArray[np.float64]
+    surface: Surface
     joints_parent: NDArray[np.float64]
     joints_part: NDArray[np.float64]
 
@@ -54,16 +53,19 @@ class BodyModel:
             stature_m,
             read_only(one.lengths_m * stature_m),
             read_only(one.radii_m * stature_m),
-            read_only(one.shapes_m * stature_m),
+            Surface.of_parts(one.lengths_m * stature_m, one.shapes_m * stature_m),
             read_only(one.joints_parent * stature_m),
             read_only(one.joints_part * stature_m),
         )
 
+    @property
+    def shapes_m(self) -> NDArray[np.float64]:
+        """[11, 6] `Surface.shapes_m` of the parts."""
+        return self.surface.shapes_m[: len(self.lengths_m)]
+
     def thicker(self, by_m: NDArray[np.float64]) -> BodyModel:
         """With a surface that lies farther out, by [11] metres of each part."""
-        shapes_m = self.shapes_m.copy()
-        shapes_m[:, :4] = np.maximum(shapes_m[:, :4] + by_m[:, None], THINNEST_M)
-        return replace(self, shapes_m=read_only(shapes_m))
+        return replace(self, surface=self.surface.thicker(by_m))
 
 
 @cache
@@ -100,9 +102,5 @@ def _of_one_metre(proportions: Proportions) -> BodyModel:
     }
     for index, joint in enumerate(JOINTS):
         joints_part[index, 1] = along.get(joint.name.split("_")[-1], 0.0)
-    return BodyModel(1.0, lengths, radii, straight(radii), joints_parent, joints_part)
-
-
-def straight(radii: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[B, 6] `BodyModel.shapes_m` of cylinders of [B, 2] semi-axes."""
-    return np.concatenate([radii, radii, np.zeros_like(radii)], axis=1)
+    surface = Surface.of_parts(lengths, straight(radii))
+    return BodyModel(1.0, lengths, radii, surface, joints_parent, joints_part)

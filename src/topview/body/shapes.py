@@ -1,39 +1,57 @@
-"""What shape people have in their clothes, part by part: tapered elliptic cylinders."""
+"""What shape people have in their clothes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.parts import PART_NAMES
+from topview.body.surface import Between, Surface
 
-# Shares of the stature, as in `BodyModel.shapes_m`: semi-axes along x and z at the part's origin,
-# those at its far end, and how far its axis lies aside along x and z; x points to the other side of
-# the body. Fitted to the points of rendered people (300 frames of seeds 0 to 99, true poses); the
-# wide end of the lower leg is the foot.
+# Shares of the stature, of each part as in `Surface.shapes_m`; x points to the other side of the
+# body. Fitted by `scripts/fit_surface.py` to the points of rendered people at their true poses
+# (`one`, `turn` and `sit` of seeds 0 to 13); the wide end of the lower leg is the foot.
 DRESSED: Final[dict[str, tuple[float, ...]]] = {
-    "head": (0.043, 0.051, 0.049, 0.073, 0.0, -0.006),
-    "upper_torso": (0.110, 0.044, 0.091, 0.121, 0.0, 0.011),
-    "lower_torso": (0.109, 0.080, 0.109, 0.093, 0.0, 0.014),
-    "upper_arm": (0.042, 0.051, 0.028, 0.026, 0.007, -0.002),
-    "forearm": (0.026, 0.028, 0.027, 0.022, 0.002, 0.0),
-    "upper_leg": (0.066, 0.076, 0.036, 0.041, 0.008, 0.009),
-    "lower_leg": (0.032, 0.030, 0.030, 0.075, -0.004, 0.009),
+    "head": (0.052, 0.054, 0.040, 0.074, 0.0, -0.008),
+    "upper_torso": (0.135, 0.058, 0.093, 0.091, 0.0, 0.021),
+    "lower_torso": (0.107, 0.075, 0.116, 0.088, 0.0, 0.021),
+    "upper_arm": (0.045, 0.046, 0.028, 0.029, 0.005, -0.003),
+    "forearm": (0.032, 0.032, 0.020, 0.022, 0.002, -0.002),
+    "upper_leg": (0.067, 0.071, 0.039, 0.042, 0.009, 0.010),
+    "lower_leg": (0.040, 0.036, 0.033, 0.053, -0.003, -0.006),
 }
 
 
+BETWEEN: Final = Between(girdle=(0.067, 0.044, 0.054), hips=(0.085, -0.009, 0.004))
+
 _SIDES: Final = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])
-_SHARES: Final = np.array(
-    [
-        np.array(DRESSED[name.removeprefix("left_").removeprefix("right_")])
-        * (_SIDES if name.startswith("right_") else 1.0)
-        for name in PART_NAMES
-    ]
-)
+
+
+def of_both_sides(shares: Mapping[str, Sequence[float]]) -> NDArray[np.float64]:
+    """[11, 6] of all parts, of those of one side as in `DRESSED`."""
+    return np.array(
+        [
+            np.array(shares[name.removeprefix("left_").removeprefix("right_")])
+            * (_SIDES if name.startswith("right_") else 1.0)
+            for name in PART_NAMES
+        ]
+    )
+
+
+_SHARES: Final = of_both_sides(DRESSED)
 
 
 def dressed_shapes(stature_m: float) -> NDArray[np.float64]:
-    """[11, 6] `BodyModel.shapes_m` in metres."""
+    """[11, 6] `Surface.shapes_m` of the parts."""
     return _SHARES * stature_m
+
+
+def dressed_surface(
+    stature_m: float, lengths_m: NDArray[np.float64], joints_parent: NDArray[np.float64]
+) -> Surface:
+    """Of a body of this stature, whose parts have [11] lengths, and joints where [11, 3] say."""
+    parts = Surface.of_parts(lengths_m, dressed_shapes(stature_m))
+    return parts.with_between(BETWEEN, stature_m, joints_parent)

@@ -1,10 +1,10 @@
 """Gauss-Newton for many candidate poses of the whole body (articulated ICP, ours).
 
-Every point pulls the nearest part surface that faces the camera (point to plane) and, where that is
-known, as the surface does that is seen there. Parts that the image shows to be in free space are
-pushed out of it, back onto the user's silhouette; limbs are pushed out of the torso, joints back
-within their limits. Each candidate is refined on its own and all sums are taken in one fixed order,
-so the result does not depend on the number of threads.
+Every point pulls the surface that faces the camera and is most like what is seen there: to the
+point (to its plane), and, where that is known, to face as what is seen does. Parts that the image
+shows to be in free space are pushed out of it, back onto the user's silhouette; limbs are pushed
+out of the torso, joints back within their limits. Each candidate is refined on its own and all sums
+are taken in one fixed order, so the result does not depend on the number of threads.
 
 The tree hangs from the upper torso, whose origin is the neck joint; the table of degrees of
 freedom comes from `topview.track.degrees_of_freedom`.
@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from topview.kernels.pulls import move_together, pull, pull_to_joints
+from topview.kernels.pulls import move_together, pull, pull_to_joints, turn_as_seen
 from topview.kernels.threads import over_threads
 
 # Ours, all of them.
@@ -34,7 +34,8 @@ UPPER_TORSO = 1
 HEAD = 0
 SLACK_M = 1e-4  # more than distances are wrong by in 32 bits
 TURNED_M = 0.05  # as far off counts a surface at right angles to the one that is seen
-LANES = 16  # parts that are compared with a point at once: all, and a power of two
+NEAR_M = 0.02  # what is nearer to a surface pulls it to face otherwise, not to come nearer still
+LANES = 16  # pieces that are compared with a point at once: all, and a power of two
 SETTLED = 0.01  # share of the energy: a step that gains less is the last
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
 
@@ -50,7 +51,7 @@ def surface_distance(x, y, z, length, shapes, k):
     Args:
         x, y, z: the point in the part's frame, metres.
         length: of the part.
-        shapes, k: [B, 6] as in `topview.body.model.BodyModel.shapes_m`, and which part.
+        shapes, k: [S, 6] as in `topview.body.surface.Surface.shapes_m`, and which piece.
     """
     share = min(max(y / length, 0.0), 1.0)
     rx = shapes[k, 0] + (shapes[k, 2] - shapes[k, 0]) * share
@@ -165,6 +166,22 @@ def place_parts(neck, Rs, lengths, joints_parent, parents, origins):
 
 
 @njit(error_model="numpy")
+def place_pieces(Rs, origins, owners, Rs_part, origins_part, piece_Rs, piece_origins):
+    """Fill `piece_Rs` [S, 3, 3] and `piece_origins` [S, 3] of the pieces of a surface, which move
+    with parts: as `topview.body.surface.Surface.placed`."""
+    for s in range(owners.shape[0]):
+        k = owners[s]
+        multiply(Rs[k], Rs_part[s], False, piece_Rs[s])
+        for i in range(3):
+            piece_origins[s, i] = (
+                origins[k, i]
+                + Rs[k, i, 0] * origins_part[s, 0]
+                + Rs[k, i, 1] * origins_part[s, 1]
+                + Rs[k, i, 2] * origins_part[s, 2]
+            )
+
+
+@njit(error_model="numpy")
 def side_by_side(Rs, origins, lengths, shapes, out):
     """Fill `out` [14, LANES] with the parts' rotations, row by row, origins, lengths and
     `reach_across`; what is no part is near nothing."""
@@ -226,15 +243,15 @@ def unlike_seen(d, nx, ny, nz, seen):
 def assign_points(
     points, seen_normals, Rs, origins, lengths, shapes, reach, labels, distances, normals, unlike
 ):  # fmt: skip
-    """Label every point with the part whose camera-facing surface is most like what is seen there,
+    """Label every point with the piece whose camera-facing surface is most like what is seen there,
     -1 where none is nearer than `reach`.
 
     Args:
         points, seen_normals: [N, 3] metres, camera frame, and [N, 3] of the surface that is seen
             there, zeros where it is not known.
-        Rs, origins, lengths, shapes: the body, [B, 3, 3], [B, 3], [B], [B, 6].
+        Rs, origins, lengths, shapes: the pieces, [S, 3, 3], [S, 3], [S], [S, 6].
         reach: metres.
-        labels: [N] int32; what they are before, which must be parts or -1, is looked at first: it
+        labels: [N] int32; what they are before, which must be pieces or -1, is looked at first: it
             changes nothing but the time, which is least where they are right.
         distances, normals: [N] metres and [N, 3] of that surface, camera frame, filled; the normal
             of no surface says nothing.
@@ -554,7 +571,8 @@ def add_limits(A, g, Rs, parents, limits, weight, dof_of, n_dof_of, axes):
 @njit(cache=True, error_model="numpy", nogil=True)
 def refine_bodies(
     first_row, row_step,
-    necks, Rs_all, necks_prior, Rs_prior, lengths, shapes, joints_parent, parents, tree,
+    necks, Rs_all, necks_prior, Rs_prior,
+    lengths, shapes, owners, Rs_part, origins_part, joints_parent, parents, tree,
     limits, hinges, bends, dof_part, dof_axis, chain, n_chain, dof_of, n_dof_of, prior_weights,
     points, seen_normals, depth, mine, nearest, corner, fx, fy, cx, cy, head, head_weight, floor,
     reach, scale, point_weight, margin, free_weight, collision_weight, limit_weight, samples,
@@ -566,7 +584,9 @@ def refine_bodies(
         necks, Rs_all: [M, 3] metres and [M, B, 3, 3] `Rs_camera_part`: the candidates.
         necks_prior, Rs_prior: [M, 3] and [M, B, 3, 3], the pose that each candidate is held to, its
             rotations relative to the tree.
-        lengths, shapes, joints_parent: the body in metres; parents: [B] of the table of parts.
+        lengths, shapes, owners, Rs_part, origins_part: of a `topview.body.surface.Surface`, whose
+            first B pieces are the parts' own.
+        joints_parent: [B, 3] of the body in metres; parents: [B] of the table of parts.
         tree: [B] parents in the tree that hangs from the upper torso.
         limits: [B, 3, 2] radians; hinges, bends: as in `align_hinges`.
         dof_part, dof_axis: [D] which part each degree of freedom turns, about which of its axes;
@@ -600,6 +620,7 @@ def refine_bodies(
     best_neck = np.empty(3)
     best_Rs = np.empty((B, 3, 3))
     origins = np.empty((B, 3))
+    piece_Rs, piece_origins = np.empty((owners.shape[0], 3, 3)), np.empty((owners.shape[0], 3))
     relative = np.empty((B, 3, 3))
     R = np.empty((3, 3))
     away = np.empty(3)
@@ -624,9 +645,10 @@ def refine_bodies(
         # the last round only measures
         for iteration in range(iterations + 1):
             place_parts(neck, Rs, lengths, joints_parent, parents, origins)
+            place_pieces(Rs, origins, owners, Rs_part, origins_part, piece_Rs, piece_origins)
             assign_points(
-                points, seen_normals, Rs, origins, lengths, shapes, reach, labels, distances,
-                normals, unlike,
+                points, seen_normals, piece_Rs, piece_origins, lengths, shapes, reach, labels,
+                distances, normals, unlike,
             )  # fmt: skip
             place_axes(neck, Rs, origins, dof_part, dof_axis, axes, centers)
             A[:] = 0.0
@@ -644,11 +666,23 @@ def refine_bodies(
                 unexplained += 1.0 - w
                 if iteration == iterations:
                     continue
+                weight = w * w * point_weight
+                off = max(abs(distances[i]), min(unlike[i], NEAR_M), 1e-9)
                 pull(
-                    sums, k,
+                    sums, owners[k],
                     points[i, 0], points[i, 1], points[i, 2],
-                    normals[i, 0], normals[i, 1], normals[i, 2], distances[i], w * w * point_weight,
+                    normals[i, 0], normals[i, 1], normals[i, 2],
+                    distances[i], weight * unlike[i] / off,
                 )  # fmt: skip
+                sx, sy, sz = seen_normals[i, 0], seen_normals[i, 1], seen_normals[i, 2]
+                if sx != 0.0 or sy != 0.0 or sz != 0.0:
+                    turn_as_seen(
+                        sums, owners[k],
+                        points[i, 0], points[i, 1], points[i, 2],
+                        normals[i, 0], normals[i, 1], normals[i, 2], seen_normals[i],
+                        piece_Rs[k], piece_origins[k], lengths[k], shapes, k,
+                        weight * unlike[i] * TURNED_M,
+                    )  # fmt: skip
 
             energy += point_weight * scale * scale * unexplained
 

@@ -21,7 +21,7 @@ from topview.kernels.threads import over_threads
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def left_open_without(
-    points, seen_normals, Rs, origins, lengths, shapes, uppers, reach, scale, left_open
+    points, seen_normals, Rs, origins, lengths, shapes, owners, uppers, reach, scale, left_open
 ):  # fmt: skip
     """Fill `left_open` [L, N] with how much of each point, 0 to 1, the body without one of L limbs
     leaves unexplained; 0 where the limb does not reach.
@@ -29,6 +29,7 @@ def left_open_without(
     Args:
         points, seen_normals, Rs, origins, lengths, shapes, reach: as in
             `topview.kernels.body.assign_points`.
+        owners: [S] the part that each piece of the surface moves with.
         uppers: [L] each limb's upper part; the lower one is the next.
         scale: width of the robust weight.
     """
@@ -51,7 +52,7 @@ def left_open_without(
             if dx * dx + dy * dy + dz * dz < farthest * farthest:
                 best = reach
                 for k in range(lengths.shape[0]):
-                    if k != upper and k != upper + 1:
+                    if owners[k] != upper and owners[k] != upper + 1:
                         best = min(best, unlike[k])
                 is_open = best >= reach
                 left_open[row, i] = 1.0 if is_open else 1.0 - 1.0 / (1.0 + (best / scale) ** 2)

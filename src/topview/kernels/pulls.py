@@ -11,18 +11,70 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+SIDEWAYS = 0.5  # sine between normal and axis up to which a surface is a part's end; ours
+
 
 @njit(error_model="numpy")
 def pull(sums, part, x, y, z, nx, ny, nz, gap, weight):
     """Add the wish that the place (x, y, z) on `part` moves by `gap` along (nx, ny, nz) to `sums`
     [B, 6, 7]: of each part the weighted products of (n, p x n) with (n, p x n, gap), of which those
     on and right of the diagonal are filled."""
-    own = sums[part]
     wish = (nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx, gap)
+    _add(sums[part], wish, weight)
+
+
+@njit(error_model="numpy")
+def _add(own, wish, weight):
+    """Add the weighted products of a wish [7] to those on and right of the diagonal of [6, 7]."""
     for a in range(6):
         weighted = weight * wish[a]
         for b in range(a, 7):
             own[a, b] += weighted * wish[b]
+
+
+@njit(error_model="numpy")
+def turn_as_seen(
+    sums, part, x, y, z, nx, ny, nz, seen, R, origin, length, shapes, k, weight
+):  # fmt: skip
+    """Add the wish that the surface at the place (x, y, z) faces as what is seen there to `sums` of
+    `pull`: the weighted square of the difference of both normals, as far as the part's sides change
+    theirs. A part's normal n changes by its turn, and by how far it moves past the place, as it is
+    round.
+
+    Args:
+        sums, part: as in `pull`.
+        x, y, z, nx, ny, nz: the place, and n; camera frame.
+        seen: [3] normal of what is seen.
+        R, origin, length, shapes, k: the piece of surface, [3, 3], [3], metres and its row of
+            `topview.body.surface.Surface.shapes_m`.
+        weight: of the square.
+    """
+    ax, ay, az = R[0, 1], R[1, 1], R[2, 1]
+    tx, ty, tz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+    sine = np.sqrt(tx * tx + ty * ty + tz * tz)
+    if sine < SIDEWAYS:
+        return
+    tx, ty, tz = tx / sine, ty / sine, tz / sine  # round the part
+    bx, by, bz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx  # along it
+
+    dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
+    share = min(max((dx * ax + dy * ay + dz * az) / length, 0.0), 1.0)
+    rx = shapes[k, 0] + (shapes[k, 2] - shapes[k, 0]) * share
+    rz = shapes[k, 1] + (shapes[k, 3] - shapes[k, 1]) * share
+    gx = (dx * R[0, 0] + dy * R[1, 0] + dz * R[2, 0] - shapes[k, 4]) / (rx * rx)
+    gz = (dx * R[0, 2] + dy * R[1, 2] + dz * R[2, 2] - shapes[k, 5]) / (rz * rz)
+    steepness = max(np.sqrt(gx * gx + gz * gz), 0.5 / max(rx, rz))  # at the axis there is none
+    across_x = (tx * R[0, 0] + ty * R[1, 0] + tz * R[2, 0]) / (rx * rx)
+    across_z = (tx * R[0, 2] + ty * R[1, 2] + tz * R[2, 2]) / (rz * rz)
+    # How fast n turns round the part as that moves past the place, along each axis.
+    cx = -(across_x * R[0, 0] + across_z * R[0, 2]) / steepness
+    cy = -(across_x * R[1, 0] + across_z * R[1, 2]) / steepness
+    cz = -(across_x * R[2, 0] + across_z * R[2, 2]) / steepness
+    round_it = seen[0] * tx + seen[1] * ty + seen[2] * tz
+    turn = (y * cz - z * cy + bx, z * cx - x * cz + by, x * cy - y * cx + bz)
+    _add(sums[part], (cx, cy, cz, turn[0], turn[1], turn[2], round_it), weight)
+    along_it = seen[0] * bx + seen[1] * by + seen[2] * bz
+    _add(sums[part], (0.0, 0.0, 0.0, -tx, -ty, -tz, along_it), weight)
 
 
 @njit(error_model="numpy")

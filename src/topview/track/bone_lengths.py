@@ -25,7 +25,7 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
 )
 from topview.body.proportions import ANATOMICAL
-from topview.body.shapes import dressed_shapes
+from topview.body.shapes import dressed_surface
 from topview.detect.joints import JointProposals
 from topview.geometry.rotations import cross, lengths, unit
 from topview.kernels.proposed import variances_along
@@ -199,7 +199,7 @@ def model_of_bones(lengths_m: dict[str, float], stature_m: float) -> BodyModel:
         stature_m,
         read_only(lengths),
         body.radii_m,
-        read_only(dressed_shapes(stature_m)),
+        dressed_surface(stature_m, lengths, joints_parent),
         read_only(joints_parent),
         read_only(joints_part),
     )

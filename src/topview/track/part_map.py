@@ -38,14 +38,12 @@ def part_map_of(
 
 def _parts_of(points_camera: NDArray[np.float64], body: FittedBody) -> NDArray[np.uint8]:
     """[N] 1 + the index of each point's part, 0 for none."""
-    tracked = np.flatnonzero(np.isfinite(body.Ts_camera_part).all(axis=(1, 2)))
-    Ts = body.Ts_camera_part[tracked]
+    Ts = body.Ts_camera_part
     nearest = nearest_surfaces(
         points_camera,
         np.ascontiguousarray(Ts[:, :3, :3]),
         np.ascontiguousarray(Ts[:, :3, 3]),
-        body.model.lengths_m[tracked],
-        body.model.shapes_m[tracked],
+        body.model.surface,
         PART_REACH_M,
-    ).labels
-    return np.concatenate([tracked + 1, [0]]).astype(np.uint8)[nearest]
+    )
+    return (nearest.labels + 1).astype(np.uint8)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from topview.body.surface import Surface
 from topview.kernels import body as kernel
 
 Array = NDArray[np.float64]
@@ -30,17 +31,17 @@ def nearest_surfaces(
     points_camera: Array,
     Rs: Array,
     origins: Array,
-    lengths_m: Array,
-    shapes_m: Array,
+    surface: Surface,
     reach_m: float,
 ) -> NearestSurfaces:
-    """Of points [N, 3] and B parts: their rotations [B, 3, 3], origins [B, 3], lengths [B] and
-    shapes [B, 6] (`BodyModel.shapes_m`)."""
+    """Of points [N, 3] and B parts with this surface: their rotations [B, 3, 3] and origins [B, 3],
+    NaN of those that are nowhere."""
     N = len(points_camera)
     labels = np.full(N, -1, np.int32)
     distances, normals = np.empty(N), np.empty((N, 3))
     kernel.assign_points(
-        points_camera, np.zeros((N, 3)), Rs, origins, lengths_m, shapes_m, reach_m, labels,
-        distances, normals, np.empty(N),
+        points_camera, np.zeros((N, 3)), *surface.placed(Rs, origins), surface.lengths_m,
+        surface.shapes_m, reach_m, labels, distances, normals, np.empty(N),
     )  # fmt: skip
-    return NearestSurfaces(labels, distances, normals)
+    owners = np.append(surface.owners, -1).astype(np.int32)
+    return NearestSurfaces(owners[labels], distances, normals)

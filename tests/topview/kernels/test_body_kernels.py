@@ -27,7 +27,7 @@ from topview.kernels.body import (
     solve_lower,
     surface_distance,
 )
-from topview.kernels.pulls import move_together, pull
+from topview.kernels.pulls import move_together, pull, turn_as_seen
 from topview.track.degrees_of_freedom import CHAIN, DOF_AXIS, DOF_PART, N_CHAIN, N_DOFS, TREE
 from topview.track.pose import HINGE_BENDS, HINGE_PAIRS, TREE_PARENT, Pose
 
@@ -173,6 +173,66 @@ def test_what_pulls_at_parts_pulls_at_all_that_moves_them(seed):
     move_together(moved_A, moved_g, sums, TREE, DOF_PART, CHAIN, N_CHAIN, axes, centers)
     assert_allclose(moved_A, np.tril(A), atol=1e-9)
     assert_allclose(moved_g, g, atol=1e-9)
+
+
+def moved(pose: Pose, dof: int, by: float) -> Pose:
+    """With one degree of freedom changed, and what hangs from its part."""
+    if dof < 3:
+        return Pose(pose.neck_camera + by * np.eye(3)[dof], pose.Rs)
+    relative, part = pose.relative(), DOF_PART[dof]
+    turn = Rotation.from_rotvec(by * np.eye(3)[DOF_AXIS[dof]]).as_matrix()
+    relative[part] = relative[part] @ turn
+    return Pose.from_relative(pose.neck_camera, relative)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_what_turns_a_part_to_face_as_is_seen_is_the_derivative_of_how_far_it_is_turned(seed):
+    """Of the sides of straight elliptic cylinders."""
+    rng, by = np.random.default_rng(seed), 1e-6
+    start = Pose(rng.normal((0.0, 0.0, 3.0)), rotations(seed))
+    pose = Pose.from_relative(start.neck_camera, start.relative())
+    origins, count = pose.origins(MODEL), 30
+    parts, seen = rng.integers(0, len(PARTS), count), rng.normal(0.0, 1.0, (count, 3))
+    seen /= np.linalg.norm(seen, axis=1, keepdims=True)
+    weights, angles = rng.uniform(0.1, 2.0, count), rng.uniform(0.0, 2.0 * np.pi, count)
+    out = rng.uniform(0.7, 1.5, count)
+    in_part = np.stack(
+        [
+            MODEL.radii_m[parts, 0] * out * np.cos(angles),
+            MODEL.lengths_m[parts] * rng.uniform(0.1, 0.9, count),
+            MODEL.radii_m[parts, 1] * out * np.sin(angles),
+        ],
+        axis=1,
+    )
+    points = (pose.Rs[parts] @ in_part[..., None])[..., 0] + origins[parts]
+
+    def normals(pose: Pose) -> np.ndarray:
+        away = (points - pose.origins(MODEL)[parts])[:, None] @ pose.Rs[parts]
+        return np.array(
+            [
+                pose.Rs[k] @ outward_normals(p[0], MODEL.lengths_m[k], MODEL.shapes_m[k])
+                for k, p in zip(parts, away, strict=True)
+            ]
+        )
+
+    sums, own = np.zeros((len(PARTS), 6, 7)), normals(pose)
+    for i, k in enumerate(parts):
+        turn_as_seen(
+            sums, k, *points[i], *own[i], seen[i], pose.Rs[k], origins[k], MODEL.lengths_m[k],
+            MODEL.shapes_m, k, weights[i],
+        )  # fmt: skip
+    axes, centers = np.empty((2, N_DOFS, 3))
+    place_axes(pose.neck_camera, pose.Rs, origins, DOF_PART, DOF_AXIS, axes, centers)
+    A, g = np.zeros((N_DOFS, N_DOFS)), np.zeros(N_DOFS)
+    move_together(A, g, sums, TREE, DOF_PART, CHAIN, N_CHAIN, axes, centers)
+
+    for dof in range(N_DOFS):
+        one, other = (
+            weights @ (1.0 - (seen * normals(moved(pose, dof, sign * by))).sum(1))
+            for sign in (-1.0, 1.0)
+        )
+        assert g[dof] == pytest.approx((one - other) / (2.0 * by), abs=1e-4)
+    assert np.linalg.eigvalsh(A).min() > -1e-9
 
 
 @given(st.floats(-np.pi, 0.0), st.floats(0.0, np.pi), st.floats(-np.pi, np.pi))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from llvmlite.binding import get_host_cpu_features
 
 from rendered_bodies import (
     CAMERA,
@@ -74,11 +72,6 @@ def stretched_arm_cosines(distance_m: float) -> np.ndarray:
     return (found.Rs[LEFT_ARM, :, 1] * stretched.Rs[LEFT_ARM, :, 1]).sum(1)
 
 
-@pytest.mark.xfail(
-    not get_host_cpu_features().get("avx512f", False),
-    reason="without AVX-512 OpenBLAS sums in another order: the forearm is 27 degrees off, not 26",
-    strict=False,
-)
 def test_an_arm_comes_out_from_behind_the_own_body_when_its_points_are_seen():
     cosines = stretched_arm_cosines(2.6)
     assert cosines.min() > 0.9

@@ -9,9 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from rendered_bodies import MODEL, at_frame, evidence_of, standing_pose
-from topview.body.model import THINNEST_M, BodyModel, straight
+from topview.body.model import BodyModel
 from topview.body.parts import PARTS
 from topview.body.proportions import ANATOMICAL
+from topview.body.surface import THINNEST_M, Surface, straight
 from topview.geometry.rotations import rotations_from_vectors
 from topview.kernels.sizes import N_TOLD, sum_up_surface
 from topview.track.bone_lengths import BoneLengths
@@ -101,7 +102,8 @@ def test_nobody_is_thinner_than_bones() -> None:
 def round_body(stature_m: float) -> BodyModel:
     model = BodyModel.of(stature_m, ANATOMICAL)
     radii_m = np.repeat(model.radii_m.mean(1, keepdims=True), 2, axis=1)
-    return replace(model, radii_m=radii_m, shapes_m=straight(radii_m))
+    surface = Surface.of_parts(model.lengths_m, straight(radii_m))
+    return replace(model, radii_m=radii_m, surface=surface)
 
 
 def distances_of(pose: Pose, model: BodyModel, seen: NearestSurfaces, points: np.ndarray):
@@ -110,8 +112,9 @@ def distances_of(pose: Pose, model: BodyModel, seen: NearestSurfaces, points: np
     for part in range(len(PARTS)):
         own = seen.labels == part
         one = slice(part, part + 1)
+        surface = Surface.of_parts(model.lengths_m[one], model.shapes_m[one])
         distances[own] = nearest_surfaces(
-            points[own], pose.Rs[one], origins[one], model.lengths_m[one], model.shapes_m[one], 0.3
+            points[own], pose.Rs[one], origins[one], surface, 0.3
         ).distances_m
     return distances
 
@@ -130,7 +133,7 @@ def test_what_is_summed_up_is_the_derivative_of_the_distances() -> None:
     model, by = round_body(MODEL.stature_m), 1e-5
     origins = POSE.origins(model)
     points = evidence_of(POSE).points_camera
-    seen = nearest_surfaces(points, POSE.Rs, origins, model.lengths_m, model.shapes_m, 0.3)
+    seen = nearest_surfaces(points, POSE.Rs, origins, model.surface, 0.3)
     ways, lengths_m = POSE.Rs[seen.labels, :, 1], model.lengths_m[seen.labels]
     share = ((points - origins[seen.labels]) * ways).sum(1) / lengths_m
     is_side = (share > 0.01) & (share < 0.99) & (seen.labels >= 0)

@@ -108,7 +108,7 @@ class BodySize:
         origins, settings = pose.origins(model), self._refinement
         points_camera = evidence.points_camera
         surfaces = nearest_surfaces(
-            points_camera, pose.Rs, origins, model.lengths_m, model.shapes_m, settings.reach_m
+            points_camera, pose.Rs, origins, model.surface, settings.reach_m
         )
         sums = np.empty((len(PARTS), N_TOLD, N_TOLD))
         sum_up_surface(

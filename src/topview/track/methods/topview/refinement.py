@@ -136,15 +136,18 @@ def refine(
     Rs = np.array([pose.Rs for pose in candidates])
     costs = np.empty((len(candidates), 5))
     information = np.zeros((len(candidates), N_ROOT_DOFS))
-    view = evidence.view
+    view, surface = evidence.view, model.surface
     limits_rad = LIMITS_RAD if is_hidden else ANATOMICAL_LIMITS_RAD
     kernel.refine_bodies(
         necks,
         Rs,
         held_to.neck_camera,
         np.ascontiguousarray(np.swapaxes(held_to.relative(), 0, 1)),
-        model.lengths_m,
-        model.shapes_m,
+        surface.lengths_m,
+        surface.shapes_m,
+        surface.owners,
+        surface.Rs_part,
+        surface.origins_part,
         model.joints_parent,
         PARENT_OF,
         TREE,

@@ -66,8 +66,9 @@ USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people us
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
 SEARCH_LOST_COST: Final = 0.38  # of a lost pose; normals, as they are noisy, make some 0.08
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
-# once more. One is taken that explains so much more of a whole body than the pose that has moved
-# on, and of which, unless the person is hidden, no more is hidden than a share of the body.
+# once more, and the best of those that face the other way, with other limbs. One is taken that
+# explains so much more of a whole body than the pose that has moved on, and of which, unless the
+# person is hidden, no more is hidden than a share of the body.
 LOOKED_UP: Final = 6
 LOOKED_UP_ITERATIONS: Final = 5
 LOOKED_AT_AGAIN: Final = 2
@@ -215,7 +216,7 @@ class Search:
             if is_lost:
                 yaws_rad = [self.facing.likeliest_rad]
                 starts += stand_all(model, evidence.head_camera, yaws_rad, evidence.up_camera)
-            others += self._best_of(starts, sized)
+            others += self._best_of(starts, found and found.pose, sized)
         if len(statures_m) > 1:
             others = [_with_stature_cost(other) for other in others]
             found = found and _with_stature_cost(found)
@@ -226,11 +227,28 @@ class Search:
                 return found
         return replace(best, is_new=True)
 
-    def _best_of(self, starts: Sequence[Pose], look: FrameContext) -> list[Found]:
-        """The best poses at a first look, refined once more."""
-        first = self._founds(starts, _thinned(look), LOOKED_UP_ITERATIONS)
-        first.sort(key=_cost)
-        return self._founds([found.pose for found in first[:LOOKED_AT_AGAIN]], look)
+    def _best_of(
+        self, starts: Sequence[Pose], found: Pose | None, look: FrameContext
+    ) -> list[Found]:
+        """The best poses at a first look, refined once more, and the best of those that face the
+        other way than what was found, whose limbs are found anew."""
+        thinned = _thinned(look)
+        first = [
+            one.pose
+            for one in sorted(self._founds(starts, thinned, LOOKED_UP_ITERATIONS), key=_cost)
+        ]
+        opposite = [] if found is None else [pose for pose in first if _is_opposite(pose, found)]
+        again = first[:LOOKED_AT_AGAIN]
+        again += [self._with_likeliest_limbs(pose, thinned) for pose in opposite[:1]]
+        return self._founds(again, look)
+
+    def _with_likeliest_limbs(self, pose: Pose, look: FrameContext) -> Pose:
+        """A pose with the limbs with which the whole body costs least, one after the other."""
+        for upper in LIMBS:
+            usual = usual_limbs(upper)[self._looks % SHARES :: SHARES]
+            likeliest = LimbScan(pose, look, self._refinement).likeliest(upper, usual, 1, 0.0)
+            pose = next(iter(_with_limbs(pose, upper, likeliest)), pose)
+        return pose
 
     def _or_otherwise(
         self,
@@ -378,6 +396,11 @@ def _better(
         if cheapest.cost < min(as_it_is.cost - margin, _cost(leading.get(part, as_it_is))):
             better[part] = cheapest
     return better
+
+
+def _is_opposite(pose: Pose, other: Pose) -> bool:
+    """Whether their torsos face away from each other."""
+    return float(pose.Rs[UPPER_TORSO, :, 2] @ other.Rs[UPPER_TORSO, :, 2]) < 0.0
 
 
 def _is_lost(found: Found) -> bool:

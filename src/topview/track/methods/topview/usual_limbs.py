@@ -21,7 +21,7 @@ from topview.kernels.limb_scan import ending_near, left_open_without, scan_limb
 from topview.kernels.spread import cheapest_apart, farthest_first
 from topview.records import read_only
 from topview.track.degrees_of_freedom import PARENT_OF
-from topview.track.elbows import spread_points
+from topview.track.elbows import elbows_on_circle, limb_rotations, spread_points
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.methods.topview.whole_body import FREE_SPACE_COST, FrameContext
@@ -39,6 +39,9 @@ LIKELY_OPEN: Final = 0.5
 PALMS: Final = 8
 POSE_STRIDE: Final = 6
 ENDING_THERE: Final = 6
+# A limb's end is tried so far along its line of sight, with the elbow in so many places.
+SIGHT_STEPS_M: Final = np.array([-0.16, -0.08, 0.0, 0.08, 0.16])
+ELBOWS: Final = 8
 
 _UPPERS: Final = np.array(LIMBS)
 
@@ -90,9 +93,11 @@ class LimbScan:
     def likeliest(self, upper: int, tried: Array, count: int, margin: float = np.inf) -> Array:
         """[count or fewer, 2, 3, 3] different poses of the limb of this upper part with which the
         whole body costs least, the cheapest first, and at most by a margin more than as it is: of
-        [M, 2, 3, 3], and of those that end at open points."""
+        [M, 2, 3, 3], of those that end at open points, and of the limb as it is with its end
+        nearer or farther and its elbow elsewhere."""
         as_it_is = self.pose.relative()[None, upper : upper + 2]
-        tried = np.concatenate([tried, self._reaching(upper), as_it_is])
+        several = tried, self._reaching(upper), self._swivelled(upper), as_it_is
+        tried = np.concatenate(several)
         costs, chosen = self.costs(upper, tried), np.empty(count, np.int64)
         found = cheapest_apart(costs[:-1], _ends(tried[:-1]), DIFFERENT_LENGTHS, chosen)
         chosen = chosen[:found]
@@ -110,6 +115,18 @@ class LimbScan:
         many, is_near = many_limbs(upper), np.empty(len(many_limbs(upper)), np.bool_)
         ending_near(_ends_of_many(upper), model.lengths_m, upper, palms, ENDING_THERE, is_near)
         return many[is_near]
+
+    def _swivelled(self, upper: int) -> Array:
+        """[K, 2, 3, 3] the limb with its end where it is seen, nearer or farther, and its elbow all
+        round: one that is bent towards the camera looks much like one that is bent away from it, or
+        straight, and no step of the refinement leads from one to the other."""
+        model, Rs, lower = self.look.model, self.pose.Rs, upper + 1
+        start, R_parent = self.origins_camera[upper], Rs[PARENT_OF[upper]]
+        end = self.origins_camera[lower] + model.lengths_m[lower] * Rs[lower, :, 1]
+        ends = end + SIGHT_STEPS_M[:, None] * unit(end)
+        axes = elbows_on_circle(start, ends, model.lengths_m[upper], model.lengths_m[lower], ELBOWS)
+        Rs_upper, Rs_lower = np.moveaxis(limb_rotations(axes, R_parent, upper), 1, 0)
+        return np.stack([R_parent.T @ Rs_upper, np.swapaxes(Rs_upper, -1, -2) @ Rs_lower], axis=1)
 
     def costs(self, upper: int, tried: Array) -> Array:
         """[M] what the whole body costs with each of [M, 2, 3, 3] poses of a limb, up to a
@@ -133,11 +150,12 @@ class LimbScan:
     def left_open(self) -> dict[int, Array]:
         """By limb, [N] how much of each point the body without it leaves unexplained, 0 to 1; 0
         where the limb does not reach."""
-        s, model, evidence = self.settings, self.look.model, self.look.evidence
+        s, evidence, surface = self.settings, self.look.evidence, self.look.model.surface
         left_open = np.empty((len(LIMBS), len(evidence.points_camera)))
         left_open_without(
-            evidence.points_camera, evidence.normals_camera, self.pose.Rs, self.origins_camera,
-            model.lengths_m, model.shapes_m, _UPPERS, s.reach_m, s.scale_m, left_open,
+            evidence.points_camera, evidence.normals_camera,
+            *surface.placed(self.pose.Rs, self.origins_camera), surface.lengths_m, surface.shapes_m,
+            surface.owners, _UPPERS, s.reach_m, s.scale_m, left_open,
         )  # fmt: skip
         return dict(zip(LIMBS, left_open, strict=True))
 
