@@ -12,8 +12,9 @@ from topview.body.parts import PART_NAMES
 from topview.body.surface import Between, Surface
 
 # Shares of the stature, of each part as in `Surface.shapes_m`; x points to the other side of the
-# body. Fitted by `scripts/fit_surface.py` to the points of rendered people at their true poses
-# (`one`, `turn` and `sit` of seeds 0 to 13); the wide end of the lower leg is the foot.
+# body. Fitted to the points of rendered people at their true poses (`one`, `turn` and `sit` of
+# seeds 0 to 13), as `scripts/fit_surface.py` does, which goes on from here by some 0.2 % of the
+# stature, with bodies that are tracked no better. The wide end of the lower leg is the foot.
 DRESSED: Final[dict[str, tuple[float, ...]]] = {
     "head": (0.052, 0.054, 0.040, 0.074, 0.0, -0.008),
     "upper_torso": (0.135, 0.058, 0.093, 0.091, 0.0, 0.021),

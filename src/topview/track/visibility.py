@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
 OWN_IN_FRONT_M: Final = 0.06  # the same of the own body
 CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
+TOLERANCE_M: Final = 1e-6  # of rounding: joints are where pieces end
 
 _PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
 _PART_OF_ENDS = np.array([joint.part for joint in END_JOINTS])
@@ -67,10 +68,18 @@ def joint_visibility(
 
 
 def _surface_radii(model: BodyModel) -> Array:
-    """[20] metres from each joint to the surface of its part there, across where that is thinner;
-    wrists and feet are at the far ends of theirs."""
-    lengths_m = model.lengths_m[_PART_OF]
-    heights_m = np.append(model.joints_part[:, 1], model.lengths_m[_PART_OF_ENDS])
-    shares = np.clip(heights_m / lengths_m, 0.0, 1.0)[:, None]
-    near_m, far_m = model.shapes_m[_PART_OF, :2], model.shapes_m[_PART_OF, 2:4]
-    return (near_m + shares * (far_m - near_m)).min(1)
+    """[20] metres from each joint to the surface there, across where that is thinner: of the pieces
+    of its part that it is in, the thinnest; wrists and feet are at the far ends of theirs."""
+    places = np.concatenate([model.joints_part, np.zeros((len(END_JOINTS), 3))])
+    places[len(model.joints_part) :, 1] = model.lengths_m[_PART_OF_ENDS]
+    surface = model.surface
+    in_piece = (places[:, None] - surface.origins_part)[:, :, None] @ surface.Rs_part
+    x, y, z = np.moveaxis(in_piece[:, :, 0], -1, 0)
+    share = np.clip(y / surface.lengths_m, 0.0, 1.0)[..., None]
+    radii_m = surface.shapes_m[:, :2] + share * (surface.shapes_m[:, 2:4] - surface.shapes_m[:, :2])
+    is_beside = np.hypot(x, z) < radii_m.max(-1)
+    is_along = (y > -TOLERANCE_M) & (y < surface.lengths_m + TOLERANCE_M)
+    is_own = surface.owners == _PART_OF[:, None]
+    first = np.arange(len(surface.owners)) == _PART_OF[:, None]  # that of the part itself
+    is_in = is_own & ((is_beside & is_along) | first)
+    return np.where(is_in, radii_m.min(-1), np.inf).min(1)

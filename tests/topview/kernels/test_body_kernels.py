@@ -210,15 +210,16 @@ def test_what_turns_a_part_to_face_as_is_seen_is_the_derivative_of_how_far_it_is
         away = (points - pose.origins(MODEL)[parts])[:, None] @ pose.Rs[parts]
         return np.array(
             [
-                pose.Rs[k] @ outward_normals(p[0], MODEL.lengths_m[k], MODEL.shapes_m[k])
+                pose.Rs[k] @ outward_normals(p[0], float(MODEL.lengths_m[k]), MODEL.shapes_m[k])
                 for k, p in zip(parts, away, strict=True)
             ]
         )
 
     sums, own = np.zeros((len(PARTS), 6, 7)), normals(pose)
     for i, k in enumerate(parts):
+        (x, y, z), (nx, ny, nz) = points[i], own[i]
         turn_as_seen(
-            sums, k, *points[i], *own[i], seen[i], pose.Rs[k], origins[k], MODEL.lengths_m[k],
+            sums, k, x, y, z, nx, ny, nz, seen[i], pose.Rs[k], origins[k], MODEL.lengths_m[k],
             MODEL.shapes_m, k, weights[i],
         )  # fmt: skip
     axes, centers = np.empty((2, N_DOFS, 3))
