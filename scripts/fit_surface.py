@@ -41,8 +41,10 @@ SURE_M: Final = 0.01
 """Scale of a true joint: bodies have their joints a little elsewhere."""
 STEPS: Final = 0.008, 0.004, 0.002, 0.001
 """Shares of the stature."""
-RADII: Final = [6 * part + axis for part in range(len(DRESSED)) for axis in range(4)]
-RADII += [6 * len(DRESSED) + number for number in (0, 1, 3)]
+RADII: Final = [
+    *(6 * part + axis for part in range(len(DRESSED)) for axis in range(4)),
+    *(6 * len(DRESSED) + number for number in (0, 1, 3)),
+]
 """Which numbers a thicker body has larger."""
 
 

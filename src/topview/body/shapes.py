@@ -31,7 +31,9 @@ BETWEEN: Final = Between(girdle=(0.067, 0.044, 0.054), hips=(0.085, -0.009, 0.00
 _SIDES: Final = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])
 
 
-def of_both_sides(shares: Mapping[str, Sequence[float]]) -> NDArray[np.float64]:
+def of_both_sides(
+    shares: Mapping[str, Sequence[float] | NDArray[np.float64]],
+) -> NDArray[np.float64]:
     """[11, 6] of all parts, of those of one side as in `DRESSED`."""
     return np.array(
         [

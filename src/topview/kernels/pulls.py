@@ -20,13 +20,14 @@ def pull(sums, part, x, y, z, nx, ny, nz, gap, weight):
     [B, 6, 7]: of each part the weighted products of (n, p x n) with (n, p x n, gap), of which those
     on and right of the diagonal are filled."""
     wish = (nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx, gap)
-    _add(sums[part], wish, weight)
+    _add(sums[part], wish, weight, 0)
 
 
 @njit(error_model="numpy")
-def _add(own, wish, weight):
-    """Add the weighted products of a wish [7] to those on and right of the diagonal of [6, 7]."""
-    for a in range(6):
+def _add(own, wish, weight, first):
+    """Add the weighted products of a wish [7], of which those before the first are zero, to those
+    on and right of the diagonal of [6, 7]."""
+    for a in range(first, 6):
         weighted = weight * wish[a]
         for b in range(a, 7):
             own[a, b] += weighted * wish[b]
@@ -72,9 +73,9 @@ def turn_as_seen(
     cz = -(across_x * R[2, 0] + across_z * R[2, 2]) / steepness
     round_it = seen[0] * tx + seen[1] * ty + seen[2] * tz
     turn = (y * cz - z * cy + bx, z * cx - x * cz + by, x * cy - y * cx + bz)
-    _add(sums[part], (cx, cy, cz, turn[0], turn[1], turn[2], round_it), weight)
+    _add(sums[part], (cx, cy, cz, turn[0], turn[1], turn[2], round_it), weight, 0)
     along_it = seen[0] * bx + seen[1] * by + seen[2] * bz
-    _add(sums[part], (0.0, 0.0, 0.0, -tx, -ty, -tz, along_it), weight)
+    _add(sums[part], (0.0, 0.0, 0.0, -tx, -ty, -tz, along_it), weight, 3)
 
 
 @njit(error_model="numpy")

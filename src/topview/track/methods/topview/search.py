@@ -37,7 +37,7 @@ from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.hypotheses import Hypotheses
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
-from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
+from topview.track.methods.topview.usual_limbs import SIGHT_STEPS_M, LimbScan, usual_limbs
 from topview.track.methods.topview.usual_poses import (
     known_of,
     usual_poses,
@@ -66,12 +66,13 @@ USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people us
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
 SEARCH_LOST_COST: Final = 0.38  # of a lost pose; normals, as they are noisy, make some 0.08
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
-# once more, and the best of those that face the other way, with other limbs. One is taken that
-# explains so much more of a whole body than the pose that has moved on, and of which, unless the
-# person is hidden, no more is hidden than a share of the body.
+# once more, and at every so many-th look the best of those that face the other way, with other
+# limbs. One is taken that explains so much more of a whole body than the pose that has moved on,
+# and of which, unless the person is hidden, no more is hidden than a share of the body.
 LOOKED_UP: Final = 6
 LOOKED_UP_ITERATIONS: Final = 5
 LOOKED_AT_AGAIN: Final = 2
+TURNED_EVERY: Final = 4
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
 # The trunk is drawn so often round where it is, in each frame: its two parts' turns about their own
@@ -230,22 +231,23 @@ class Search:
     def _best_of(
         self, starts: Sequence[Pose], found: Pose | None, look: FrameContext
     ) -> list[Found]:
-        """The best poses at a first look, refined once more, and the best of those that face the
-        other way than what was found, whose limbs are found anew."""
+        """The best poses at a first look, refined once more, and now and then the best of those
+        that face the other way than what was found, whose limbs are found anew."""
         thinned = _thinned(look)
         first = [
             one.pose
             for one in sorted(self._founds(starts, thinned, LOOKED_UP_ITERATIONS), key=_cost)
         ]
-        opposite = [] if found is None else [pose for pose in first if _is_opposite(pose, found)]
         again = first[:LOOKED_AT_AGAIN]
-        again += [self._with_likeliest_limbs(pose, thinned) for pose in opposite[:1]]
+        if found is not None and self._looks % TURNED_EVERY == 0:
+            opposite = [pose for pose in first if _is_opposite(pose, found)]
+            again += [self._with_likeliest_limbs(pose, thinned) for pose in opposite[:1]]
         return self._founds(again, look)
 
     def _with_likeliest_limbs(self, pose: Pose, look: FrameContext) -> Pose:
         """A pose with the limbs with which the whole body costs least, one after the other."""
         for upper in LIMBS:
-            usual = usual_limbs(upper)[self._looks % SHARES :: SHARES]
+            usual = usual_limbs(upper)[self._looks // TURNED_EVERY % SHARES :: SHARES]
             likeliest = LimbScan(pose, look, self._refinement).likeliest(upper, usual, 1, 0.0)
             pose = next(iter(_with_limbs(pose, upper, likeliest)), pose)
         return pose
@@ -286,8 +288,11 @@ class Search:
         groups = {UPPER_TORSO: drawn_trunks(pose, rng)}
         lent = [lender.relative() for lender in self._lenders]
         scan = LimbScan(pose, look, self._refinement)
+        step_m = SIGHT_STEPS_M[self._frames % len(SIGHT_STEPS_M)]
         for upper, usual in limbs.items():
-            several = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
+            swivelled = scan.swivelled(upper, step_m)
+            borrowed = [own[None, upper : upper + 2] for own in lent]
+            several = np.concatenate([usual, swivelled, *borrowed])
             likeliest = scan.likeliest(upper, several, LIMBS_TRIED, UNREFINED_MARGIN)
             groups[upper] = _with_limbs(pose, upper, likeliest)
         return groups
