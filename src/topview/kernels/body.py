@@ -34,7 +34,7 @@ UPPER_TORSO = 1
 HEAD = 0
 SLACK_M = 1e-4  # more than distances are wrong by in 32 bits
 TURNED_M = 0.05  # as far off counts a surface at right angles to the one that is seen
-NEAR_M = 0.02  # what is nearer to a surface pulls it to face otherwise, not to come nearer still
+CLOSE_M = 0.02  # what is nearer to a surface pulls it to face otherwise, not to come nearer still
 LANES = 16  # pieces that are compared with a point at once: all, and a power of two
 SETTLED = 0.01  # share of the energy: a step that gains less is the last
 STRAIGHT = 0.25  # sine of the flexion below which a limb does not tell its hinge's axis
@@ -667,7 +667,7 @@ def refine_bodies(
                 if iteration == iterations:
                     continue
                 weight = w * w * point_weight
-                off = max(abs(distances[i]), min(unlike[i], NEAR_M), 1e-9)
+                off = max(abs(distances[i]), min(unlike[i], CLOSE_M), 1e-9)
                 pull(
                     sums, owners[k],
                     points[i, 0], points[i, 1], points[i, 2],

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 IN_FRONT_M: Final = 0.08  # what is nearer by more than this hides the joint
 OWN_IN_FRONT_M: Final = 0.06  # the same of the own body
 CONFIRMS_M: Final = 0.12  # what is seen within this confirms the joint
-TOLERANCE_M: Final = 1e-6  # of rounding: joints are where pieces end
+ROUNDING_M: Final = 1e-6  # of rounding: joints are where pieces end
 
 _PART_OF = np.array([joint.part for joint in OUTPUT_JOINTS])
 _PART_OF_ENDS = np.array([joint.part for joint in END_JOINTS])
@@ -78,7 +78,7 @@ def _surface_radii(model: BodyModel) -> Array:
     share = np.clip(y / surface.lengths_m, 0.0, 1.0)[..., None]
     radii_m = surface.shapes_m[:, :2] + share * (surface.shapes_m[:, 2:4] - surface.shapes_m[:, :2])
     is_beside = np.hypot(x, z) < radii_m.max(-1)
-    is_along = (y > -TOLERANCE_M) & (y < surface.lengths_m + TOLERANCE_M)
+    is_along = (y > -ROUNDING_M) & (y < surface.lengths_m + ROUNDING_M)
     is_own = surface.owners == _PART_OF[:, None]
     first = np.arange(len(surface.owners)) == _PART_OF[:, None]  # that of the part itself
     is_in = is_own & ((is_beside & is_along) | first)

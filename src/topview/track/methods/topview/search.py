@@ -37,7 +37,7 @@ from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.hypotheses import Hypotheses
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
-from topview.track.methods.topview.usual_limbs import SIGHT_STEPS_M, LimbScan, usual_limbs
+from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
 from topview.track.methods.topview.usual_poses import (
     known_of,
     usual_poses,
@@ -288,11 +288,8 @@ class Search:
         groups = {UPPER_TORSO: drawn_trunks(pose, rng)}
         lent = [lender.relative() for lender in self._lenders]
         scan = LimbScan(pose, look, self._refinement)
-        step_m = SIGHT_STEPS_M[self._frames % len(SIGHT_STEPS_M)]
         for upper, usual in limbs.items():
-            swivelled = scan.swivelled(upper, step_m)
-            borrowed = [own[None, upper : upper + 2] for own in lent]
-            several = np.concatenate([usual, swivelled, *borrowed])
+            several = np.concatenate([usual, *(own[None, upper : upper + 2] for own in lent)])
             likeliest = scan.likeliest(upper, several, LIMBS_TRIED, UNREFINED_MARGIN)
             groups[upper] = _with_limbs(pose, upper, likeliest)
         return groups

@@ -39,9 +39,8 @@ LIKELY_OPEN: Final = 0.5
 PALMS: Final = 8
 POSE_STRIDE: Final = 6
 ENDING_THERE: Final = 6
-# A limb's end is tried where it is, and so much nearer and farther on its line of sight, by turns
-# in one frame and the next, with the elbow in so many places.
-SIGHT_STEPS_M: Final = 0.08, 0.16
+# A limb's end is tried so far along its line of sight, with the elbow in so many places.
+SIGHT_STEPS_M: Final = np.array([-0.16, -0.08, 0.0, 0.08, 0.16])
 ELBOWS: Final = 8
 
 _UPPERS: Final = np.array(LIMBS)
@@ -94,9 +93,11 @@ class LimbScan:
     def likeliest(self, upper: int, tried: Array, count: int, margin: float = np.inf) -> Array:
         """[count or fewer, 2, 3, 3] different poses of the limb of this upper part with which the
         whole body costs least, the cheapest first, and at most by a margin more than as it is: of
-        [M, 2, 3, 3], and of those that end at open points."""
+        [M, 2, 3, 3], of those that end at open points, and of the limb as it is with its end
+        nearer or farther and its elbow elsewhere."""
         as_it_is = self.pose.relative()[None, upper : upper + 2]
-        tried = np.concatenate([tried, self._reaching(upper), as_it_is])
+        several = tried, self._reaching(upper), self._swivelled(upper), as_it_is
+        tried = np.concatenate(several)
         costs, chosen = self.costs(upper, tried), np.empty(count, np.int64)
         found = cheapest_apart(costs[:-1], _ends(tried[:-1]), DIFFERENT_LENGTHS, chosen)
         chosen = chosen[:found]
@@ -115,15 +116,14 @@ class LimbScan:
         ending_near(_ends_of_many(upper), model.lengths_m, upper, palms, ENDING_THERE, is_near)
         return many[is_near]
 
-    def swivelled(self, upper: int, step_m: float) -> Array:
-        """[K, 2, 3, 3] the limb with its end where it is, or so much nearer or farther on its line
-        of sight, and its elbow all round: one that is bent towards the camera looks much like one
-        that is bent away, or straight, and no step of the refinement leads from one to the other.
-        """
+    def _swivelled(self, upper: int) -> Array:
+        """[K, 2, 3, 3] the limb with its end where it is seen, nearer or farther, and its elbow all
+        round: one that is bent towards the camera looks much like one that is bent away from it, or
+        straight, and no step of the refinement leads from one to the other."""
         model, Rs, lower = self.look.model, self.pose.Rs, upper + 1
         start, R_parent = self.origins_camera[upper], Rs[PARENT_OF[upper]]
         end = self.origins_camera[lower] + model.lengths_m[lower] * Rs[lower, :, 1]
-        ends = end + step_m * np.array([[-1.0], [0.0], [1.0]]) * unit(end)
+        ends = end + SIGHT_STEPS_M[:, None] * unit(end)
         axes = elbows_on_circle(start, ends, model.lengths_m[upper], model.lengths_m[lower], ELBOWS)
         Rs_upper, Rs_lower = np.moveaxis(limb_rotations(axes, R_parent, upper), 1, 0)
         return np.stack([R_parent.T @ Rs_upper, np.swapaxes(Rs_upper, -1, -2) @ Rs_lower], axis=1)
