@@ -49,11 +49,12 @@ class BodyModel:
     def of(cls, stature_m: float, proportions: Proportions) -> BodyModel:
         """The body of a person of this stature."""
         one = _of_one_metre(proportions)
+        lengths_m = read_only(one.lengths_m * stature_m)
         return cls(
             stature_m,
-            read_only(one.lengths_m * stature_m),
+            lengths_m,
             read_only(one.radii_m * stature_m),
-            Surface.of_parts(one.lengths_m * stature_m, one.shapes_m * stature_m),
+            Surface.of_parts(lengths_m, one.shapes_m * stature_m),
             read_only(one.joints_parent * stature_m),
             read_only(one.joints_part * stature_m),
         )

@@ -24,8 +24,7 @@ DRESSED: Final[dict[str, tuple[float, ...]]] = {
     "upper_leg": (0.067, 0.071, 0.039, 0.042, 0.009, 0.010),
     "lower_leg": (0.040, 0.036, 0.033, 0.053, -0.003, -0.006),
 }
-
-
+# The same, of what lies between the parts.
 BETWEEN: Final = Between(girdle=(0.067, 0.044, 0.054), hips=(0.085, -0.009, 0.004))
 
 _SIDES: Final = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])

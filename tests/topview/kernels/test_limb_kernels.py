@@ -24,17 +24,9 @@ def test_a_point_is_left_open_as_far_as_no_part_but_the_limb_explains_it(upper):
     body = MODEL.lengths_m, MODEL.shapes_m
     found = np.empty((len(LIMBS), len(points)))
     left_open_without(
-        points,
-        normals,
-        pose.Rs,
-        origins,
-        *body,
-        MODEL.surface.owners,
-        np.array(LIMBS),
-        REACH_M,
-        SCALE_M,
-        found,
-    )
+        points, normals, pose.Rs, origins, *body, MODEL.surface.owners, np.array(LIMBS), REACH_M,
+        SCALE_M, found,
+    )  # fmt: skip
 
     others = origins.copy()
     others[upper : upper + 2] = NOWHERE_M
