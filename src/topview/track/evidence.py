@@ -126,6 +126,24 @@ class Evidence:
             point_area_m2=self.point_area_m2 * step,
         )
 
+    def without(self, is_others: NDArray[np.bool_]) -> Evidence:
+        """With [H, W] pixels that are somebody or something else, not the user."""
+        mask = self.user_mask & ~is_others
+        is_own = mask.ravel()[self.pixels]
+        is_kept = is_own[:: self.points_step]
+        rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+        top, left = (int(ends[0]) if len(ends) else 0 for ends in (rows, columns))
+        bottom, right = (int(ends[-1]) + 1 if len(ends) else 0 for ends in (rows, columns))
+        return replace(
+            self,
+            user_mask=mask,
+            nearest=NearestPixels.of(mask, top, bottom, left, right),
+            all_points_camera=self.all_points_camera[is_own],
+            pixels=self.pixels[is_own],
+            points_camera=self.points_camera[is_kept],
+            normals_camera=self.normals_camera[is_kept],
+        )
+
     def with_normals(self) -> Evidence:
         """With the normals of `points_camera`."""
         view, normals_camera = self.view, np.empty_like(self.points_camera)
@@ -134,6 +152,12 @@ class Evidence:
             view.fx, view.fy, view.cx, view.cy, normals_camera,
         )  # fmt: skip
         return replace(self, normals_camera=normals_camera)
+
+    @property
+    def points_step(self) -> int:
+        """Every so many-th of all the user's points is one for refinement, until some are left out
+        or fewer are looked at."""
+        return _points_step(len(self.pixels))
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -181,6 +205,10 @@ class Evidence:
         return ~is_inside | (is_behind & ~self.user_mask[rows, columns])
 
 
+def _points_step(count: int) -> int:
+    return max(1, -(-count // MAX_REFINEMENT_POINTS))
+
+
 def working_stride(camera: Camera, distance_m: float) -> int:
     """The stride at which neighbouring points at this distance lie about `WORKING_SPACING_M`
     apart."""
@@ -222,7 +250,7 @@ def gather(
         user_mask, points, pixels,
     )  # fmt: skip
     points, pixels = points[:count], pixels[:count]
-    step = max(1, -(-count // MAX_REFINEMENT_POINTS))
+    step = _points_step(count)
     thinned = np.ascontiguousarray(points[::step])
     return Evidence(
         timestamp_s=frame.timestamp_s,

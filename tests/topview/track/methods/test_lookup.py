@@ -57,6 +57,12 @@ def test_the_table_holds_poses_and_each_turned_pose_once():
     assert sum(len(own) for own in table.entries) == table.yaws_rad.size
 
 
+def test_who_shows_nothing_near_the_head_looks_like_something():
+    evidence = evidence_of(stand(MODEL, HEAD, STANDING, 0.0, UP))
+    far = replace(evidence, all_points_camera=evidence.all_points_camera + 9.0)
+    assert np.isfinite(lookup.seen_descriptor(far, MODEL.stature_m)).all()
+
+
 @pytest.mark.parametrize("yaw_deg", [0.0, 60.0, 120.0, 180.0, 240.0, 300.0])
 def test_who_stands_is_found_whichever_way_they_face(yaw_deg):
     pose = stand(MODEL, HEAD, STANDING, np.radians(yaw_deg), UP)

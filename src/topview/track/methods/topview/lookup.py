@@ -96,7 +96,7 @@ def seen_descriptor(evidence: Evidence, stature_m: float) -> Floats:
     view, head = evidence.view, evidence.head_camera
     pixels = (CELL * stature_m) ** 2 * view.fx * view.fy / float(head @ head)
     covered = np.minimum(count / (FULL * pixels), 1.0)
-    depth /= np.maximum(count, 1)
+    depth = depth / np.maximum(count, 1)  # of none they are whole numbers
     shape = (1, GRID_ROWS, GRID_COLUMNS)
     return descriptors(
         covered.reshape(shape).astype(np.float32), depth.reshape(shape).astype(np.float32)

@@ -193,3 +193,18 @@ def refine(
     )
     together = Pose(necks, np.swapaxes(Rs, 0, 1))
     return Refined(together.apart(), together, *costs.T, information=information)
+
+
+def left_open(
+    pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
+) -> Array:
+    """[N] how much of each point of evidence with normals a body leaves unexplained, 0 to 1."""
+    surface, count = model.surface, len(evidence.points_camera)
+    labels = np.full(count, -1, np.int32)
+    distances_m, unlike_m, normals = np.empty(count), np.empty(count), np.empty((count, 3))
+    kernel.assign_points(
+        evidence.points_camera, evidence.normals_camera,
+        *surface.placed(pose.Rs, pose.origins(model)), surface.lengths_m, surface.shapes_m,
+        settings.reach_m, labels, distances_m, normals, unlike_m,
+    )  # fmt: skip
+    return 1.0 - 1.0 / (1.0 + (unlike_m / settings.scale_m) ** 2)

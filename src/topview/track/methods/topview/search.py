@@ -64,6 +64,7 @@ LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
+SETTLING_HOLD: Final = 0.1  # of what holds a pose at last, of whom nothing is hidden
 SEARCH_LOST_COST: Final = 0.38  # of a lost pose; normals, as they are noisy, make some 0.08
 # Poses from elsewhere are refined in so many steps at a first look, and the best so many of them
 # once more, and at every so many-th look the best of those that face the other way, with other
@@ -134,16 +135,15 @@ class Search:
         """The cheapest pose of the next frame.
 
         Args:
-            look: the frame.
+            look: the frame, with normals.
             moved_on: the last pose, and where it is thought to be by now; None if there is none.
             hidden: share of the body, beyond what is tolerated.
             statures_m: that the person may have.
             is_due: whether it is time to look elsewhere.
             is_known: whether the last pose is known better than what is seen tells; it moves on.
         """
-        with look.clock.stage("normals"):
-            evidence = look.evidence.with_normals()
-        look = replace(look, evidence=evidence, is_hidden=hidden > 0.0)
+        evidence = look.evidence
+        look = replace(look, is_hidden=hidden > 0.0)
         self._unlooked_s += look.elapsed_s
         bodies: list[Pose] = []
         if moved_on is None or is_due:
@@ -160,6 +160,7 @@ class Search:
             with look.clock.stage("limbs"):
                 for _ in range(1 if moved_on else STARTING_ROUNDS):
                     found = self._or_otherwise(found, limbs, rng, look)
+            found = self._settled(found, look)
         self._frames += 1
         # Legs out of view say nothing of a trunk that is seen.
         out = parts_out_of_sight(found.pose, found.model, evidence)
@@ -280,6 +281,17 @@ class Search:
         changed = better.keys() if after is not found else set()
         self._hypotheses.keep(after.pose, found.pose, changed, gains, look.model, TRIED_MARGIN)
         return after
+
+    def _settled(self, found: Found, look: FrameContext) -> Found:
+        """What was found, refined once more and held less to where it was: while poses are tried
+        each is held so firmly that points pull it but a part of the way. Of whom something is
+        hidden nothing pulls that part, and it would stray."""
+        if max(found.hidden, look.evidence.hidden_share) > 0.0:
+            return found
+        hold = SETTLING_HOLD * firmness(look.elapsed_s)
+        with look.clock.stage("body"):
+            (settled,) = self._founds([found.pose], replace(look, model=found.model), hold=hold)
+        return replace(found, pose=settled.pose)
 
     def _alternatives(
         self, pose: Pose, limbs: Mapping[int, Array], rng: np.random.Generator, look: FrameContext

@@ -23,6 +23,7 @@ from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.search import LOOK_S, Search
+from topview.track.methods.topview.things import Things
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
@@ -97,6 +98,7 @@ class TopviewTracker:
         self._root = RootCertainty()
         self._stature = StatureBelief(subject.stature_is_given)
         self._size = BodySize(self.bones, self._stature, settings.refinement)
+        self._things = Things(settings.refinement)
         self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -169,7 +171,13 @@ class TopviewTracker:
         is_known = self._guide.has_begun and hidden > 0.0
         is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
         starts = None if last is None else (last, self._predicted(last, look))
-        return self._search.update(look, starts, hidden, statures_m, is_due, is_known)
+        with look.clock.stage("normals"):
+            whole = look.evidence.with_normals()
+        look = replace(look, evidence=self._things.left_out(whole))
+        found = self._search.update(look, starts, hidden, statures_m, is_due, is_known)
+        with look.clock.stage("things"):
+            self._things.update(whole, found, look.elapsed_s)
+        return found
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with

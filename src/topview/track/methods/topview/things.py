@@ -1,0 +1,62 @@
+"""Things that are taken for a part of a person, and that the body leaves open (ours).
+
+What stands under a head or hangs together with a body is the person's until the body is known: so
+are the chair of who sits, and a bag. Points of theirs that a limb explains make a pose cheaper, and
+an arm is laid on the back of the chair. The body tells: where most of what is seen around a place
+is left open by the body for a while, and stays where it is, that is a thing.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from topview.filter.over_time import FRAME_S, share_after
+from topview.kernels.around import mean_around
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.refinement import RefinementSettings, left_open
+from topview.track.methods.topview.whole_body import Found
+
+# All ours. Of what is seen so near a place, such a share is left open round a thing, averaged over
+# such a time: chosen on rendered people who sit, seeds 0 to 27.
+NEAR_M: Final = 0.16
+OPEN: Final = 0.6
+OPEN_S: Final = 0.3
+STAYS_M: Final = 0.05  # in depth: what changes more is something else than before
+
+
+class Things:
+    """What one person's pixels show besides the person."""
+
+    def __init__(self, settings: RefinementSettings) -> None:
+        """`settings`: of the cost that tells what a body explains."""
+        self._settings = settings
+        # Of each pixel of the working image: its depth, and how much is left open there.
+        self._depth_m = np.zeros((0, 0), np.float32)
+        self._open = np.zeros((0, 0), np.float32)
+
+    def left_out(self, evidence: Evidence) -> Evidence:
+        """The evidence of a frame without the things; all of it where these would be most of it."""
+        depth_m = evidence.view.depth_m
+        if depth_m.shape != self._depth_m.shape:
+            self._depth_m, self._open = depth_m, np.zeros(depth_m.shape, np.float32)
+        stays = (depth_m == 0.0) | (np.abs(depth_m - self._depth_m) < STAYS_M)
+        self._open[~stays] = 0.0
+        self._depth_m = depth_m
+        is_things = evidence.user_mask & (self._open > OPEN)
+        is_some = 0 < np.count_nonzero(is_things) < 0.5 * len(evidence.pixels)
+        return evidence.without(is_things) if is_some else evidence
+
+    def update(self, evidence: Evidence, found: Found, elapsed_s: float) -> None:
+        """Take over a frame in which this body was found; `evidence` is all of it, with normals."""
+        open_now = left_open(found.pose, found.model, evidence, self._settings)
+        if open_now.mean() > OPEN:
+            return  # Such a body tells nothing.
+        around = np.empty(len(open_now))
+        mean_around(evidence.points_camera, open_now, NEAR_M, around)
+        share = share_after(max(elapsed_s, FRAME_S), OPEN_S)
+        own, step = evidence.pixels, evidence.points_step
+        before = self._open.ravel()[own]
+        self._open *= 1.0 - share
+        self._open.ravel()[own] = before + share * (np.repeat(around, step)[: len(own)] - before)
