@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-STEPS = 1024  # of a share: whole numbers add up to the same in any order, so several at once
+STEPS_OF_A_SHARE = (
+    1024  # of a share: whole numbers add up to the same in any order, so several at once
+)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -22,7 +24,7 @@ def mean_around(points, shares, radius, out):
     steps = np.empty(N, np.int32)
     for i in range(N):
         x[i], y[i], z[i] = points[i, 0], points[i, 1], points[i, 2]
-        steps[i] = np.int32(np.round(shares[i] * STEPS))
+        steps[i] = np.int32(np.round(shares[i] * STEPS_OF_A_SHARE))
     squared = np.float32(radius * radius)
     for i in range(N):
         count, total = np.int32(0), np.int32(0)
@@ -31,4 +33,4 @@ def mean_around(points, shares, radius, out):
             near = np.int32(dx * dx + dy * dy + dz * dz <= squared)
             count = np.int32(count + near)
             total = np.int32(total + near * steps[j])
-        out[i] = total / (count * STEPS)
+        out[i] = total / (count * STEPS_OF_A_SHARE)

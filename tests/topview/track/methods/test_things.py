@@ -11,14 +11,14 @@ from numpy.testing import assert_array_equal
 from rendered_bodies import CAMERA, MODEL, evidence_in, evidence_of, render, standing_pose
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings
-from topview.track.methods.topview.things import OPEN_S, STAYS_M, Things
+from topview.track.methods.topview.things import LEFT_OPEN_S, STAYS_M, Things
 from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import Pose
 
 POSE = standing_pose()
 FOUND = Found(POSE, MODEL, 0.1, 0.0)
 ELAPSED_S = 1 / 30
-FRAMES = int(3 * OPEN_S / ELAPSED_S)
+FRAMES = int(3 * LEFT_OPEN_S / ELAPSED_S)
 BACK = np.s_[45:85, 96:126]  # of a chair beside the body, which does not hide it
 
 

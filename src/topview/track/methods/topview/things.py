@@ -20,9 +20,9 @@ from topview.track.methods.topview.whole_body import Found
 
 # All ours. Of what is seen so near a place, such a share is left open round a thing, averaged over
 # such a time: chosen on rendered people who sit, seeds 0 to 27.
-NEAR_M: Final = 0.16
-OPEN: Final = 0.6
-OPEN_S: Final = 0.3
+AROUND_M: Final = 0.16
+LEFT_OPEN: Final = 0.6
+LEFT_OPEN_S: Final = 0.3
 STAYS_M: Final = 0.05  # in depth: what changes more is something else than before
 
 
@@ -44,18 +44,18 @@ class Things:
         stays = (depth_m == 0.0) | (np.abs(depth_m - self._depth_m) < STAYS_M)
         self._open[~stays] = 0.0
         self._depth_m = depth_m
-        is_things = evidence.user_mask & (self._open > OPEN)
+        is_things = evidence.user_mask & (self._open > LEFT_OPEN)
         is_some = 0 < np.count_nonzero(is_things) < 0.5 * len(evidence.pixels)
         return evidence.without(is_things) if is_some else evidence
 
     def update(self, evidence: Evidence, found: Found, elapsed_s: float) -> None:
         """Take over a frame in which this body was found; `evidence` is all of it, with normals."""
         open_now = left_open(found.pose, found.model, evidence, self._settings)
-        if open_now.mean() > OPEN:
+        if open_now.mean() > LEFT_OPEN:
             return  # Such a body tells nothing.
         around = np.empty(len(open_now))
-        mean_around(evidence.points_camera, open_now, NEAR_M, around)
-        share = share_after(max(elapsed_s, FRAME_S), OPEN_S)
+        mean_around(evidence.points_camera, open_now, AROUND_M, around)
+        share = share_after(max(elapsed_s, FRAME_S), LEFT_OPEN_S)
         own, step = evidence.pixels, evidence.points_step
         before = self._open.ravel()[own]
         self._open *= 1.0 - share
