@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-STEPS_OF_A_SHARE = (
-    1024  # of a share: whole numbers add up to the same in any order, so several at once
-)
+# Whole numbers add up to the same in any order, so that several may be added at once.
+STEPS_OF_A_SHARE = 1024
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
