@@ -20,11 +20,13 @@ class NearestSurfaces(NamedTuple):
         labels: [N] int32 parts, -1 where none is within reach.
         distances_m: [N] signed, from their surface.
         normals_camera: [N, 3] of it there.
+        unlike_m: [N] how far it is from what is seen, and how far turned; infinite of none.
     """
 
     labels: NDArray[np.int32]
     distances_m: Array
     normals_camera: Array
+    unlike_m: Array
 
 
 def nearest_surfaces(
@@ -33,15 +35,18 @@ def nearest_surfaces(
     origins: Array,
     surface: Surface,
     reach_m: float,
+    seen_normals_camera: Array | None = None,
 ) -> NearestSurfaces:
     """Of points [N, 3] and B parts with this surface: their rotations [B, 3, 3] and origins [B, 3],
-    NaN of those that are nowhere."""
+    NaN of those that are nowhere; and [N, 3] which way what is seen faces, zeros or None where that
+    is not known."""
     N = len(points_camera)
     labels = np.full(N, -1, np.int32)
-    distances, normals = np.empty(N), np.empty((N, 3))
+    distances, normals, unlike = np.empty(N), np.empty((N, 3)), np.empty(N)
+    seen_normals = np.zeros((N, 3)) if seen_normals_camera is None else seen_normals_camera
     kernel.assign_points(
-        points_camera, np.zeros((N, 3)), *surface.placed(Rs, origins), surface.lengths_m,
-        surface.shapes_m, reach_m, labels, distances, normals, np.empty(N),
+        points_camera, seen_normals, *surface.placed(Rs, origins), surface.lengths_m,
+        surface.shapes_m, reach_m, labels, distances, normals, unlike,
     )  # fmt: skip
     owners = np.append(surface.owners, -1).astype(np.int32)
-    return NearestSurfaces(owners[labels], distances, normals)
+    return NearestSurfaces(owners[labels], distances, normals, unlike)

@@ -112,8 +112,8 @@ class BodySize:
         )
         sums = np.empty((len(PARTS), N_TOLD, N_TOLD))
         sum_up_surface(
-            points_camera, *surfaces, np.ascontiguousarray(pose.Rs[:, :, 1]), pose.neck_camera,
-            settings.scale_m, sums,
+            points_camera, surfaces.labels, surfaces.distances_m, surfaces.normals_camera,
+            np.ascontiguousarray(pose.Rs[:, :, 1]), pose.neck_camera, settings.scale_m, sums,
         )  # fmt: skip
         shares = _shares(pose, origins)
         system = (np.swapaxes(shares, 1, 2) @ sums @ shares).sum(0)

@@ -33,6 +33,7 @@ from topview.track.degrees_of_freedom import (
 from topview.track.evidence import Evidence
 from topview.track.joint_fit import JOINT_PART, JointTargets
 from topview.track.pose import Pose
+from topview.track.surfaces import nearest_surfaces
 
 Array = NDArray[np.float64]
 
@@ -199,12 +200,8 @@ def left_open(
     pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
 ) -> Array:
     """[N] how much of each point of evidence with normals a body leaves unexplained, 0 to 1."""
-    surface, count = model.surface, len(evidence.points_camera)
-    labels = np.full(count, -1, np.int32)
-    distances_m, unlike_m, normals = np.empty(count), np.empty(count), np.empty((count, 3))
-    kernel.assign_points(
-        evidence.points_camera, evidence.normals_camera,
-        *surface.placed(pose.Rs, pose.origins(model)), surface.lengths_m, surface.shapes_m,
-        settings.reach_m, labels, distances_m, normals, unlike_m,
+    surfaces = nearest_surfaces(
+        evidence.points_camera, pose.Rs, pose.origins(model), model.surface, settings.reach_m,
+        evidence.normals_camera,
     )  # fmt: skip
-    return 1.0 - 1.0 / (1.0 + (unlike_m / settings.scale_m) ** 2)
+    return 1.0 - 1.0 / (1.0 + (surfaces.unlike_m / settings.scale_m) ** 2)

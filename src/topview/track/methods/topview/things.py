@@ -37,12 +37,12 @@ class Things:
         self._open = np.zeros((0, 0), np.float32)
 
     def left_out(self, evidence: Evidence) -> Evidence:
-        """The evidence of a frame without the things; all of it where these would be most of it."""
+        """The evidence of a frame without the things; all of it where these would be most of it.
+        Each frame begins with this, and forgets what has changed; then `update`."""
         depth_m = evidence.view.depth_m
         if depth_m.shape != self._depth_m.shape:
             self._depth_m, self._open = depth_m, np.zeros(depth_m.shape, np.float32)
-        stays = (depth_m == 0.0) | (np.abs(depth_m - self._depth_m) < STAYS_M)
-        self._open[~stays] = 0.0
+        self._open[np.abs(depth_m - self._depth_m) >= STAYS_M] = 0.0
         self._depth_m = depth_m
         is_things = evidence.user_mask & (self._open > LEFT_OPEN)
         is_some = 0 < np.count_nonzero(is_things) < 0.5 * len(evidence.pixels)

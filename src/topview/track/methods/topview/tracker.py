@@ -173,7 +173,8 @@ class TopviewTracker:
         starts = None if last is None else (last, self._predicted(last, look))
         with look.clock.stage("normals"):
             whole = look.evidence.with_normals()
-        look = replace(look, evidence=self._things.left_out(whole))
+        with look.clock.stage("things"):
+            look = replace(look, evidence=self._things.left_out(whole))
         found = self._search.update(look, starts, hidden, statures_m, is_due, is_known)
         with look.clock.stage("things"):
             self._things.update(whole, found, look.elapsed_s)
