@@ -155,16 +155,18 @@ def join_pieces(
     count: int,
     depth_m: NDArray[np.float32],
     points_camera: NDArray[np.float32],
+    heights_m: NDArray[np.float32],
     head_camera: NDArray[np.float32],
     reach_m: float,
     gap_m: float,
+    lowest_m: float,
     out_body_m: NDArray[np.float32],
 ) -> None:
-    """Add to a body the pieces before it that touch it and are near enough to its head.
+    """Add to a body the pieces before and behind it that touch it and are near enough to its head.
 
     A piece touches where one of its pixels is nearer than the mean of the body's among its 8
-    neighbours, by up to `gap_m`. Pixels of the piece are as far from the head as the straight
-    line.
+    neighbours, by up to `gap_m`; or farther by up to that, if all of the piece is higher than
+    `lowest_m`. Pixels of the piece are as far from the head as the straight line.
 
     Args:
         pixels: flat indices of the pieces' pixels.
@@ -172,14 +174,15 @@ def join_pieces(
         count: of numbers, 0 included.
         depth_m: [h, w].
         points_camera: [h, w, 3].
+        heights_m: [h, w] along up.
         head_camera: [3] the head's centre.
         reach_m: a piece that has a pixel further from the head is none of its.
-        gap_m: see above.
+        gap_m, lowest_m: see above.
         out_body_m: [h, w] the body's distances from the head, infinity elsewhere.
     """
     height, width = depth_m.shape
-    touches = np.zeros(count, np.bool_)
-    is_too_far = np.zeros(count, np.bool_)
+    is_before, is_behind = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    is_too_far, is_low = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     from_head_m = np.empty(len(pixels), np.float32)
     for index in range(len(pixels)):
         row, column = pixels[index] // width, pixels[index] % width
@@ -190,7 +193,9 @@ def join_pieces(
         from_head_m[index] = np.sqrt(x_off * x_off + y_off * y_off + z_off * z_off)
         if from_head_m[index] > reach_m:
             is_too_far[label] = True
-        if touches[label] or is_too_far[label]:
+        if heights_m[row, column] <= lowest_m:
+            is_low[label] = True
+        if is_before[label] or is_too_far[label]:
             continue
         around_m, bodys = 0.0, 0
         for i in range(max(row - 1, 0), min(row + 2, height)):
@@ -198,10 +203,12 @@ def join_pieces(
                 if out_body_m[i, j] < np.inf:
                     around_m += depth_m[i, j]
                     bodys += 1
-        if bodys and around_m / bodys - gap_m < z < around_m / bodys:
-            touches[label] = True
+        if bodys and abs(z - around_m / bodys) < gap_m:
+            is_before[label] |= z < around_m / bodys
+            is_behind[label] |= z >= around_m / bodys
     for index in range(len(pixels)):
         row, column = pixels[index] // width, pixels[index] % width
         label = labels[row, column]
-        if touches[label] and not is_too_far[label]:
+        touches = is_before[label] or (is_behind[label] and not is_low[label])
+        if touches and not is_too_far[label]:
             out_body_m[row, column] = from_head_m[index]

@@ -1,5 +1,5 @@
 """Limbs that the depth image cuts off from their body: a hand stretched out at the camera hides
-its own forearm."""
+its own forearm, and a trunk the arm behind it but for the hand."""
 
 from __future__ import annotations
 
@@ -20,13 +20,16 @@ class PieceSettings:
 
     Attributes:
         area_m2: a fist shows 0.008 m^2, and a forearm with its hand 0.06 m^2.
-        gap_m: how far it is before the body beside it in the picture; a forearm with its hand is
-            0.45 m long.
+        gap_m: how far it is before or behind the body beside it in the picture; a forearm with its
+            hand is 0.45 m long.
+        lowest_m: above the floor, of what is behind: what reaches farther down stands on the floor,
+            or is a foot. Where no floor is known nothing is taken that is behind.
         reach: from the head's centre, in statures, to the toes of a stretched leg.
     """
 
     area_m2: tuple[float, float] = (0.002, 0.07)
     gap_m: float = 0.45
+    lowest_m: float = 0.3
     reach: float = 1.0
 
 
@@ -60,18 +63,21 @@ class Pieces:
         return cls(scene, settings, labels, count, pixels)
 
     def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:
-        """Add to a body [h, w] the pieces before it that touch it in the picture and are near
-        enough; they are as far from the head as the straight line."""
+        """Add to a body [h, w] the pieces before and behind it that touch it in the picture and are
+        near enough; they are as far from the head as the straight line."""
         if not len(self.pixels):
             return
+        scene, settings = self.scene, self.settings
         join_pieces(
             self.pixels,
             self.labels,
             self.count,
-            self.scene.cloud.depth_m,
-            self.scene.cloud.points_camera,
+            scene.cloud.depth_m,
+            scene.cloud.points_camera,
+            scene.heights_m,
             head_camera.astype(np.float32),
-            self.settings.reach * height_m,
-            self.settings.gap_m,
+            settings.reach * height_m,
+            settings.gap_m,
+            np.inf if scene.floor is None else settings.lowest_m,
             body,
         )

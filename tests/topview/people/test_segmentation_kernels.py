@@ -219,18 +219,34 @@ def a_body_beside_a_piece(
 
 
 @pytest.mark.parametrize(
-    ("piece_m", "reach_m", "joins"),
-    [(1.8, 1.0, True), (1.4, 1.0, False), (2.1, 1.0, False), (1.8, 0.15, False)],
-    ids=["before it", "too far before it", "behind it", "out of reach"],
+    ("piece_m", "height_m", "reach_m", "joins"),
+    [
+        (1.8, 0.1, 1.0, True),
+        (1.4, 0.1, 1.0, False),
+        (2.1, 0.5, 1.0, True),
+        (2.1, 0.1, 1.0, False),
+        (2.6, 0.5, 1.0, False),
+        (1.8, 0.5, 0.15, False),
+    ],
+    ids=[
+        "before it",
+        "too far before it",
+        "behind it, high up",
+        "behind it, as furniture stands",
+        "too far behind it",
+        "out of reach",
+    ],
 )
-def test_a_piece_joins_a_body_that_it_touches_from_the_front(
-    piece_m: float, reach_m: float, joins: bool
+def test_a_piece_joins_a_body_that_it_touches_before_or_behind(
+    piece_m: float, height_m: float, reach_m: float, joins: bool
 ) -> None:
     depth, labels, body = a_body_beside_a_piece(piece_m)
     points = np.stack([np.zeros_like(depth), np.zeros_like(depth), depth], axis=-1)
+    heights = np.full_like(depth, 0.5)
+    heights[0] = height_m
     whole = body.copy()
     pixels = np.flatnonzero(labels).astype(np.int32)
     head = np.array([0.0, 0.0, 2.0], np.float32)
-    join_pieces(pixels, labels, 2, depth, points, head, reach_m, 0.45, whole)
+    join_pieces(pixels, labels, 2, depth, points, heights, head, reach_m, 0.45, 0.3, whole)
     np.testing.assert_array_equal(whole[:, :3], body[:, :3])
-    np.testing.assert_allclose(whole[:, 3:], 2.0 - piece_m if joins else np.inf, atol=1e-6)
+    np.testing.assert_allclose(whole[:, 3:], abs(2.0 - piece_m) if joins else np.inf, atol=1e-6)
