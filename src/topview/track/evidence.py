@@ -13,7 +13,7 @@ from topview.detect.joints.proposals import JointProposals
 from topview.kernels.normals import surface_normals
 from topview.kernels.windows import nearest_in_rows, own_points
 from topview.people.users import HandCandidate, User
-from topview.records import Camera
+from topview.records import KINECT1_NOISE, Camera, DepthNoise
 from topview.room.floor import CAMERA_UP, FloorPlane
 from topview.score.utvr import Observed
 from topview.track.pose import FittedBody
@@ -73,6 +73,7 @@ class Evidence:
         point_area_m2: surface that one of `points_camera` stands for, seen face on.
         head_camera, head_is_seen: the head's centre in metres, and whether it was measured.
         head_sigma_m: standard deviation of it along each axis, metres.
+        noise: of the depth.
         stature_m: as measured; None while nobody could measure it.
         floor: [4] upward normal and height of the camera over the floor in metres; zeros for none.
         hidden_share: of the user's image area, by nearer users (Sec. 5.1.3); 0 for methods that
@@ -109,6 +110,7 @@ class Evidence:
     face_share: float | None = None
     proposals: JointProposals | None = None
     head_sigma_m: float = 0.0
+    noise: DepthNoise = KINECT1_NOISE
 
     def observed(self, is_coarse: bool) -> Observed:
         """The scene and the user's points, at half the resolution if `is_coarse`."""
@@ -275,4 +277,5 @@ def gather(
         face_share=user.face_share,
         proposals=proposals,
         head_sigma_m=user.head_sigma_m,
+        noise=frame.camera.noise,
     )

@@ -9,9 +9,11 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rendered_bodies import CAMERA, MODEL, evidence_in, evidence_of, render, standing_pose
+from topview.records import KINECT1_NOISE
+from topview.room.background import TOLERANCE_M
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings
-from topview.track.methods.topview.things import LEFT_OPEN_S, STAYS_M, Things
+from topview.track.methods.topview.things import LEFT_OPEN_S, Things
 from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import Pose
 
@@ -63,8 +65,17 @@ def test_what_a_body_leaves_open_is_left_out_in_time(things):
 
 def test_what_moves_is_the_persons_until_it_is_looked_at_anew(things):
     after(things, with_chair()[0], FRAMES)
-    moved, is_chair = with_chair(2.9 - 1.5 * STAYS_M)
+    moved, is_chair = with_chair(2.9 - 6.0 * float(KINECT1_NOISE.sigma_m(2.9)) - TOLERANCE_M)
     assert things.left_out(moved).user_mask[is_chair].all()
+
+
+def test_what_only_the_noise_moves_or_hides_for_a_frame_stays_a_thing(things):
+    evidence, _ = with_chair()
+    rest = after(things, evidence, FRAMES)
+    noisy, _ = with_chair(2.9 - 1.5 * TOLERANCE_M)
+    assert_array_equal(things.left_out(noisy).user_mask, rest.user_mask)
+    things.left_out(evidence_of(POSE))  # without a reading of the chair
+    assert_array_equal(things.left_out(noisy).user_mask, rest.user_mask)
 
 
 def test_what_a_body_comes_to_explain_is_the_persons_again(things):

@@ -14,6 +14,7 @@ import numpy as np
 
 from topview.filter.over_time import FRAME_S, share_after
 from topview.kernels.around import mean_around
+from topview.room.background import same_depth
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, left_open
 from topview.track.methods.topview.whole_body import Found
@@ -23,7 +24,6 @@ from topview.track.methods.topview.whole_body import Found
 AROUND_M: Final = 0.16
 LEFT_OPEN: Final = 0.6
 LEFT_OPEN_S: Final = 0.3
-STAYS_M: Final = 0.05  # in depth: what changes more is something else than before
 
 
 class Things:
@@ -32,7 +32,7 @@ class Things:
     def __init__(self, settings: RefinementSettings) -> None:
         """`settings`: of the cost that tells what a body explains."""
         self._settings = settings
-        # Of each pixel of the working image: its depth, and how much is left open there.
+        # Of each pixel of the working image: the last depth, and how much is left open there.
         self._depth_m = np.zeros((0, 0), np.float32)
         self._open = np.zeros((0, 0), np.float32)
 
@@ -41,9 +41,12 @@ class Things:
         Each frame begins with this, and forgets what has changed; then `update`."""
         depth_m = evidence.view.depth_m
         if depth_m.shape != self._depth_m.shape:
-            self._depth_m, self._open = depth_m, np.zeros(depth_m.shape, np.float32)
-        self._open[np.abs(depth_m - self._depth_m) >= STAYS_M] = 0.0
-        self._depth_m = depth_m
+            self._depth_m, self._open = np.zeros((2, *depth_m.shape), np.float32)
+        is_read = depth_m > 0.0
+        constant, linear, square = same_depth(evidence.noise)
+        stays_m = constant + (linear + square * depth_m) * depth_m
+        self._open[is_read & (np.abs(depth_m - self._depth_m) >= stays_m)] = 0.0
+        self._depth_m = np.where(is_read, depth_m, self._depth_m)
         is_things = evidence.user_mask & (self._open > LEFT_OPEN)
         is_some = 0 < np.count_nonzero(is_things) < 0.5 * len(evidence.pixels)
         return evidence.without(is_things) if is_some else evidence
