@@ -22,7 +22,7 @@ from topview.track.methods.topview.whole_body import Found
 # All ours. Of what is seen so near a place, such a share is left open round a thing, averaged over
 # such a time: chosen on rendered people who sit, seeds 0 to 27.
 AROUND_M: Final = 0.16
-LEFT_OPEN: Final = 0.6
+LEFT_OPEN: Final = 0.45
 LEFT_OPEN_S: Final = 0.3
 
 
