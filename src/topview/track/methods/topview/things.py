@@ -41,7 +41,8 @@ class Things:
         Each frame begins with this, and forgets what has changed; then `update`."""
         depth_m = evidence.view.depth_m
         if depth_m.shape != self._depth_m.shape:
-            self._depth_m, self._open = np.zeros((2, *depth_m.shape), np.float32)
+            self._depth_m = np.zeros(depth_m.shape, np.float32)
+            self._open = np.zeros_like(self._depth_m)
         is_read = depth_m > 0.0
         constant, linear, square = same_depth(evidence.noise)
         stays_m = constant + (linear + square * depth_m) * depth_m
