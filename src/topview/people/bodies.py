@@ -163,14 +163,17 @@ def nearest_body(scene: Scene, tracks: Sequence[Track]) -> Distance:
     return nearest_m
 
 
-def with_pieces(scene: Scene, tracks: Sequence[Track], settings: PeopleSettings) -> Distance:
-    """[N, h, w] the tracks' bodies with the limbs that the image cuts off from them."""
+def with_pieces(
+    scene: Scene, tracks: Sequence[Track], settings: PeopleSettings, *, behind: bool
+) -> Distance:
+    """[N, h, w] the tracks' bodies with the limbs that the image cuts off from them, those `behind`
+    a body, too, or only those before it."""
     pieces = Pieces.of(scene, union_of(scene, tracks), settings.pieces)
     whole_m = np.empty((len(tracks), *scene.cloud.depth_m.shape), np.float32)
     for index, track in enumerate(tracks):
         whole_m[index] = track.body_m
         if track.is_seen:
-            pieces.join_to(whole_m[index], track.place_camera, stature_m(track))
+            pieces.join_to(whole_m[index], track.place_camera, stature_m(track), behind=behind)
     return whole_m
 
 

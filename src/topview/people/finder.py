@@ -206,7 +206,9 @@ class PeopleFinder:
         """The tracks, each with the pixels that are its own; the rest is learnt as the room's, if
         it is steady."""
         scene, cloud = step.scene, step.scene.cloud
-        bodies_m = with_pieces(scene, tracks, self.settings)
+        # What is behind a body may be a curtain, of which a network would be asked with it.
+        behind = not step.told.has_network
+        bodies_m = with_pieces(scene, tracks, self.settings, behind=behind)
         give_what_emerges(scene, tracks, bodies_m, step.told)
         is_somebodys = np.minimum.reduce(bodies_m, initial=np.inf) < np.inf
         if step.told.has_network:

@@ -62,9 +62,11 @@ class Pieces:
         )  # fmt: skip
         return cls(scene, settings, labels, count, pixels)
 
-    def join_to(self, body: Distance, head_camera: NDArray[np.float64], height_m: float) -> None:
-        """Add to a body [h, w] the pieces before and behind it that touch it in the picture and are
-        near enough; they are as far from the head as the straight line."""
+    def join_to(
+        self, body: Distance, head_camera: NDArray[np.float64], height_m: float, *, behind: bool
+    ) -> None:
+        """Add to a body [h, w] the pieces before it, or `behind` it as well, that touch it in the
+        picture and are near enough; they are as far from the head as the straight line."""
         if not len(self.pixels):
             return
         scene, settings = self.scene, self.settings
@@ -78,6 +80,6 @@ class Pieces:
             head_camera.astype(np.float32),
             settings.reach * height_m,
             settings.gap_m,
-            np.inf if scene.floor is None else settings.lowest_m,
+            settings.lowest_m if behind and scene.floor is not None else np.inf,
             body,
         )
