@@ -14,7 +14,7 @@ import numpy as np
 
 from topview.filter.over_time import FRAME_S, share_after
 from topview.kernels.around import mean_around
-from topview.room.background import same_depth
+from topview.room.background import TOLERANCE_M, TOLERANCE_NOISES
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, left_open
 from topview.track.methods.topview.whole_body import Found
@@ -44,8 +44,7 @@ class Things:
             self._depth_m = np.zeros(depth_m.shape, np.float32)
             self._open = np.zeros_like(self._depth_m)
         is_read = depth_m > 0.0
-        constant, linear, square = same_depth(evidence.noise)
-        stays_m = constant + (linear + square * depth_m) * depth_m
+        stays_m = TOLERANCE_M + TOLERANCE_NOISES * evidence.noise.sigma_m(depth_m)
         self._open[is_read & (np.abs(depth_m - self._depth_m) >= stays_m)] = 0.0
         self._depth_m = np.where(is_read, depth_m, self._depth_m)
         is_things = evidence.user_mask & (self._open > LEFT_OPEN)
