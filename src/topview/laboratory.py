@@ -55,6 +55,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "topview_lab.cli.train_people:train_people",
         "Learn to tell people from furniture from recordings with truth.",
     ),
+    "train-bias": (
+        "topview_lab.cli.train_bias:train_bias",
+        "Learn how far off found poses are, from recordings with truth.",
+    ),
     "train-confidence": (
         "topview_lab.cli.train_confidence:train_confidence",
         "Learn how far joints are off, from recordings with truth.",

@@ -33,7 +33,7 @@ from topview.track.degrees_of_freedom import (
 from topview.track.evidence import Evidence
 from topview.track.joint_fit import JOINT_PART, JointTargets
 from topview.track.pose import Pose
-from topview.track.surfaces import nearest_surfaces
+from topview.track.surfaces import NearestSurfaces, nearest_surfaces
 
 Array = NDArray[np.float64]
 
@@ -200,8 +200,16 @@ def left_open(
     pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
 ) -> Array:
     """[N] how much of each point of evidence with normals a body leaves unexplained, 0 to 1."""
+    return 1.0 - explained(pose, model, evidence, settings)[1]
+
+
+def explained(
+    pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
+) -> tuple[NearestSurfaces, Array]:
+    """Which part each point of evidence with normals lies on, and [N] how much of it the body
+    explains, 0 to 1."""
     surfaces = nearest_surfaces(
         evidence.points_camera, pose.Rs, pose.origins(model), model.surface, settings.reach_m,
         evidence.normals_camera,
     )  # fmt: skip
-    return 1.0 - 1.0 / (1.0 + (surfaces.unlike_m / settings.scale_m) ** 2)
+    return surfaces, 1.0 / (1.0 + (surfaces.unlike_m / settings.scale_m) ** 2)

@@ -19,6 +19,7 @@ from topview.track.body_tracker import Needs, Subject
 from topview.track.bone_lengths import BoneLengths
 from topview.track.evidence import Evidence
 from topview.track.familiarity import Familiarity
+from topview.track.methods.topview.bias import Unbiased
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
 from topview.track.methods.topview.refinement import RefinementSettings, refine
@@ -83,7 +84,10 @@ class TopviewSettings:
 class TopviewTracker:
     """One person's pose over time."""
 
-    def __init__(self, subject: Subject, settings: TopviewSettings) -> None:
+    def __init__(
+        self, subject: Subject, settings: TopviewSettings, unbiased: Unbiased | None = None
+    ) -> None:
+        """`unbiased`: takes the bias out of poses; by that which ships if None."""
         self.subject = subject
         self.settings = settings
         self.pose: Pose | None = None
@@ -99,6 +103,7 @@ class TopviewTracker:
         self._stature = StatureBelief(subject.stature_is_given)
         self._size = BodySize(self.bones, self._stature, settings.refinement)
         self._things = Things(settings.refinement)
+        self._unbiased = unbiased or Unbiased(settings.refinement)
         self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -129,6 +134,7 @@ class TopviewTracker:
             if evidence.proposals is not None:
                 found = self._guided(look, evidence.proposals)
                 self._guided_to = found.pose, evidence.up_camera
+                self._unbiased.forget()
             else:
                 if self._guided_to is not None:
                     self._search.facing.begin(*self._guided_to)
@@ -142,7 +148,7 @@ class TopviewTracker:
                 self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
         self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
-        return pose
+        return self._unbiased.pose(pose)
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
@@ -178,6 +184,8 @@ class TopviewTracker:
         found = self._search.update(look, starts, hidden, statures_m, is_due, is_known)
         with look.clock.stage("things"):
             self._things.update(whole, found, look.elapsed_s)
+        with look.clock.stage("bias"):
+            self._unbiased.update(found, look)
         return found
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:

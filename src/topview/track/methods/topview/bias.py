@@ -1,0 +1,167 @@
+"""How far off a found pose is on average, by what lies how on its surface (ours).
+
+No surface of few numbers is a person's in clothes. The pose with which it explains most of what is
+seen is off therefore, and alike each time where poses are alike and points lie alike on them: the
+hips of who sits, for one, are found too near the camera. How far off is a linear law of some
+traits, learnt from rendered people by `topview train-bias`.
+
+What is told is the pose without it. The search goes on with the pose that it found: the law knows
+how that is off, and no other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.files import read_archive
+from topview.filter.over_time import FRAME_S, share_after
+from topview.geometry.rotations import rotations_from_vectors, unit
+from topview.track.evidence import Evidence
+from topview.track.methods.topview.refinement import RefinementSettings, explained
+from topview.track.methods.topview.whole_body import Found, FrameContext
+from topview.track.pose import LIMBS, OTHER_SIDE, Pose
+
+Array = NDArray[np.float64]
+
+BIAS_FILE: Final = "data/bias.npz"
+# All ours.
+BIAS_S: Final = 0.09  # after which a bias is by 63 % what a frame says
+FEW_POINTS: Final = 3.0  # that lie on a part where none do, as they should
+AREA_M2: Final = 0.01  # seen surface of a part, in which its logarithm is told
+
+_NOT_TORSO: Final = [part for part in range(len(PARTS)) if part != UPPER_TORSO]
+_OTHERS: Final = [_NOT_TORSO.index(OTHER_SIDE[part]) for part in _NOT_TORSO]
+
+# The steps after those of the neck: which part each turns, about which of its axes. A limb swings
+# and turns about its axis with the upper part, and bends with the lower one.
+TURNED: Final = np.array(
+    [(part, axis) for part in (UPPER_TORSO, HEAD, LOWER_TORSO, *LIMBS) for axis in range(3)]
+    + [(upper + 1, 0) for upper in LIMBS]
+)
+N_STEPS: Final = 3 + len(TURNED)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseBias:
+    """A linear law.
+
+    Attributes:
+        source: what it was learnt from, and how.
+        weights: [28, T] of each trait, for each step: the neck moves along the axes of the upper
+            torso, metres; parts turn as `TURNED` says, radians.
+        lowest, highest: [T] traits are taken as no farther out than those it was learnt from.
+    """
+
+    source: str
+    weights: Array
+    lowest: Array
+    highest: Array
+
+    def steps(self, traits: Array) -> Array:
+        """[28] from a pose with [T] traits to where the person is, on average; or [28, N] of
+        [T, N]."""
+        return self.weights @ np.clip(traits.T, self.lowest, self.highest).T
+
+
+class Unbiased:
+    """One person's poses without their bias, which changes smoothly."""
+
+    def __init__(self, settings: RefinementSettings) -> None:
+        """`settings`: of the cost with which poses are found."""
+        self._settings = settings
+        self._steps: Array | None = None
+
+    def update(self, found: Found, look: FrameContext) -> None:
+        """With what was found in the evidence of a frame, which has normals."""
+        traits = pose_traits(found.pose, found.model, look.evidence, self._settings)
+        steps = shipped_bias().steps(traits)
+        if self._steps is not None and not found.is_new:
+            share = share_after(max(look.elapsed_s, FRAME_S), BIAS_S)
+            steps = self._steps + share * (steps - self._steps)
+        self._steps = steps
+
+    def forget(self) -> None:
+        """Nothing is known of the next pose's."""
+        self._steps = None
+
+    def pose(self, pose: Pose) -> Pose:
+        """A pose that was found, or has been kept since."""
+        return pose if self._steps is None else stepped(pose, self._steps)
+
+
+@cache
+def shipped_bias() -> PoseBias:
+    """That which comes with the project."""
+    with resources.as_file(resources.files("topview.track.methods.topview") / BIAS_FILE) as path:
+        arrays = read_archive(path)
+    return PoseBias(str(arrays.pop("source")), **arrays)
+
+
+def pose_traits(
+    pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
+) -> Array:
+    """[T] what tells how far off a pose is: 1; in the frame of the upper torso the line of sight,
+    the way up, and the axis of each other part; the sum of all lengths; and of each part, in its
+    frame, how far the points on it are off its surface and where they lie, how much is seen of it,
+    and which share of that it leaves unexplained."""
+    R_torso = pose.Rs[UPPER_TORSO]
+    directions = [unit(pose.neck_camera), evidence.up_camera, *pose.Rs[_NOT_TORSO][..., 1]]
+    surfaces, shares = explained(pose, model, evidence, settings)
+    is_on = surfaces.labels == np.arange(len(PARTS))[:, None]
+    weights = is_on * shares
+    sums = weights.sum(1)
+    normals = np.where(shares[:, None] > 0.0, surfaces.normals_camera, 0.0)
+    off = _in_parts(surfaces.distances_m[:, None] * normals, weights, pose)
+    lie = _in_parts(evidence.points_camera, weights, pose)
+    at = np.einsum("kji,kj->ki", pose.Rs, pose.origins(model)) * sums[:, None]
+    counts = is_on.sum(1)
+    return np.concatenate(
+        [
+            [1.0],
+            (np.array(directions) @ R_torso).ravel(),
+            [model.lengths_m.sum()],
+            (off / (sums + FEW_POINTS)[:, None]).ravel(),
+            ((lie - at) / (sums + FEW_POINTS)[:, None]).ravel(),
+            np.log1p(counts * evidence.point_area_m2 / AREA_M2),
+            1.0 - sums / np.maximum(counts, 1),
+        ]
+    )
+
+
+def _mirrored_traits() -> tuple[Array, NDArray[np.int64]]:
+    """[T] signs and [T] places of the traits that make those of the pose in a mirror."""
+    sides, flips = np.array(OTHER_SIDE), np.array([-1.0, 1.0, 1.0])
+    others = np.append([0, 1], 2 + np.array(_OTHERS))
+    blocks = [(np.zeros(1, int), 1), (others, 3), (np.zeros(1, int), 1), *[(sides, 3)] * 2]
+    blocks += [(sides, 1)] * 2
+    signs, order = [], []
+    for rows, width in blocks:
+        start = sum(map(len, order))
+        signs.append(np.tile(flips if width == 3 else np.ones(1), len(rows)))
+        order.append(start + (rows[:, None] * width + np.arange(width)).ravel())
+    return np.concatenate(signs), np.concatenate(order)
+
+
+MIRRORED_TRAITS: Final = _mirrored_traits()
+
+
+def _in_parts(vectors: Array, weights: Array, pose: Pose) -> Array:
+    """[11, 3] weighted sums of [N, 3] vectors, in the frames of the parts whose [11, N] weights
+    they have."""
+    return np.einsum("kji,kj->ki", pose.Rs, weights @ vectors)
+
+
+def stepped(pose: Pose, steps: Array) -> Pose:
+    """A pose moved by [28] steps, as `PoseBias` has them."""
+    vectors = np.zeros((len(PARTS), 3))
+    vectors[TURNED[:, 0], TURNED[:, 1]] = steps[3:]
+    neck_camera = pose.neck_camera + pose.Rs[UPPER_TORSO] @ steps[:3]
+    return Pose.from_relative(neck_camera, pose.relative() @ rotations_from_vectors(vectors))

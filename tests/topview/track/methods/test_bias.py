@@ -1,0 +1,154 @@
+"""How far off a found pose is on average, as a law of its traits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
+from topview.body.parts import JOINT_NAMES, LEFT_FOREARM, UPPER_TORSO, other_side
+from topview.timing import StageClock
+from topview.track.methods.topview import bias
+from topview.track.methods.topview.bias import (
+    BIAS_S,
+    MIRRORED_TRAITS,
+    N_STEPS,
+    TURNED,
+    PoseBias,
+    Unbiased,
+    pose_traits,
+    shipped_bias,
+    stepped,
+)
+from topview.track.methods.topview.refinement import RefinementSettings
+from topview.track.methods.topview.whole_body import Found, FrameContext
+from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE, Pose
+
+POSE = standing_pose()
+SETTINGS = RefinementSettings()
+TRAITS = len(MIRRORED_TRAITS[0])
+# Of a mirrored pose the turns about x stay, those about y and z are the other way round, as is the
+# way along x.
+_PLACES = {(int(part), int(axis)): d for d, (part, axis) in enumerate(TURNED, start=3)}
+STEPS_MIRRORED = [0, 1, 2] + [_PLACES[OTHER_SIDE[part], int(axis)] for part, axis in TURNED]
+STEP_SIGNS = np.append([-1.0, 1.0, 1.0], np.array([1.0, -1.0, -1.0])[TURNED[:, 1]])
+
+
+def in_a_mirror(pose: Pose) -> Pose:
+    return Pose(pose.neck_camera @ MIRRORED, (MIRRORED @ pose.Rs @ MIRRORED)[list(OTHER_SIDE)])
+
+
+def look_at(pose: Pose, elapsed_s: float = 1 / 30) -> FrameContext:
+    return FrameContext(MODEL, evidence_of(pose).with_normals(), StageClock(), elapsed_s)
+
+
+def traits_of(pose: Pose) -> np.ndarray:
+    return pose_traits(pose, MODEL, evidence_of(pose).with_normals(), SETTINGS)
+
+
+def a_law(weights: np.ndarray, widest: float = np.inf) -> PoseBias:
+    return PoseBias("made up", weights, np.full(TRAITS, -widest), np.full(TRAITS, widest))
+
+
+def test_a_pose_in_a_mirror_has_mirrored_traits() -> None:
+    signs, order = MIRRORED_TRAITS
+    assert_array_equal(np.sort(order), np.arange(TRAITS))
+    seen = evidence_of(POSE).with_normals()
+    in_mirror = replace(
+        seen,
+        points_camera=seen.points_camera @ MIRRORED,
+        normals_camera=seen.normals_camera @ MIRRORED,
+    )
+    own = pose_traits(POSE, MODEL, seen, SETTINGS)
+    mirrored = pose_traits(in_a_mirror(POSE), MODEL, in_mirror, SETTINGS)
+    assert own.shape == (TRAITS,)
+    assert np.abs(own - mirrored).max() > 0.2
+    assert_allclose(signs * own[order], mirrored, atol=1e-9)
+
+
+def test_a_surface_that_fits_has_no_points_off_it_and_one_that_is_too_near_has() -> None:
+    evidence = evidence_of(POSE).with_normals()
+    pulled = Pose(0.99 * POSE.neck_camera, POSE.Rs)
+    off = [
+        pose_traits(pose, MODEL, evidence, SETTINGS)[38 : 38 + 33].reshape(11, 3)
+        for pose in (POSE, pulled)
+    ]
+    gaps_m = [np.einsum("kij,kj->ki", POSE.Rs, own)[:, 2] for own in off]
+    assert np.abs(gaps_m[0]).max() < 0.02
+    assert gaps_m[1][UPPER_TORSO] - gaps_m[0][UPPER_TORSO] > 0.01
+
+
+def test_what_ships_treats_left_and_right_alike() -> None:
+    law, (signs, order) = shipped_bias(), MIRRORED_TRAITS
+    traits = traits_of(POSE)
+    steps = law.steps(traits)
+    assert np.abs(steps).max() > 1e-3
+    assert_allclose(
+        law.steps(signs * traits[order]), (STEP_SIGNS * steps)[STEPS_MIRRORED], atol=1e-3
+    )
+
+
+def test_no_step_leaves_a_pose_as_it_is_and_steps_keep_its_lengths() -> None:
+    assert_allclose(stepped(POSE, np.zeros(N_STEPS)).Rs, POSE.Rs, atol=1e-9)
+    steps = 0.05 * np.random.default_rng(0).standard_normal(N_STEPS)
+    moved = stepped(POSE, steps)
+    assert_allclose(moved.neck_camera, POSE.neck_camera + POSE.Rs[UPPER_TORSO] @ steps[:3])
+    for name in JOINT_NAMES:
+        if name.endswith(("_elbow", "_hand", "_knee", "_ankle")):
+            joint, before = JOINT_NAMES.index(name), JOINT_NAMES.index(name) - 1
+            bones_m = [
+                np.linalg.norm(joints_of(pose)[joint] - joints_of(pose)[before])
+                for pose in (POSE, moved)
+            ]
+            assert bones_m[1] == pytest.approx(bones_m[0], abs=1e-9)
+
+
+def test_knees_and_elbows_stay_hinges() -> None:
+    """Whose parts share an axis, x."""
+    steps = 0.1 * np.random.default_rng(1).standard_normal(N_STEPS)
+    before, after = (
+        [pose.Rs[upper, :, 0] @ pose.Rs[upper + 1, :, 0] for upper in LIMBS]
+        for pose in (POSE, stepped(POSE, steps))
+    )
+    assert_allclose(after, before, atol=1e-9)
+
+
+def test_a_step_turns_a_part_about_its_axis_and_what_hangs_from_it() -> None:
+    steps = np.zeros(N_STEPS)
+    steps[_PLACES[LEFT_FOREARM, 0]] = 0.1
+    moved, hand = stepped(POSE, steps), JOINT_NAMES.index("left_hand")
+    way = joints_of(moved)[hand] - joints_of(POSE)[hand]
+    expected = 0.1 * MODEL.lengths_m[LEFT_FOREARM]
+    assert np.linalg.norm(way) == pytest.approx(expected, rel=0.01)
+    others = [joint for joint in range(len(JOINT_NAMES)) if joint != hand]
+    assert_allclose(joints_of(moved)[others], joints_of(POSE)[others], atol=1e-9)
+    assert other_side("left_hand") == "right_hand"
+
+
+def test_traits_are_taken_as_no_farther_out_than_known() -> None:
+    weights = np.ones((N_STEPS, TRAITS))
+    assert_allclose(a_law(weights, 0.5).steps(np.full(TRAITS, 9.0)), 0.5 * TRAITS)
+    assert_allclose(a_law(weights, 0.5).steps(np.full(TRAITS, -9.0)), -0.5 * TRAITS)
+
+
+def test_a_bias_changes_smoothly_but_for_a_pose_that_is_new(monkeypatch) -> None:
+    weights = np.zeros((N_STEPS, TRAITS))
+    laws = [a_law(weights.copy()) for _ in range(2)]
+    laws[1].weights[2, 0] = 0.1  # along z of the torso
+    unbiased, found = Unbiased(SETTINGS), Found(POSE, MODEL, 0.1, 0.0)
+
+    def told_m(law: PoseBias, found: Found, elapsed_s: float = 1 / 30) -> float:
+        monkeypatch.setattr(bias, "shipped_bias", lambda: law)
+        unbiased.update(found, look_at(POSE, elapsed_s))
+        moved = unbiased.pose(POSE).neck_camera - POSE.neck_camera
+        return float(POSE.Rs[UPPER_TORSO, :, 2] @ moved)
+
+    assert unbiased.pose(POSE) is POSE
+    assert told_m(laws[0], found) == pytest.approx(0.0, abs=1e-9)
+    assert told_m(laws[1], found, BIAS_S) == pytest.approx(0.1 * (1 - np.exp(-1)))
+    assert told_m(laws[1], replace(found, is_new=True)) == pytest.approx(0.1)
+    unbiased.forget()
+    assert unbiased.pose(POSE) is POSE
