@@ -24,11 +24,10 @@ from topview.track.methods.topview.bias import (
     TURNED,
     PoseBias,
     Unbiased,
-    pose_traits,
 )
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.tracker import TopviewSettings, TopviewTracker
-from topview.track.methods.topview.whole_body import Found, FrameContext
+from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import MIRRORED, OTHER_SIDE, TREE_PARENT
 from topview_lab.datasets import EvaluatedRecording
 
@@ -38,7 +37,7 @@ Array = NDArray[np.float64]
 SAME_PERSON_M: Final = 0.5  # from a true person's joints to a found one's, on average
 TAKEN_EVERY: Final = 4  # frames, of which one is fitted to
 FEWEST_POSES: Final = 500  # that are needed
-ROUNDS: Final = 4  # of least squares, each with the weights of the one before
+REWEIGHTED: Final = 4  # of least squares, each with the weights of the one before
 TRAITS_WITHIN: Final = 0.01, 0.99  # quantiles of traits, beyond which they are cut off
 TYPICAL_M: Final = 0.02  # of a joint; what is farther off counts by distance, not by its square
 TRAITS_RIDGE: Final = 0.02  # of a standardised trait, against all joints that it moves
@@ -90,26 +89,27 @@ class BiasRows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BiasJob:
-    """One recording to be tracked without proposals, in any process; gives why where it cannot
-    be."""
+    """One recording to be tracked without proposals, in any process, poses without the bias of a
+    law or as they are found; gives why where it cannot be."""
 
     recording: EvaluatedRecording
+    law: PoseBias | None
 
     def __call__(self) -> BiasRows | str:
         try:
-            return _rows_of(self.recording)
+            return _rows_of(self.recording, self.law)
         except InputError as error:
             return f"{self.recording.name}: {error}"
 
 
-def _rows_of(recording: EvaluatedRecording) -> BiasRows:
+def _rows_of(recording: EvaluatedRecording, law: PoseBias | None) -> BiasRows:
     reference = recording.reference()
     order = [reference.joint_names.index(name) for name in JOINT_NAMES]
     true_camera = dict(
         zip(reference.frame_index.tolist(), reference.joints_camera[:, :, order], strict=True)
     )
     seen: list[_Seen] = []
-    tracker = Tracker(TrackerSettings(threads=1, proposals=NOTHING), body=_Seeing(seen))
+    tracker = Tracker(TrackerSettings(threads=1, proposals=NOTHING), body=_Seeing(seen, law))
     rows: list[tuple[Array, ...]] = []
     for frame in recording.open():
         seen.clear()
@@ -136,15 +136,17 @@ class _Seen:
 
 
 class _Keeping(Unbiased):
-    """Keeps what poses look like, and leaves them as they are."""
+    """Keeps what poses look like."""
 
-    def __init__(self, settings: RefinementSettings, seen: list[_Seen]) -> None:
+    def __init__(
+        self, settings: RefinementSettings, seen: list[_Seen], law: PoseBias | None
+    ) -> None:
         super().__init__(settings)
-        self._seen = seen
+        self._seen, self._law = seen, law
 
-    def update(self, found: Found, look: FrameContext) -> None:
-        traits = pose_traits(found.pose, found.model, look.evidence, self._settings)
+    def steps(self, found: Found, traits: Array) -> Array:
         self._seen.append(_Seen(found, traits))
+        return np.zeros(N_STEPS) if self._law is None else self._law.steps(traits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +154,7 @@ class _Seeing:
     """The default method, whose poses and their traits are kept."""
 
     seen: list[_Seen]
+    law: PoseBias | None
 
     needs: ClassVar[Needs] = TopviewSettings.needs
 
@@ -161,7 +164,7 @@ class _Seeing:
 
     def tracker(self, subject: Subject) -> TopviewTracker:
         settings = TopviewSettings()
-        return TopviewTracker(subject, settings, _Keeping(settings.refinement, self.seen))
+        return TopviewTracker(subject, settings, _Keeping(settings.refinement, self.seen, self.law))
 
 
 def fit_bias(rows: BiasRows, source: str) -> PoseBias:
@@ -227,7 +230,7 @@ def _least_squares(traits: Array, moves: Array, gaps: Array) -> Array:
     held = np.append(0.0, np.ones(T - 1))  # the constant is not
     law = np.zeros((N_STEPS, T))
     ways = np.swapaxes(moves.reshape(len(moves), -1, N_STEPS), 1, 2)
-    for _ in range(ROUNDS):
+    for _ in range(REWEIGHTED):
         left = gaps - np.einsum("njad,nd->nja", moves, traits @ law.T)
         counts = TYPICAL_M / np.maximum(np.linalg.norm(left, axis=-1), TYPICAL_M)
         weighted = np.repeat(counts, 3, axis=1)[:, None] * ways

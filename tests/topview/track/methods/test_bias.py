@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
 from topview.body.parts import JOINT_NAMES, LEFT_FOREARM, UPPER_TORSO, other_side
+from topview.geometry.rotations import vectors_from_rotations
 from topview.timing import StageClock
 from topview.track.methods.topview import bias
 from topview.track.methods.topview.bias import (
@@ -142,13 +143,27 @@ def test_a_bias_changes_smoothly_but_for_a_pose_that_is_new(monkeypatch) -> None
 
     def told_m(law: PoseBias, found: Found, elapsed_s: float = 1 / 30) -> float:
         monkeypatch.setattr(bias, "shipped_bias", lambda: law)
-        unbiased.update(found, look_at(POSE, elapsed_s))
-        moved = unbiased.pose(POSE).neck_camera - POSE.neck_camera
-        return float(POSE.Rs[UPPER_TORSO, :, 2] @ moved)
+        told = unbiased.update(found, look_at(POSE, elapsed_s))
+        return float(POSE.Rs[UPPER_TORSO, :, 2] @ (told.neck_camera - POSE.neck_camera))
 
-    assert unbiased.pose(POSE) is POSE
     assert told_m(laws[0], found) == pytest.approx(0.0, abs=1e-9)
     assert told_m(laws[1], found, BIAS_S) == pytest.approx(0.1 * (1 - np.exp(-1)))
     assert told_m(laws[1], replace(found, is_new=True)) == pytest.approx(0.1)
+    assert told_m(laws[0], found) > 0.05
     unbiased.forget()
-    assert unbiased.pose(POSE) is POSE
+    assert told_m(laws[0], found) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_of_a_part_that_is_out_of_sight_nothing_is_told(monkeypatch) -> None:
+    """Here the left forearm's; the other parts take their steps."""
+    law = a_law(np.zeros((N_STEPS, TRAITS)))
+    law.weights[:, 0] = 0.05
+    out = np.zeros(len(OTHER_SIDE))
+    out[LEFT_FOREARM] = 1.0
+    monkeypatch.setattr(bias, "shipped_bias", lambda: law)
+    monkeypatch.setattr(bias, "parts_out_of_sight", lambda *_: out)
+    told = Unbiased(SETTINGS).update(Found(POSE, MODEL, 0.1, 0.0), look_at(POSE))
+    turned = vectors_from_rotations(np.swapaxes(POSE.relative(), 1, 2) @ told.relative())
+    assert_allclose(turned[LEFT_FOREARM], 0.0, atol=1e-9)
+    assert turned[OTHER_SIDE[LEFT_FOREARM], 0] == pytest.approx(0.05)
+    assert turned[UPPER_TORSO, 1] == pytest.approx(0.05)

@@ -5,8 +5,9 @@ seen is off therefore, and alike each time where poses are alike and points lie 
 hips of who sits, for one, are found too near the camera. How far off is a linear law of some
 traits, learnt from rendered people by `topview train-bias`.
 
-What is told is the pose without it. The search goes on with the pose that it found: the law knows
-how that is off, and no other.
+What is told is the pose without it, and the search goes on with that. So what is found then is off
+otherwise than it was without a law: it is learnt twice, the second time of what is found with the
+first law.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ from topview.filter.over_time import FRAME_S, share_after
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import RefinementSettings, explained
-from topview.track.methods.topview.whole_body import Found, FrameContext
+from topview.track.methods.topview.whole_body import (
+    Found,
+    FrameContext,
+    parts_out_of_sight,
+)
 from topview.track.pose import LIMBS, OTHER_SIDE, Pose
 
 Array = NDArray[np.float64]
@@ -47,6 +52,7 @@ TURNED: Final = np.array(
     + [(upper + 1, 0) for upper in LIMBS]
 )
 N_STEPS: Final = 3 + len(TURNED)
+_STEPPING: Final = np.append([UPPER_TORSO] * 3, TURNED[:, 0])  # the part of each step
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,22 +85,25 @@ class Unbiased:
         self._settings = settings
         self._steps: Array | None = None
 
-    def update(self, found: Found, look: FrameContext) -> None:
-        """With what was found in the evidence of a frame, which has normals."""
+    def update(self, found: Found, look: FrameContext) -> Pose:
+        """The pose that was found in the evidence of a frame, which has normals, without its
+        bias; that of parts that are out of sight, which nothing tells, would add up."""
         traits = pose_traits(found.pose, found.model, look.evidence, self._settings)
-        steps = shipped_bias().steps(traits)
+        out = parts_out_of_sight(found.pose, found.model, look.evidence)
+        steps = (1.0 - out[_STEPPING]) * self.steps(found, traits)
         if self._steps is not None and not found.is_new:
             share = share_after(max(look.elapsed_s, FRAME_S), BIAS_S)
             steps = self._steps + share * (steps - self._steps)
         self._steps = steps
+        return stepped(found.pose, steps)
+
+    def steps(self, found: Found, traits: Array) -> Array:
+        """[28] that a frame says."""
+        return shipped_bias().steps(traits)
 
     def forget(self) -> None:
         """Nothing is known of the next pose's."""
         self._steps = None
-
-    def pose(self, pose: Pose) -> Pose:
-        """A pose that was found, or has been kept since."""
-        return pose if self._steps is None else stepped(pose, self._steps)
 
 
 @cache
@@ -160,7 +169,9 @@ def _in_parts(vectors: Array, weights: Array, pose: Pose) -> Array:
 
 
 def stepped(pose: Pose, steps: Array) -> Pose:
-    """A pose moved by [28] steps, as `PoseBias` has them."""
+    """A pose moved by [28] steps, as `PoseBias` has them; the same one if there are none."""
+    if not steps.any():
+        return pose
     vectors = np.zeros((len(PARTS), 3))
     vectors[TURNED[:, 0], TURNED[:, 1]] = steps[3:]
     neck_camera = pose.neck_camera + pose.Rs[UPPER_TORSO] @ steps[:3]

@@ -148,7 +148,7 @@ class TopviewTracker:
                 self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
         self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
-        return self._unbiased.pose(pose)
+        return pose
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
@@ -185,8 +185,8 @@ class TopviewTracker:
         with look.clock.stage("things"):
             self._things.update(whole, found, look.elapsed_s)
         with look.clock.stage("bias"):
-            self._unbiased.update(found, look)
-        return found
+            pose = self._unbiased.update(found, look)
+        return replace(found, pose=pose)
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with
