@@ -5,9 +5,9 @@ seen is off therefore, and alike each time where poses are alike and points lie 
 hips of who sits, for one, are found too near the camera. How far off is a linear law of some
 traits, learnt from rendered people by `topview train-bias`.
 
-What is told is the pose without it, and the search goes on with that. So what is found then is off
-otherwise than it was without a law: it is learnt twice, the second time of what is found with the
-first law.
+What is told is the pose without it; where nothing is hidden, the search goes on with that. So what
+is found then is off otherwise than it was without a law: it is learnt twice, the second time of
+what is found with the first law.
 """
 
 from __future__ import annotations

@@ -119,6 +119,7 @@ class TopviewTracker:
 
     def update(self, evidence: Evidence) -> Pose:
         """The pose in the next frame."""
+        told: Pose | None = None
         stature_m = evidence.stature_m
         if stature_m is not None:
             self._stature.tell(stature_m)
@@ -139,7 +140,7 @@ class TopviewTracker:
                 if self._guided_to is not None:
                     self._search.facing.begin(*self._guided_to)
                     self._guided_to = None
-                found = self._searched(look, statures_m)
+                found, told = self._searched(look, statures_m)
             pose, self.model = found.pose, found.model
             self._hidden_share = found.hidden
             if found.is_new:
@@ -148,7 +149,7 @@ class TopviewTracker:
                 self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
         self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
-        return pose
+        return told or pose
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
@@ -169,10 +170,10 @@ class TopviewTracker:
             return stand(self.model, evidence.head_camera, STANDING, 0.0, evidence.up_camera)
         return Pose.below_head(evidence.head_camera, self.pose.Rs, self.model)
 
-    def _searched(self, look: FrameContext, statures_m: Sequence[float]) -> Found:
-        """The cheapest of the pose that has moved on and what is found elsewhere. Of whom joints
-        have been proposed, and something is hidden now, the pose is known better than what is
-        seen tells."""
+    def _searched(self, look: FrameContext, statures_m: Sequence[float]) -> tuple[Found, Pose]:
+        """The cheapest of the pose that has moved on and what is found elsewhere, and that without
+        its bias, with which the search goes on where nothing is hidden. Of whom joints have been
+        proposed, and something is hidden now, the pose is known better than what is seen tells."""
         hidden, last = self._hidden_now(look), self.pose
         is_known = self._guide.has_begun and hidden > 0.0
         is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
@@ -185,8 +186,8 @@ class TopviewTracker:
         with look.clock.stage("things"):
             self._things.update(whole, found, look.elapsed_s)
         with look.clock.stage("bias"):
-            pose = self._unbiased.update(found, look)
-        return replace(found, pose=pose)
+            told = self._unbiased.update(found, look)
+        return (found if found.hidden > 0.0 else replace(found, pose=told)), told
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with
