@@ -28,7 +28,7 @@ from topview.track.methods.topview.bias import (
 from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.tracker import TopviewSettings, TopviewTracker
 from topview.track.methods.topview.whole_body import Found
-from topview.track.pose import MIRRORED, OTHER_SIDE, TREE_PARENT
+from topview.track.pose import MIRRORED, OTHER_SIDE, TREE_PARENT, mirrored
 from topview_lab.datasets import EvaluatedRecording
 
 Array = NDArray[np.float64]
@@ -77,11 +77,10 @@ class BiasRows:
     def mirrored(self) -> BiasRows:
         """Of the same people in a mirror."""
         signs, order = MIRRORED_TRAITS
-        parts = list(OTHER_SIDE)
         return BiasRows(
             signs * self.traits[:, order],
-            (MIRRORED @ self.Rs @ MIRRORED)[:, parts],
-            (self.origins @ MIRRORED)[:, parts],
+            mirrored(self.Rs),
+            (self.origins @ MIRRORED)[:, list(OTHER_SIDE)],
             (self.joints_camera @ MIRRORED)[:, _MIRRORED_JOINTS],
             (self.true_camera @ MIRRORED)[:, _MIRRORED_JOINTS],
         )
