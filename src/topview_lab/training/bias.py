@@ -25,7 +25,6 @@ from topview.track.methods.topview.bias import (
     PoseBias,
     Unbiased,
 )
-from topview.track.methods.topview.refinement import RefinementSettings
 from topview.track.methods.topview.tracker import TopviewSettings, TopviewTracker
 from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import MIRRORED, OTHER_SIDE, TREE_PARENT, mirrored
@@ -137,10 +136,8 @@ class _Seen:
 class _Keeping(Unbiased):
     """Keeps what poses look like."""
 
-    def __init__(
-        self, settings: RefinementSettings, seen: list[_Seen], law: PoseBias | None
-    ) -> None:
-        super().__init__(settings)
+    def __init__(self, seen: list[_Seen], law: PoseBias | None) -> None:
+        super().__init__()
         self._seen, self._law = seen, law
 
     def steps(self, found: Found, traits: Array) -> Array:
@@ -162,8 +159,7 @@ class _Seeing:
         return "topview"
 
     def tracker(self, subject: Subject) -> TopviewTracker:
-        settings = TopviewSettings()
-        return TopviewTracker(subject, settings, _Keeping(settings.refinement, self.seen, self.law))
+        return TopviewTracker(subject, TopviewSettings(), _Keeping(self.seen, self.law))
 
 
 def fit_bias(rows: BiasRows, source: str) -> PoseBias:

@@ -12,6 +12,7 @@ from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
 from topview.body.parts import JOINT_NAMES, LEFT_FOREARM, UPPER_TORSO, other_side
 from topview.geometry.rotations import vectors_from_rotations
 from topview.timing import StageClock
+from topview.track.evidence import Evidence
 from topview.track.methods.topview import bias
 from topview.track.methods.topview.bias import (
     BIAS_S,
@@ -24,7 +25,7 @@ from topview.track.methods.topview.bias import (
     shipped_bias,
     stepped,
 )
-from topview.track.methods.topview.refinement import RefinementSettings
+from topview.track.methods.topview.refinement import RefinementSettings, explained
 from topview.track.methods.topview.whole_body import Found, FrameContext
 from topview.track.pose import LIMBS, MIRRORED, OTHER_SIDE, Pose
 
@@ -46,8 +47,16 @@ def look_at(pose: Pose, elapsed_s: float = 1 / 30) -> FrameContext:
     return FrameContext(MODEL, evidence_of(pose).with_normals(), StageClock(), elapsed_s)
 
 
+def traits_in(evidence: Evidence, pose: Pose) -> np.ndarray:
+    return pose_traits(pose, MODEL, evidence, explained(pose, MODEL, evidence, SETTINGS))
+
+
 def traits_of(pose: Pose) -> np.ndarray:
-    return pose_traits(pose, MODEL, evidence_of(pose).with_normals(), SETTINGS)
+    return traits_in(evidence_of(pose).with_normals(), pose)
+
+
+def told_by(unbiased: Unbiased, found: Found, look: FrameContext) -> Pose:
+    return unbiased.update(found, look, explained(found.pose, MODEL, look.evidence, SETTINGS))
 
 
 def a_law(weights: np.ndarray, widest: float = np.inf) -> PoseBias:
@@ -63,8 +72,8 @@ def test_a_pose_in_a_mirror_has_mirrored_traits() -> None:
         points_camera=seen.points_camera @ MIRRORED,
         normals_camera=seen.normals_camera @ MIRRORED,
     )
-    own = pose_traits(POSE, MODEL, seen, SETTINGS)
-    mirrored = pose_traits(in_a_mirror(POSE), MODEL, in_mirror, SETTINGS)
+    own = traits_in(seen, POSE)
+    mirrored = traits_in(in_mirror, in_a_mirror(POSE))
     assert own.shape == (TRAITS,)
     assert np.abs(own - mirrored).max() > 0.2
     assert_allclose(signs * own[order], mirrored, atol=1e-9)
@@ -73,10 +82,7 @@ def test_a_pose_in_a_mirror_has_mirrored_traits() -> None:
 def test_a_surface_that_fits_has_no_points_off_it_and_one_that_is_too_near_has() -> None:
     evidence = evidence_of(POSE).with_normals()
     pulled = Pose(0.99 * POSE.neck_camera, POSE.Rs)
-    off = [
-        pose_traits(pose, MODEL, evidence, SETTINGS)[38 : 38 + 33].reshape(11, 3)
-        for pose in (POSE, pulled)
-    ]
+    off = [traits_in(evidence, pose)[38 : 38 + 33].reshape(11, 3) for pose in (POSE, pulled)]
     gaps_m = [np.einsum("kij,kj->ki", POSE.Rs, own)[:, 2] for own in off]
     assert np.abs(gaps_m[0]).max() < 0.02
     assert gaps_m[1][UPPER_TORSO] - gaps_m[0][UPPER_TORSO] > 0.01
@@ -139,11 +145,11 @@ def test_a_bias_changes_smoothly_but_for_a_pose_that_is_new(monkeypatch) -> None
     weights = np.zeros((N_STEPS, TRAITS))
     laws = [a_law(weights.copy()) for _ in range(2)]
     laws[1].weights[2, 0] = 0.1  # along z of the torso
-    unbiased, found = Unbiased(SETTINGS), Found(POSE, MODEL, 0.1, 0.0)
+    unbiased, found = Unbiased(), Found(POSE, MODEL, 0.1, 0.0)
 
     def told_m(law: PoseBias, found: Found, elapsed_s: float = 1 / 30) -> float:
         monkeypatch.setattr(bias, "shipped_bias", lambda: law)
-        told = unbiased.update(found, look_at(POSE, elapsed_s))
+        told = told_by(unbiased, found, look_at(POSE, elapsed_s))
         return float(POSE.Rs[UPPER_TORSO, :, 2] @ (told.neck_camera - POSE.neck_camera))
 
     assert told_m(laws[0], found) == pytest.approx(0.0, abs=1e-9)
@@ -162,7 +168,7 @@ def test_of_a_part_that_is_out_of_sight_nothing_is_told(monkeypatch) -> None:
     out[LEFT_FOREARM] = 1.0
     monkeypatch.setattr(bias, "shipped_bias", lambda: law)
     monkeypatch.setattr(bias, "parts_out_of_sight", lambda *_: out)
-    told = Unbiased(SETTINGS).update(Found(POSE, MODEL, 0.1, 0.0), look_at(POSE))
+    told = told_by(Unbiased(), Found(POSE, MODEL, 0.1, 0.0), look_at(POSE))
     turned = vectors_from_rotations(np.swapaxes(POSE.relative(), 1, 2) @ told.relative())
     assert_allclose(turned[LEFT_FOREARM], 0.0, atol=1e-9)
     assert turned[OTHER_SIDE[LEFT_FOREARM], 0] == pytest.approx(0.05)

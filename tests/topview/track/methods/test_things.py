@@ -12,7 +12,7 @@ from rendered_bodies import CAMERA, MODEL, evidence_in, evidence_of, render, sta
 from topview.records import KINECT1_NOISE
 from topview.room.background import TOLERANCE_M
 from topview.track.evidence import Evidence
-from topview.track.methods.topview.refinement import RefinementSettings
+from topview.track.methods.topview.refinement import RefinementSettings, explained
 from topview.track.methods.topview.things import LEFT_OPEN_S, Things
 from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import Pose
@@ -37,15 +37,16 @@ def with_chair(depth_m: float = 2.9) -> tuple[Evidence, np.ndarray]:
 
 def after(things: Things, evidence: Evidence, frames: int, found: Found = FOUND) -> Evidence:
     """What is left of the evidence when it has been seen in so many frames."""
+    told = explained(found.pose, found.model, evidence, RefinementSettings())
     for _ in range(frames):
         things.left_out(evidence)
-        things.update(evidence, found, ELAPSED_S)
+        things.update(evidence, told, ELAPSED_S)
     return things.left_out(evidence)
 
 
 @pytest.fixture
 def things() -> Things:
-    return Things(RefinementSettings())
+    return Things()
 
 
 def test_nothing_of_a_body_that_is_explained_is_left_out(things):

@@ -26,7 +26,7 @@ from topview.files import read_archive
 from topview.filter.over_time import FRAME_S, share_after
 from topview.geometry.rotations import rotations_from_vectors, unit
 from topview.track.evidence import Evidence
-from topview.track.methods.topview.refinement import RefinementSettings, explained
+from topview.track.methods.topview.refinement import Explained
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
@@ -80,15 +80,13 @@ class PoseBias:
 class Unbiased:
     """One person's poses without their bias, which changes smoothly."""
 
-    def __init__(self, settings: RefinementSettings) -> None:
-        """`settings`: of the cost with which poses are found."""
-        self._settings = settings
+    def __init__(self) -> None:
         self._steps: Array | None = None
 
-    def update(self, found: Found, look: FrameContext) -> Pose:
-        """The pose that was found in the evidence of a frame, which has normals, without its
-        bias; that of parts that are out of sight, which nothing tells, would add up."""
-        traits = pose_traits(found.pose, found.model, look.evidence, self._settings)
+    def update(self, found: Found, look: FrameContext, explained: Explained) -> Pose:
+        """The pose that was found in the evidence of a frame, of which it explains so much, without
+        its bias; that of parts that are out of sight, which nothing tells, would add up."""
+        traits = pose_traits(found.pose, found.model, look.evidence, explained)
         out = parts_out_of_sight(found.pose, found.model, look.evidence)
         steps = (1.0 - out[_STEPPING]) * self.steps(found, traits)
         if self._steps is not None and not found.is_new:
@@ -114,16 +112,14 @@ def shipped_bias() -> PoseBias:
     return PoseBias(str(arrays.pop("source")), **arrays)
 
 
-def pose_traits(
-    pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
-) -> Array:
+def pose_traits(pose: Pose, model: BodyModel, evidence: Evidence, explained: Explained) -> Array:
     """[T] what tells how far off a pose is: 1; in the frame of the upper torso the line of sight,
     the way up, and the axis of each other part; the sum of all lengths; and of each part, in its
     frame, how far the points on it are off its surface and where they lie, how much is seen of it,
     and which share of that it leaves unexplained."""
     R_torso = pose.Rs[UPPER_TORSO]
     directions = [unit(pose.neck_camera), evidence.up_camera, *pose.Rs[_NOT_TORSO][..., 1]]
-    surfaces, shares = explained(pose, model, evidence, settings)
+    surfaces, shares = explained
     is_on = surfaces.labels == np.arange(len(PARTS))[:, None]
     weights = is_on * shares
     sums = weights.sum(1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,20 +197,24 @@ def refine(
     return Refined(together.apart(), together, *costs.T, information=information)
 
 
-def left_open(
-    pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
-) -> Array:
-    """[N] how much of each point of evidence with normals a body leaves unexplained, 0 to 1."""
-    return 1.0 - explained(pose, model, evidence, settings)[1]
+class Explained(NamedTuple):
+    """What a body explains of evidence with normals.
+
+    Attributes:
+        surfaces: which part each point lies on.
+        shares: [N] how much of each point is explained, 0 to 1.
+    """
+
+    surfaces: NearestSurfaces
+    shares: Array
 
 
 def explained(
     pose: Pose, model: BodyModel, evidence: Evidence, settings: RefinementSettings
-) -> tuple[NearestSurfaces, Array]:
-    """Which part each point of evidence with normals lies on, and [N] how much of it the body
-    explains, 0 to 1."""
+) -> Explained:
+    """What this body explains of evidence with normals."""
     surfaces = nearest_surfaces(
         evidence.points_camera, pose.Rs, pose.origins(model), model.surface, settings.reach_m,
         evidence.normals_camera,
     )  # fmt: skip
-    return surfaces, 1.0 / (1.0 + (surfaces.unlike_m / settings.scale_m) ** 2)
+    return Explained(surfaces, 1.0 / (1.0 + (surfaces.unlike_m / settings.scale_m) ** 2))

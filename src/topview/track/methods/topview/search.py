@@ -59,7 +59,11 @@ from topview.track.stature import StatureBelief, adults_cost
 Array = NDArray[np.float64]
 
 # All ours.
-LOOK_S: Final = 1 / 15  # from one look for poses elsewhere to the next
+# From one look for poses elsewhere, and for other trunks and limbs, to the next. The latter are
+# searched for before their turn where something is hidden, and where what was found costs so much
+# more than what was found by the last search.
+LOOK_S: Final = 0.1
+SURPRISE: Final = 0.01
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
@@ -76,12 +80,12 @@ LOOKED_AT_AGAIN: Final = 2
 TURNED_EVERY: Final = 4
 NEWS_MARGIN: Final = 0.02
 LOOKED_UP_HIDDEN: Final = 0.05
-# The trunk is drawn so often round where it is, in each frame: its two parts' turns about their own
-# axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of arms,
-# and in every so many-th frame of legs, those of so many captured bodies and a share of the usual
-# ones are looked at. So many that differ are tried, if the body costs no more than this beyond what
-# it does (of those that, refined, explained enough more 94 %, seeds 0 to 5). All are refined in so
-# many steps, and taken where they explain so much more of a whole body.
+# The trunk is drawn so often round where it is, in each search: its two parts' turns about their
+# own axes, and the neck's place, as widely as found trunks are off that true ones would beat. Of
+# arms, and in every so many-th search of legs, those of so many captured bodies and a share of the
+# usual ones are looked at. So many that differ are tried, if the body costs no more than this
+# beyond what it does (of those that, refined, explained enough more 94 %, seeds 0 to 5). All are
+# refined in so many steps, and taken where they explain so much more of a whole body.
 TRUNKS: Final = 4
 TRUNK_DRAWN_RAD: Final = np.radians([[5.0, 9.0, 4.0], [8.0, 7.0, 4.0]])
 TRUNK_DRAWN_M: Final = 0.02
@@ -118,8 +122,9 @@ class Search:
         self._subject = subject
         self._stature = stature
         self._size = size
-        self._frames = self._looks = 0  # until now
-        self._unlooked_s = 0.0  # since the last look
+        self._searches = self._looks = 0  # until now
+        self._unsearched_s = self._unlooked_s = 0.0  # since the last one
+        self._cost = np.inf  # after the last search
         self._lenders: list[Pose] = []  # of limbs: bodies that looked like what was seen
         self._hypotheses = Hypotheses()
 
@@ -145,6 +150,7 @@ class Search:
         evidence = look.evidence
         look = replace(look, is_hidden=hidden > 0.0)
         self._unlooked_s += look.elapsed_s
+        self._unsearched_s += look.elapsed_s
         bodies: list[Pose] = []
         if moved_on is None or is_due:
             with look.clock.stage("lookup"):
@@ -154,20 +160,31 @@ class Search:
             with look.clock.stage("body"):
                 found = self._or_elsewhere(found, bodies, hidden, statures_m, look)
             self._lenders = bodies[:LENDERS]
-        if moved_on is None or not is_known:
-            rng = self._subject.rng(UPPER_TORSO, evidence)
-            limbs = limbs_in_turn(self._frames if moved_on else None)
-            with look.clock.stage("limbs"):
-                for _ in range(1 if moved_on else STARTING_ROUNDS):
-                    found = self._or_otherwise(found, limbs, rng, look)
+        if not is_known:
+            if moved_on is None or is_due or hidden > 0.0 or self._surprises(found, look):
+                found = self._searched(found, moved_on is None, look)
             found = self._settled(found, look)
-        self._frames += 1
         # Legs out of view say nothing of a trunk that is seen.
         out = parts_out_of_sight(found.pose, found.model, evidence)
         seen_hidden = min(found.hidden, 2.0 * float(out[[HEAD, UPPER_TORSO, LOWER_TORSO]].mean()))
         found = replace(found, hidden=beyond_tolerance(max(seen_hidden, evidence.hidden_share)))
         if is_due and not found.is_new:
             return self._with_size(found, look)
+        return found
+
+    def _surprises(self, found: Found, look: FrameContext) -> bool:
+        """Whether what was found explains less than what was found by the last search."""
+        return found.cost > self._cost + of_what_is_seen(SURPRISE, look)
+
+    def _searched(self, found: Found, is_first: bool, look: FrameContext) -> Found:
+        """What was found, or that with another trunk or other limbs."""
+        rng = self._subject.rng(UPPER_TORSO, look.evidence)
+        limbs = limbs_in_turn(None if is_first else self._searches)
+        with look.clock.stage("limbs"):
+            for _ in range(STARTING_ROUNDS if is_first else 1):
+                found = self._or_otherwise(found, limbs, rng, look)
+        self._searches, self._unsearched_s = self._searches + 1, 0.0
+        self._cost = found.cost
         return found
 
     def _look_up(self, look: FrameContext, is_first: bool) -> list[Pose]:
@@ -269,7 +286,7 @@ class Search:
         starts = [found.pose, *kept, *chain.from_iterable(groups.values())]
         as_it_is, *others = self._founds(starts, first, TRIED_ITERATIONS)
         each = iter(others)
-        leading = self._judged(as_it_is, list(islice(each, len(kept))), look.elapsed_s)
+        leading = self._judged(as_it_is, list(islice(each, len(kept))))
         tried = {part: list(islice(each, len(own))) for part, own in groups.items()}
         out = parts_out_of_sight(found.pose, look.model, look.evidence)
         better = leading | _better(as_it_is, tried, leading, out)
@@ -306,12 +323,11 @@ class Search:
             groups[upper] = _with_limbs(pose, upper, likeliest)
         return groups
 
-    def _judged(
-        self, as_it_is: Found, others: Sequence[Found], elapsed_s: float
-    ) -> dict[int, Found]:
+    def _judged(self, as_it_is: Found, others: Sequence[Found]) -> dict[int, Found]:
         """The hypotheses that lead, by part, of a frame in which they are refined to `others`."""
         gains = [as_it_is.cost - other.cost for other in others]
-        leading = self._hypotheses.judge([other.pose for other in others], gains, elapsed_s)
+        poses = [other.pose for other in others]
+        leading = self._hypotheses.judge(poses, gains, self._unsearched_s)
         return {part: others[number] for part, number in leading.items()}
 
     def _cheaper(
@@ -421,13 +437,13 @@ def _is_lost(found: Found) -> bool:
     return found.cost > SEARCH_LOST_COST
 
 
-def limbs_in_turn(frame: int | None) -> dict[int, Array]:
-    """By upper part, [M, 2, 3, 3] usual poses of limbs that are looked at in the frame of this
+def limbs_in_turn(search: int | None) -> dict[int, Array]:
+    """By upper part, [M, 2, 3, 3] usual poses of limbs that are looked at in the search of this
     number, all of them if there is none."""
-    if frame is None:
+    if search is None:
         return {upper: usual_limbs(upper) for upper in LIMBS}
-    limbs = {upper: usual_limbs(upper)[frame % SHARES :: SHARES] for upper in UPPER_ARMS}
-    turns, turn = divmod(frame, LEGS_EVERY)
+    limbs = {upper: usual_limbs(upper)[search % SHARES :: SHARES] for upper in UPPER_ARMS}
+    turns, turn = divmod(search, LEGS_EVERY)
     if turn == 0:
         limbs |= {upper: usual_limbs(upper)[turns % SHARES :: SHARES] for upper in UPPER_LEGS}
     return limbs

@@ -13,11 +13,10 @@ from typing import Final
 import numpy as np
 
 from topview.filter.over_time import FRAME_S, share_after
-from topview.kernels.around import mean_around
+from topview.kernels.things import forget_changed, mean_around
 from topview.room.background import TOLERANCE_M, TOLERANCE_NOISES
 from topview.track.evidence import Evidence
-from topview.track.methods.topview.refinement import RefinementSettings, left_open
-from topview.track.methods.topview.whole_body import Found
+from topview.track.methods.topview.refinement import Explained
 
 # All ours. Of what is seen so near a place, such a share is left open round a thing, averaged over
 # such a time: chosen on rendered people who sit, seeds 0 to 27.
@@ -29,9 +28,7 @@ LEFT_OPEN_S: Final = 0.3
 class Things:
     """What one person's pixels show besides the person."""
 
-    def __init__(self, settings: RefinementSettings) -> None:
-        """`settings`: of the cost that tells what a body explains."""
-        self._settings = settings
+    def __init__(self) -> None:
         # Of each pixel of the working image: the last depth, and how much is left open there.
         self._depth_m = np.zeros((0, 0), np.float32)
         self._open = np.zeros((0, 0), np.float32)
@@ -43,17 +40,18 @@ class Things:
         if depth_m.shape != self._depth_m.shape:
             self._depth_m = np.zeros(depth_m.shape, np.float32)
             self._open = np.zeros_like(self._depth_m)
-        is_read = depth_m > 0.0
-        stays_m = TOLERANCE_M + TOLERANCE_NOISES * evidence.noise.sigma_m(depth_m)
-        self._open[is_read & (np.abs(depth_m - self._depth_m) >= stays_m)] = 0.0
-        self._depth_m = np.where(is_read, depth_m, self._depth_m)
-        is_things = evidence.user_mask & (self._open > LEFT_OPEN)
-        is_some = 0 < np.count_nonzero(is_things) < 0.5 * len(evidence.pixels)
-        return evidence.without(is_things) if is_some else evidence
+        stays = evidence.noise.times(TOLERANCE_NOISES, TOLERANCE_M)
+        forget_changed(depth_m, stays, self._depth_m, self._open)
+        own = evidence.pixels[self._open.ravel()[evidence.pixels] > LEFT_OPEN]
+        if not 0 < len(own) < 0.5 * len(evidence.pixels):
+            return evidence
+        is_things = np.zeros(depth_m.shape, np.bool_)
+        is_things.ravel()[own] = True
+        return evidence.without(is_things)
 
-    def update(self, evidence: Evidence, found: Found, elapsed_s: float) -> None:
-        """Take over a frame in which this body was found; `evidence` is all of it, with normals."""
-        open_now = left_open(found.pose, found.model, evidence, self._settings)
+    def update(self, evidence: Evidence, explained: Explained, elapsed_s: float) -> None:
+        """Take over a frame; `evidence` is all of it, of which a body explains so much."""
+        open_now = 1.0 - explained.shares
         if open_now.mean() > LEFT_OPEN:
             return  # Such a body tells nothing.
         around = np.empty(len(open_now))

@@ -22,7 +22,12 @@ from topview.track.familiarity import Familiarity
 from topview.track.methods.topview.bias import Unbiased
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
-from topview.track.methods.topview.refinement import RefinementSettings, refine
+from topview.track.methods.topview.refinement import (
+    Explained,
+    RefinementSettings,
+    explained,
+    refine,
+)
 from topview.track.methods.topview.search import LOOK_S, Search
 from topview.track.methods.topview.things import Things
 from topview.track.methods.topview.whole_body import (
@@ -102,8 +107,8 @@ class TopviewTracker:
         self._root = RootCertainty()
         self._stature = StatureBelief(subject.stature_is_given)
         self._size = BodySize(self.bones, self._stature, settings.refinement)
-        self._things = Things(settings.refinement)
-        self._unbiased = unbiased or Unbiased(settings.refinement)
+        self._things = Things()
+        self._unbiased = unbiased or Unbiased()
         self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -181,13 +186,19 @@ class TopviewTracker:
         with look.clock.stage("normals"):
             whole = look.evidence.with_normals()
         with look.clock.stage("things"):
-            look = replace(look, evidence=self._things.left_out(whole))
+            rest = self._things.left_out(whole)
+            look = replace(look, evidence=rest)
         found = self._search.update(look, starts, hidden, statures_m, is_due, is_known)
         with look.clock.stage("things"):
-            self._things.update(whole, found, look.elapsed_s)
+            of_whole = self._explained(found, whole)
+            self._things.update(whole, of_whole, look.elapsed_s)
         with look.clock.stage("bias"):
-            told = self._unbiased.update(found, look)
+            of_rest = of_whole if rest is whole else self._explained(found, rest)
+            told = self._unbiased.update(found, look, of_rest)
         return (found if found.hidden > 0.0 else replace(found, pose=told)), told
+
+    def _explained(self, found: Found, evidence: Evidence) -> Explained:
+        return explained(found.pose, found.model, evidence, self.settings.refinement)
 
     def _guided(self, look: FrameContext, proposals: JointProposals) -> Found:
         """The best of the bodies that are proposed and the one that is predicted, each refined with

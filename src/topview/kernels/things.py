@@ -1,9 +1,11 @@
-"""What is told of a point's surroundings."""
+"""What tells things from a person that they are taken for a part of."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
+
+from topview.kernels.noise import Law, law_at
 
 # Whole numbers add up to the same in any order, so that several may be added at once.
 STEPS_OF_A_SHARE = 1024
@@ -33,3 +35,22 @@ def mean_around(points, shares, radius, out):
             count = np.int32(count + near)
             total = np.int32(total + near * steps[j])
         out[i] = total / (count * STEPS_OF_A_SHARE)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def forget_changed(depth_m: np.ndarray, stays: Law, last_m: np.ndarray, known: np.ndarray) -> None:
+    """Forget what is known of pixels whose depth is no longer what it was.
+
+    Args:
+        depth_m: [H, W] metres, 0 where nothing is read, which changes nothing.
+        stays: how far a reading may be off the last one, of the same place.
+        last_m: [H, W] last readings; taken over.
+        known: [H, W] becomes 0 where the reading has changed.
+    """
+    for row in range(depth_m.shape[0]):
+        for column in range(depth_m.shape[1]):
+            depth = depth_m[row, column]
+            if depth > 0.0:
+                if abs(depth - last_m[row, column]) >= law_at(depth, stays):
+                    known[row, column] = 0.0
+                last_m[row, column] = depth
