@@ -12,11 +12,12 @@ STEPS_OF_A_SHARE = 1024
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def mean_around(points, shares, radius, out):
-    """Fill `out` [N] with the mean of the shares of all points within a radius of each.
+def mean_around(places, points, shares, radius, out):
+    """Fill `out` [M] with the mean of the shares of all points within a radius of each place, 0
+    where there are none.
 
     Args:
-        points: [N, 3] metres.
+        places, points: [M, 3] and [N, 3] metres.
         shares: [N] of the points, 0 to 1.
         radius: metres.
     """
@@ -27,14 +28,15 @@ def mean_around(points, shares, radius, out):
         x[i], y[i], z[i] = points[i, 0], points[i, 1], points[i, 2]
         steps[i] = np.int32(np.round(shares[i] * STEPS_OF_A_SHARE))
     squared = np.float32(radius * radius)
-    for i in range(N):
+    for i in range(places.shape[0]):
         count, total = np.int32(0), np.int32(0)
+        px, py, pz = np.float32(places[i, 0]), np.float32(places[i, 1]), np.float32(places[i, 2])
         for j in range(N):
-            dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+            dx, dy, dz = x[j] - px, y[j] - py, z[j] - pz
             near = np.int32(dx * dx + dy * dy + dz * dz <= squared)
             count = np.int32(count + near)
             total = np.int32(total + near * steps[j])
-        out[i] = total / (count * STEPS_OF_A_SHARE)
+        out[i] = total / (max(count, 1) * STEPS_OF_A_SHARE)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

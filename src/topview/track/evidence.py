@@ -23,7 +23,7 @@ WORKING_SPACING_M: Final = 0.008  # between neighbouring points, which the thinn
 NEAREST_USER_M: Final = 0.3  # a user counts as no nearer to the camera when the image is thinned
 NEAREST_PLACE_M: Final = 0.1  # a place counts as no nearer to the camera when it is projected
 OCCLUDER_MARGIN_M: Final = 0.05  # what is nearer than a surface by more than this occludes it
-MAX_REFINEMENT_POINTS: Final = 1000  # more did not make the pose better
+MAX_REFINEMENT_POINTS: Final = 600  # more did not make the pose better
 FIRST_LOOK_POINTS: Final = 330  # enough to tell which of many poses are worth refining
 
 

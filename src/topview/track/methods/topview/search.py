@@ -197,8 +197,9 @@ class Search:
         return alike.poses(look.model, 2 * LOOKED_UP if is_first else LOOKED_UP)
 
     def _followed(self, moved_on: tuple[Pose, Pose], hidden: float, look: FrameContext) -> Found:
-        """The last pose, or where it has moved to, refined; held to the last one, whose limbs and
-        head are drawn to what bodies usually do, as is the torso of whom something is hidden."""
+        """The last pose, or where it has moved to, whichever is better at a first look, refined;
+        held to the last one, whose limbs and head are drawn to what bodies usually do, as is the
+        torso of whom something is hidden."""
         share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
         known = known_of(moved_on[0], look)
         shares = np.full(len(PARTS), share)
@@ -206,8 +207,9 @@ class Search:
         prior = usual_poses().towards(moved_on[0], shares, known)
         hold = firmness(look.elapsed_s) * (1.0 + OCCLUDED_PRIOR_SCALE * hidden)
         with look.clock.stage("body"):
-            founds = self._founds(moved_on, look, prior=prior, hold=hold)
-        return min(founds, key=_cost)
+            first = self._founds(moved_on, _thinned(look), TRIED_ITERATIONS, prior, hold)
+            (found,) = self._founds([min(first, key=_cost).pose], look, prior=prior, hold=hold)
+        return found
 
     def _or_elsewhere(
         self,

@@ -23,6 +23,7 @@ from topview.track.methods.topview.refinement import Explained
 AROUND_M: Final = 0.16
 LEFT_OPEN: Final = 0.45
 LEFT_OPEN_S: Final = 0.3
+MOST_PLACES: Final = 1000  # at which that is asked; pixels between them are as the nearest
 
 
 class Things:
@@ -54,10 +55,13 @@ class Things:
         open_now = 1.0 - explained.shares
         if open_now.mean() > LEFT_OPEN:
             return  # Such a body tells nothing.
-        around = np.empty(len(open_now))
-        mean_around(evidence.points_camera, open_now, AROUND_M, around)
+        own, every = evidence.pixels, -(-len(evidence.pixels) // MOST_PLACES)
+        places_camera = evidence.all_points_camera[::every]
+        around = np.empty(len(places_camera))
+        mean_around(places_camera, evidence.points_camera, open_now, AROUND_M, around)
+        nearest = (np.arange(len(own)) + every // 2) // every
+        around = around[np.minimum(nearest, len(around) - 1)]
         share = share_after(max(elapsed_s, FRAME_S), LEFT_OPEN_S)
-        own, step = evidence.pixels, evidence.points_step
         before = self._open.ravel()[own]
         self._open *= 1.0 - share
-        self._open.ravel()[own] = before + share * (np.repeat(around, step)[: len(own)] - before)
+        self._open.ravel()[own] = before + share * (around - before)

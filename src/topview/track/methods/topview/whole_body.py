@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.filter.over_time import frames_in
+from topview.kernels.visibility import look_along_parts
 from topview.timing import StageClock
-from topview.track.degrees_of_freedom import N_DOFS, N_ROOT_DOFS
-from topview.track.evidence import Evidence
+from topview.track.degrees_of_freedom import N_DOFS, N_ROOT_DOFS, PARENT_OF
+from topview.track.evidence import NEAREST_PLACE_M, OCCLUDER_MARGIN_M, Evidence
 from topview.track.methods.topview.refinement import Refined
 from topview.track.pose import Pose
 
@@ -96,10 +97,13 @@ def beyond_tolerance(hidden_share: float) -> float:
 def parts_out_of_sight(pose: Pose, model: BodyModel, evidence: Evidence) -> Array:
     """[11] share of each part's axis that is outside of the image, or behind something that is not
     the person."""
-    along = ((np.arange(4) + 0.5) / 4)[:, None, None] * model.lengths_m[:, None]
-    places = pose.origins(model) + along * pose.Rs[..., 1]
-    radii_m = np.broadcast_to(model.radii_m.min(1), places.shape[:2])
-    return evidence.out_of_sight(places.reshape(-1, 3), radii_m.ravel()).reshape(4, -1).mean(0)
+    view, out = evidence.view, np.empty(len(PARENT_OF))
+    look_along_parts(
+        np.ascontiguousarray(pose.neck_camera), np.ascontiguousarray(pose.Rs), model.lengths_m,
+        model.joints_parent, PARENT_OF, model.radii_m, view.depth_m, evidence.user_mask,
+        (view.fx, view.fy, view.cx, view.cy), NEAREST_PLACE_M, OCCLUDER_MARGIN_M, out,
+    )  # fmt: skip
+    return out
 
 
 def of_what_is_seen(share: float, look: FrameContext) -> float:
