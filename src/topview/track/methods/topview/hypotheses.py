@@ -2,7 +2,7 @@
 
 Which of two poses costs less is noise in one frame where both explain what is seen about as well.
 So what was tried for the trunk or for a limb, and is nearly as cheap, goes on beside the pose that
-is told: it is refined in every frame, and how much less it costs is averaged. What leads is told
+is told: it is refined in each search, and how much less it costs is averaged. What leads is told
 instead, and what was told before goes on as a hypothesis.
 """
 
