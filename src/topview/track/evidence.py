@@ -132,7 +132,7 @@ class Evidence:
         """With [H, W] pixels that are somebody or something else, not the user."""
         mask = self.user_mask & ~is_others
         is_own = mask.ravel()[self.pixels]
-        is_kept = is_own[:: self.points_step]
+        is_kept = is_own[:: _points_step(len(self.pixels))]
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
         top, left = (int(ends[0]) if len(ends) else 0 for ends in (rows, columns))
         bottom, right = (int(ends[-1]) + 1 if len(ends) else 0 for ends in (rows, columns))
@@ -154,12 +154,6 @@ class Evidence:
             view.fx, view.fy, view.cx, view.cy, normals_camera,
         )  # fmt: skip
         return replace(self, normals_camera=normals_camera)
-
-    @property
-    def points_step(self) -> int:
-        """Every so many-th of all the user's points is one for refinement, until some are left out
-        or fewer are looked at."""
-        return _points_step(len(self.pixels))
 
     @property
     def up_camera(self) -> NDArray[np.float64]:
@@ -189,16 +183,14 @@ class Evidence:
         return self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)[2]
 
     def out_of_sight(
-        self,
-        places_camera: NDArray[np.float64],
-        radius_m: float | NDArray[np.float64],
+        self, places_camera: NDArray[np.float64], radius_m: float
     ) -> NDArray[np.bool_]:
         """[N] whether places [N, 3] are outside of the image, or behind something that is not the
         user.
 
         Args:
             places_camera: metres, inside the body.
-            radius_m: from the places to the body's surface, or [N] from each.
+            radius_m: from the places to the body's surface.
         """
         rows, columns, is_inside = self.view.nearest_pixels(places_camera, NEAREST_PLACE_M)
         surface_m = np.maximum(places_camera[:, 2], NEAREST_PLACE_M) - radius_m
@@ -208,6 +200,7 @@ class Evidence:
 
 
 def _points_step(count: int) -> int:
+    """Every so many-th of all the user's points is one for refinement."""
     return max(1, -(-count // MAX_REFINEMENT_POINTS))
 
 

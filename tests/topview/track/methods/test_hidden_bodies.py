@@ -96,6 +96,18 @@ def looked_at(evidence: Evidence) -> FrameContext:
     return FrameContext(MODEL, evidence, subject().clock, 1 / 30)
 
 
+def test_a_part_is_out_of_sight_by_the_share_of_its_axis_that_is() -> None:
+    pose = standing_pose()
+    evidence = behind(pose, pixels_below(hips_row(pose) + 10))
+    origins, shares = pose.origins(MODEL), np.array([0.125, 0.375, 0.625, 0.875])
+    expected = []
+    for part, length_m in enumerate(MODEL.lengths_m):
+        places = origins[part] + length_m * shares[:, None] * pose.Rs[part, :, 1]
+        expected.append(evidence.out_of_sight(places, float(MODEL.radii_m[part].min())).mean())
+    assert len({0.0, 1.0, *expected}) > 2
+    np.testing.assert_allclose(parts_out_of_sight(pose, MODEL, evidence), expected)
+
+
 def test_which_parts_are_out_of_sight():
     pose = standing_pose(0.0)
     out = parts_out_of_sight(pose, MODEL, behind(pose, pixels_beside(middle_column(pose) + 3)))
