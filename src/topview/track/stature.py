@@ -45,7 +45,8 @@ class StatureBelief:
         self.is_given = is_given
         self.stature_m = self._likely_m = PRIOR_HEIGHT_M
         self.is_measured = False
-        self._is_seen = False  # whether the one that is believed was told by the body
+        self._is_learnt = False  # from what is seen of a body of it
+        self._is_judged = False  # better than the one that was believed before
         self._turn = 0
         self._forget()
 
@@ -63,7 +64,7 @@ class StatureBelief:
 
     def tell(self, stature_m: float) -> None:
         """What the finder has measured."""
-        if not self._is_seen:
+        if not (self._is_learnt or self._is_judged):
             self.stature_m = stature_m
         self._likely_m, self.is_measured = stature_m, True
 
@@ -78,7 +79,15 @@ class StatureBelief:
     def learn(self, stature_m: float) -> None:
         """One that has been learnt from what is seen."""
         if not self.is_given:
-            self.stature_m, self._is_seen = stature_m, True
+            self.stature_m, self._is_learnt = stature_m, True
+
+    def unlearn(self) -> bool:
+        """A body of what was learnt does not explain what is seen: the finder's measure is believed
+        again, if there is one that has not been judged to be wrong. Whether that is so."""
+        if not self._is_learnt or not self.is_measured or self._is_judged:
+            return False
+        self.stature_m, self._is_learnt = self._likely_m, False
+        return True
 
     def is_doubted(self, is_lost: bool) -> bool:
         """Whether another is to be tried: where the pose is lost, and while none is measured."""
@@ -96,7 +105,7 @@ class StatureBelief:
         looks = self._looks[self._turn]
         self._gains[self._turn] += (gain - self._gains[self._turn]) / min(looks, LOOKS)
         if looks >= LEAST_LOOKS and self._gains[self._turn] > LEAST_STATURE_GAIN:
-            self.stature_m, self._is_seen = self._tried_m, True
+            self.stature_m, self._is_judged = self._tried_m, True
             self._forget()
 
     def _with_prior(self, cost: float, stature_m: float) -> float:

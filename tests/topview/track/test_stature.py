@@ -75,6 +75,26 @@ def test_what_the_body_has_told_of_its_stature_is_not_measured_away() -> None:
     assert belief.is_measured
 
 
+def test_the_measured_one_is_believed_again_where_a_body_of_the_learnt_one_is_lost() -> None:
+    belief = StatureBelief()
+    belief.tell(1.5)
+    belief.learn(1.5)
+    belief.tell(1.87)
+    assert belief.stature_m == 1.5
+    assert belief.unlearn()
+    assert belief.stature_m == 1.87
+    belief.tell(1.86)
+    assert belief.stature_m == 1.86
+    assert not belief.unlearn()
+
+
+def test_what_was_learnt_is_kept_where_nobody_could_measure_another() -> None:
+    belief = StatureBelief()
+    belief.learn(1.5)
+    assert not belief.unlearn()
+    assert belief.stature_m == 1.5
+
+
 def test_a_stature_that_was_given_is_not_doubted() -> None:
     belief = StatureBelief(is_given=True)
     belief.tell(1.6)

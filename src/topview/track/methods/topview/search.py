@@ -378,6 +378,9 @@ class Search:
         if found.hidden > 0.0:
             return found
         if _is_lost(found):
+            if self._stature.unlearn():
+                self._size.forget()
+                return replace(found, model=self._size.model(self._stature.stature_m))
             is_doubted = self._stature.is_doubted(is_lost=True)
             return self._with_stature(found, look) if is_doubted else found
         with look.clock.stage("size"):
