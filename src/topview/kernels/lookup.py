@@ -67,3 +67,37 @@ def squared_distances(entries, gram, place, squares):
                     added[i] += weight * other[i]
             for i in range(len(own)):
                 total[i] += own[i] * added[i]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def squares_of_nearest(entries, counts, wanted, lowest, squares):
+    """Fill [M] the mean squared distance of each [M, C] wanted place from the K nearest of [C, N]
+    entries, each coordinate counting as much as [C] says; all float32.
+
+    Args:
+        entries, counts, wanted: these.
+        lowest: [K] that are overwritten.
+        squares: filled.
+    """
+    C, N = entries.shape
+    last = lowest.shape[0] - 1
+    sums = np.empty(BLOCK, np.float32)
+    for m in range(wanted.shape[0]):
+        lowest[:] = np.float32(np.inf)
+        for start in range(0, N, BLOCK):
+            stop = min(start + BLOCK, N)
+            total = sums[: stop - start]
+            total[:] = np.float32(0.0)
+            for c in range(C):
+                own, place, count = entries[c, start:stop], wanted[m, c], counts[c]
+                for i in range(len(own)):
+                    off = own[i] - place
+                    total[i] += count * off * off
+            for i in range(len(total)):
+                if total[i] < lowest[last]:
+                    k = last
+                    while k > 0 and lowest[k - 1] > total[i]:
+                        lowest[k] = lowest[k - 1]
+                        k -= 1
+                    lowest[k] = total[i]
+        squares[m] = lowest.mean()

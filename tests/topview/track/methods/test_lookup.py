@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from rendered_bodies import CAMERA, MODEL, UP, evidence_in, evidence_of, joints_of
 from topview.body.parts import UPPER_TORSO
 from topview.filter.turning import N_YAWS, YAWS_RAD
-from topview.kernels.lookup import project, squared_distances
+from topview.kernels.lookup import project, squared_distances, squares_of_nearest
 from topview.track.methods.topview import lookup
 from topview.track.methods.topview.lookup import (
     FACING_GRID,
@@ -49,6 +49,16 @@ def test_distances_are_those_over_what_is_not_hidden():
     squared_distances(entries, gram, place, squares)
     off = (seen[:, None] - axes @ entries)[~is_hidden]
     assert_allclose(squares + (seen[~is_hidden] ** 2).sum(), (off**2).sum(0), rtol=1e-3, atol=1e-3)
+
+
+def test_how_far_the_nearest_few_are_is_what_numpy_says():
+    rng = np.random.default_rng(6)
+    entries, wanted = (rng.normal(size=s).astype(np.float32) for s in ((7, 700), (9, 7)))
+    counts = rng.random(7).astype(np.float32)
+    lowest, squares = np.empty(4, np.float32), np.empty(9, np.float32)
+    squares_of_nearest(entries, counts, wanted, lowest, squares)
+    off = (wanted[:, :, None] - entries) ** 2
+    assert_allclose(squares, np.sort(counts @ off)[:, :4].mean(1), rtol=1e-5)
 
 
 def test_the_table_holds_poses_and_each_turned_pose_once():

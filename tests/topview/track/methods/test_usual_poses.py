@@ -33,6 +33,14 @@ def some_pose(index: int = 700) -> Pose:
     return Pose(NECK_CAMERA, TURN @ shipped_poses().Rs[index])
 
 
+def with_an_odd_arm(pose: Pose) -> Pose:
+    Rs = pose.Rs.copy()
+    bent = rotations_from_angles(np.array([-1.2, 0.0, 0.9]))  # far behind the back
+    for part in (LEFT_UPPER_ARM, LEFT_FOREARM):
+        Rs[part] = Rs[UPPER_TORSO] @ bent @ Rs[UPPER_TORSO].T @ Rs[part]
+    return Pose(pose.neck_camera, Rs)
+
+
 def apart_rad(one: Pose, other: Pose, part: int) -> float:
     cosine = (np.trace(one.Rs[part].T @ other.Rs[part]) - 1.0) / 2.0
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
@@ -51,11 +59,7 @@ def test_neck_and_torso_stay_and_nothing_moves_by_no_share() -> None:
 def test_an_arm_that_nobody_has_comes_back() -> None:
     usual = usual_poses()
     pose = some_pose()
-    Rs = pose.Rs.copy()
-    bent = rotations_from_angles(np.array([-1.2, 0.0, 0.9]))  # far behind the back
-    for part in (LEFT_UPPER_ARM, LEFT_FOREARM):
-        Rs[part] = Rs[UPPER_TORSO] @ bent @ Rs[UPPER_TORSO].T @ Rs[part]
-    odd = Pose(pose.neck_camera, Rs)
+    odd = with_an_odd_arm(pose)
     moved = usual.towards(odd, 0.5)
     usual_again = usual.towards(pose, 0.5)
     assert apart_rad(moved, odd, LEFT_UPPER_ARM) > 2.0 * apart_rad(
@@ -133,6 +137,20 @@ def test_parts_have_shares_of_their_own():
     still = [part for part in range(len(PARTS)) if part not in (LEFT_UPPER_ARM, LEFT_FOREARM)]
     np.testing.assert_allclose(moved.Rs[still], pose.Rs[still], atol=1e-9)
     assert apart_rad(moved, pose, LEFT_UPPER_ARM) > 0.05
+
+
+@pytest.mark.parametrize(("head_height", "is_seated"), [(0.92, False), (0.67, True)])
+def test_legs_are_usual_that_have_the_head_as_high_as_it_is(head_height, is_seated):
+    poses = Pose.together([stance(), stance(SEATED)])
+    standing, seated = usual_poses().unlikeness(poses, UP, head_height).tolist()
+    assert (seated < standing) == is_seated
+
+
+def test_an_arm_that_nobody_has_is_unusual():
+    pose = some_pose()
+    poses = Pose.together([pose, with_an_odd_arm(pose)])
+    own, odd = usual_poses().unlikeness(poses, UP, None).tolist()
+    assert odd > own + 1.0
 
 
 def test_hidden_parts_of_mirrored_people_do_mirrored():

@@ -39,6 +39,7 @@ from topview.track.methods.topview.lookup import SHARES, shipped_poses
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
 from topview.track.methods.topview.usual_poses import (
+    how_unusual,
     known_of,
     usual_poses,
     usual_where_hidden,
@@ -67,6 +68,7 @@ SURPRISE: Final = 0.01
 LIFT_WEIGHT_PER_M: Final = 0.3  # of both feet off the floor, beyond `LIFT_M`
 LIFT_M: Final = 0.15
 USUAL_S: Final = 0.15  # after which a prior's limbs are by 63 % where people usually have them
+UNUSUAL_COST: Final = 0.02  # of who is hidden in part, per square of `how_unusual`
 OCCLUDED_PRIOR_SCALE: Final = 30.0  # of the prior, per share that is hidden
 SETTLING_HOLD: Final = 0.1  # of what holds a pose at last, of whom nothing is hidden
 SEARCH_LOST_COST: Final = 0.38  # of a lost pose; normals, as they are noisy, make some 0.08
@@ -365,6 +367,9 @@ class Search:
         costs = costs_of(refined)
         costs = costs + self.facing.costs(refined.together.Rs[UPPER_TORSO], evidence.up_camera)
         costs = costs + _lift_costs(refined.together, look.model, evidence)
+        if look.is_hidden:
+            unusual_cost = of_what_is_seen(UNUSUAL_COST, look)
+            costs = costs + unusual_cost * how_unusual(refined.together, look)
         return [
             Found(pose, look.model, cost, hidden)
             for pose, cost, hidden in zip(

@@ -26,7 +26,7 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
-from topview.kernels.lookup import squared_distances
+from topview.kernels.lookup import squared_distances, squares_of_nearest
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
 from topview.track.methods.topview.whole_body import FrameContext, parts_out_of_sight
@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 
 # All ours.
 AKIN: Final = 30  # poses whose mean is taken
+LIKEST: Final = 5  # of how far a pose is from what is usual
 UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the axis of a part
 HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
 # Where these are in `UsualPoses.traits`, behind the axes.
@@ -100,6 +101,23 @@ class UsualPoses:
             Rs[UPPER_TORSO] = _leant(own[UPPER_TORSO], known.up_camera, usual_up, lean)
         return Pose.from_relative(pose.neck_camera, Rs)
 
+    def unlikeness(self, poses: Pose, up_camera: Array, head_height: float | None) -> Array:
+        """[M] squared distances of M poses' traits from those that are most like each, their mean.
+
+        Args:
+            poses: M of them.
+            up_camera: [3] unit vector.
+            head_height: of the head's centre above the floor, in statures; None if it is not known.
+        """
+        ups = UP_WEIGHT * (np.swapaxes(poses.Rs[UPPER_TORSO], 1, 2) @ up_camera)
+        heights = np.full((len(ups), 1), HEIGHT_WEIGHT * (head_height or 0.0))
+        traits = np.concatenate([_axes_in_torso(poses.Rs), ups, heights], axis=1)
+        counts = np.ones(_HEIGHT + 1, np.float32)
+        counts[_HEIGHT] = head_height is not None
+        lowest, squares = np.empty(LIKEST, np.float32), np.empty(len(traits), np.float32)
+        squares_of_nearest(self.traits, counts, traits.astype(np.float32), lowest, squares)
+        return squares.astype(np.float64)
+
     def _akin(self, pose: Pose, known: Known | None) -> tuple[NDArray[np.intp], Array]:
         """Which poses are most like one, and how much each counts; the sum is 1."""
         traits, counts = _traits_of(pose, known)
@@ -153,14 +171,25 @@ def usual_poses() -> UsualPoses:
 
 
 def known_of(pose: Pose, look: FrameContext) -> Known:
-    """What is known of a pose besides its parts; how high its head is only where the stature has
-    been measured, not guessed from that."""
-    evidence, head_height = look.evidence, None
-    if evidence.floor.any() and evidence.stature_m is not None:
-        head_m = float(evidence.above_floor_m(evidence.head_camera))
-        head_height = head_m / look.model.stature_m
+    """What is known of a pose besides its parts."""
+    evidence = look.evidence
     seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
-    return Known(seen, evidence.up_camera, head_height)
+    return Known(seen, evidence.up_camera, _head_height(look))
+
+
+def how_unusual(poses: Pose, look: FrameContext) -> Array:
+    """[M] how far M poses are from what bodies usually do whose heads are as high: each part's axis
+    in the frame of the upper torso, and which way is up there, squared and added up."""
+    return usual_poses().unlikeness(poses, look.evidence.up_camera, _head_height(look))
+
+
+def _head_height(look: FrameContext) -> float | None:
+    """Of the head's centre above the floor, in statures, where the stature has been measured, not
+    guessed from that."""
+    evidence = look.evidence
+    if evidence.stature_m is None or not evidence.floor.any():
+        return None
+    return float(evidence.above_floor_m(evidence.head_camera)) / look.model.stature_m
 
 
 def usual_where_hidden(pose: Pose, look: FrameContext) -> Pose:
