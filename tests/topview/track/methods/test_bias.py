@@ -9,7 +9,15 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rendered_bodies import MODEL, evidence_of, joints_of, standing_pose
-from topview.body.parts import JOINT_NAMES, LEFT_FOREARM, UPPER_TORSO, other_side
+from topview.body.parts import (
+    JOINT_NAMES,
+    LEFT_FOREARM,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_LEG,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+    other_side,
+)
 from topview.geometry.rotations import vectors_from_rotations
 from topview.timing import StageClock
 from topview.track.evidence import Evidence
@@ -173,3 +181,16 @@ def test_of_a_part_that_is_out_of_sight_nothing_is_told(monkeypatch) -> None:
     assert_allclose(turned[LEFT_FOREARM], 0.0, atol=1e-9)
     assert turned[OTHER_SIDE[LEFT_FOREARM], 0] == pytest.approx(0.05)
     assert turned[UPPER_TORSO, 1] == pytest.approx(0.05)
+
+
+def test_a_leg_that_is_out_of_sight_stands_however_the_trunk_turns(monkeypatch) -> None:
+    law, hidden = a_law(np.zeros((N_STEPS, TRAITS))), [LEFT_UPPER_LEG, LEFT_LOWER_LEG]
+    law.weights[_PLACES[UPPER_TORSO, 0], 0] = 0.1
+    out = np.zeros(len(OTHER_SIDE))
+    out[hidden] = 1.0
+    monkeypatch.setattr(bias, "shipped_bias", lambda: law)
+    monkeypatch.setattr(bias, "parts_out_of_sight", lambda *_: out)
+    told = told_by(Unbiased(), Found(POSE, MODEL, 0.1, 0.0), look_at(POSE))
+    turned = vectors_from_rotations(np.swapaxes(POSE.Rs, 1, 2) @ told.Rs)
+    assert_allclose(turned[hidden], 0.0, atol=1e-9)
+    assert np.linalg.norm(turned[RIGHT_UPPER_LEG]) == pytest.approx(0.1)

@@ -21,10 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import HEAD, LOWER_TORSO, PARTS, UPPER_TORSO
+from topview.body.parts import (
+    HEAD,
+    LEFT_LOWER_LEG,
+    LEFT_UPPER_LEG,
+    LOWER_TORSO,
+    PARTS,
+    RIGHT_LOWER_LEG,
+    RIGHT_UPPER_LEG,
+    UPPER_TORSO,
+)
 from topview.files import read_archive
 from topview.filter.over_time import FRAME_S, share_after
-from topview.geometry.rotations import rotations_from_vectors, unit
+from topview.geometry.rotations import nearest_rotations, rotations_from_vectors, unit
 from topview.track.evidence import Evidence
 from topview.track.methods.topview.refinement import Explained
 from topview.track.methods.topview.whole_body import (
@@ -42,6 +51,7 @@ BIAS_S: Final = 0.09  # after which a bias is by 63 % what a frame says
 FEW_POINTS: Final = 3.0  # that lie on a part where none do, as they should
 AREA_M2: Final = 0.01  # seen surface of a part, in which its logarithm is told
 
+_LEGS: Final = [LEFT_UPPER_LEG, LEFT_LOWER_LEG, RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]
 _NOT_TORSO: Final = [part for part in range(len(PARTS)) if part != UPPER_TORSO]
 _OTHERS: Final = [_NOT_TORSO.index(OTHER_SIDE[part]) for part in _NOT_TORSO]
 
@@ -93,7 +103,7 @@ class Unbiased:
             share = share_after(max(look.elapsed_s, FRAME_S), BIAS_S)
             steps = self._steps + share * (steps - self._steps)
         self._steps = steps
-        return stepped(found.pose, steps)
+        return _with_legs_of(stepped(found.pose, steps), found.pose, out)
 
     def steps(self, found: Found, traits: Array) -> Array:
         """[28] that a frame says."""
@@ -162,6 +172,16 @@ def _in_parts(vectors: Array, weights: Array, pose: Pose) -> Array:
     """[11, 3] weighted sums of [N, 3] vectors, in the frames of the parts whose [11, N] weights
     they have."""
     return np.einsum("kji,kj->ki", pose.Rs, weights @ vectors)
+
+
+def _with_legs_of(pose: Pose, before: Pose, shares: Array) -> Pose:
+    """A pose whose legs point where they did before, by [11] shares of its parts: what is out of
+    sight stands on the floor, however the trunk turned."""
+    if not shares[_LEGS].any():
+        return pose
+    Rs = pose.Rs.copy()
+    Rs[_LEGS] = nearest_rotations(Rs[_LEGS] + shares[_LEGS, None, None] * (before.Rs - Rs)[_LEGS])
+    return Pose(pose.neck_camera, Rs)
 
 
 def stepped(pose: Pose, steps: Array) -> Pose:
