@@ -3,7 +3,8 @@
 The finder measures the stature of who stands upright, and now and then takes who sits for a small
 person who stands. Of who sits from the first frame on it measures none. So where the pose leaves
 much unexplained other statures are tried, one a frame, and the one that over time explains more is
-believed. Where a method learns a stature from the surface that is seen, that one is believed.
+believed. Where a method learns a stature from the surface that is seen, that one is believed, as
+long as a body of it explains what is seen.
 """
 
 from __future__ import annotations

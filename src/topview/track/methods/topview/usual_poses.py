@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 # All ours.
 AKIN: Final = 30  # poses whose mean is taken
-LIKEST: Final = 5  # of how far a pose is from what is usual
+LIKEST: Final = 5  # poses, whose mean distance says how unusual one is
 UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the axis of a part
 HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
 # Where these are in `UsualPoses.traits`, behind the axes.
