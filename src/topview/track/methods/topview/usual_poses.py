@@ -27,6 +27,7 @@ from topview.body.parts import (
 )
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.kernels.lookup import squared_distances, squares_of_nearest
+from topview.room.floor import CAMERA_UP
 from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
 from topview.track.methods.topview.whole_body import FrameContext, parts_out_of_sight
@@ -77,11 +78,8 @@ class UsualPoses:
         """Of [P / 2, 11, 3, 3] rotations of parts in any upright frame, y down."""
         Rs = np.swapaxes(np.concatenate([Rs, mirrored(Rs)]), 0, 1)
         relative = rotations_in_parent(Rs, FROM_UPPER_TORSO)
-        ups = -UP_WEIGHT * Rs[UPPER_TORSO, :, 1]
-        heights = HEIGHT_WEIGHT * _head_heights(Rs)[:, None]
-        traits = np.concatenate([_axes_in_torso(Rs), ups, heights], axis=1)
         return cls(
-            np.ascontiguousarray(traits.T, np.float32),
+            np.ascontiguousarray(_traits(Rs, CAMERA_UP, _head_heights(Rs)).T),
             np.ascontiguousarray(np.swapaxes(relative, 0, 1)),
         )
 
@@ -109,13 +107,11 @@ class UsualPoses:
             up_camera: [3] unit vector.
             head_height: of the head's centre above the floor, in statures; None if it is not known.
         """
-        ups = UP_WEIGHT * (np.swapaxes(poses.Rs[UPPER_TORSO], 1, 2) @ up_camera)
-        heights = np.full((len(ups), 1), HEIGHT_WEIGHT * (head_height or 0.0))
-        traits = np.concatenate([_axes_in_torso(poses.Rs), ups, heights], axis=1)
+        traits = _traits(poses.Rs, up_camera, head_height or 0.0)
         counts = np.ones(_HEIGHT + 1, np.float32)
         counts[_HEIGHT] = head_height is not None
         lowest, squares = np.empty(LIKEST, np.float32), np.empty(len(traits), np.float32)
-        squares_of_nearest(self.traits, counts, traits.astype(np.float32), lowest, squares)
+        squares_of_nearest(self.traits, counts, traits, lowest, squares)
         return squares.astype(np.float64)
 
     def _akin(self, pose: Pose, known: Known | None) -> tuple[NDArray[np.intp], Array]:
@@ -131,15 +127,23 @@ class UsualPoses:
 
 def _traits_of(pose: Pose, known: Known | None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[37] as in `UsualPoses.traits`, and [37] how much each counts."""
-    traits, counts = np.zeros((2, _HEIGHT + 1))
-    traits[: _UP.start] = _axes_in_torso(pose.Rs[:, None])[0]
+    counts = np.zeros(_HEIGHT + 1, np.float32)
     counts[: _UP.start] = 1.0
-    if known is not None:
-        traits[_UP] = UP_WEIGHT * (pose.Rs[UPPER_TORSO].T @ known.up_camera)
-        counts[: _UP.stop] = np.repeat([*known.seen, known.seen[UPPER_TORSO]], 3)
-        if known.head_height is not None:
-            traits[_HEIGHT], counts[_HEIGHT] = HEIGHT_WEIGHT * known.head_height, 1.0
-    return traits.astype(np.float32), counts.astype(np.float32)
+    if known is None:
+        return _traits(pose.Rs[:, None], CAMERA_UP, 0.0)[0], counts
+    counts[: _UP.stop] = np.repeat([*known.seen, known.seen[UPPER_TORSO]], 3)
+    counts[_HEIGHT] = known.head_height is not None
+    return _traits(pose.Rs[:, None], known.up_camera, known.head_height or 0.0)[0], counts
+
+
+def _traits(Rs: Array, up: Array, head_heights: Array | float) -> NDArray[np.float32]:
+    """[P, 37] as in `UsualPoses.traits`, of [11, P, 3, 3] rotations in a frame in which [3] is up,
+    and [P] heights of heads, or one of all."""
+    traits = np.empty((Rs.shape[1], _HEIGHT + 1), np.float32)
+    traits[:, : _UP.start] = _axes_in_torso(Rs)
+    traits[:, _UP] = UP_WEIGHT * (np.swapaxes(Rs[UPPER_TORSO], 1, 2) @ up)
+    traits[:, _HEIGHT] = HEIGHT_WEIGHT * head_heights
+    return traits
 
 
 def _leant(R: Array, up_camera: Array, usual_up: Array, share: float) -> Array:
