@@ -59,6 +59,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "topview_lab.cli.train_bias:train_bias",
         "Learn how far off found poses are, from recordings with truth.",
     ),
+    "train-unseen-limbs": (
+        "topview_lab.cli.train_unseen_limbs:train_unseen_limbs",
+        "Learn where limbs are that are out of sight, from recordings with truth.",
+    ),
     "train-confidence": (
         "topview_lab.cli.train_confidence:train_confidence",
         "Learn how far joints are off, from recordings with truth.",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -11,16 +10,14 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
-from topview.cli.outputs import prepare_output_file
-from topview.cli.progress import compile_kernels, warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.io import write_atomically
-from topview.records import InputError
 from topview.track.methods.topview.bias import PoseBias
-from topview_lab.datasets import EvaluatedRecording, find_folder_recordings
-from topview_lab.evaluate.run import run_all
+from topview_lab.cli.training_runs import learnt_from, recordings_to_learn_from, rows_by_name
+from topview_lab.datasets import EvaluatedRecording
 from topview_lab.training.bias import BiasJob, BiasRows, errors_m, fit_bias
-from topview_lab.training.people_fit import described
+
+COMMAND = "train-bias"
 
 
 def train_bias(
@@ -42,14 +39,9 @@ def train_bias(
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
-    if not folders:
-        raise InputError("train-bias: no folder given; give at least one recording")
-    prepare_output_file("--out", out, force)
-    recordings = find_folder_recordings(folders)
-    compile_kernels()
-    command = shlex.join(["topview", "train-bias", *(path.resolve().name for path in folders)])
-    first = _learnt(recordings, None, workers, command)
-    learnt = first and _learnt(recordings, first[0], workers, command)
+    recordings = recordings_to_learn_from(COMMAND, folders, out, force)
+    first = _learnt(recordings, None, workers, folders)
+    learnt = first and _learnt(recordings, first[0], workers, folders)
     if learnt is None:
         return INTERRUPTED
     law, count = learnt
@@ -61,24 +53,18 @@ def train_bias(
 
 
 def _learnt(
-    recordings: Sequence[EvaluatedRecording], before: PoseBias | None, workers: int, command: str
+    recordings: Sequence[EvaluatedRecording],
+    before: PoseBias | None,
+    workers: int,
+    folders: Sequence[Path],
 ) -> tuple[PoseBias, int] | None:
     """The law of poses that are tracked with the one before, and of how many recordings it is; None
     if it is interrupted."""
-    jobs = [BiasJob(own, before) for own in recordings]
-    done = run_all(jobs, workers)
-    if done.interrupted:
+    usable = rows_by_name([BiasJob(own, before) for own in recordings], workers)
+    if usable is None:
         return None
-    warn(*(own for own in done.results if isinstance(own, str)), *done.problems)
-    usable = {
-        job.recording.name: own
-        for job, own in zip(jobs, done.results, strict=True)
-        if isinstance(own, BiasRows)
-    }
-    if not usable:
-        raise InputError(f"none of the {len(recordings)} recordings could be used")
     rows = BiasRows.joined([*usable.values()])
-    law = fit_bias(rows, f"{described(usable)}; {command}")
+    law = fit_bias(rows, learnt_from([*usable], COMMAND, folders))
     before_cm, after_cm = 100.0 * errors_m(rows), 100.0 * errors_m(rows, law)
     print(f"{len(rows.traits)} poses, joints off by {before_cm:.2f} cm, after it {after_cm:.2f} cm")
     return law, len(usable)

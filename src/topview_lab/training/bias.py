@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve
 
 from topview.body import JOINT_NAMES
-from topview.body.kinematics import joints_from_parts
 from topview.body.parts import HEAD, JOINTS, UPPER_TORSO, other_side
-from topview.detect.joints.proposers import NOTHING
 from topview.records import InputError
-from topview.track import Tracker, TrackerSettings
 from topview.track.body_tracker import Needs, Subject
 from topview.track.methods.topview.bias import (
     MIRRORED_TRAITS,
@@ -29,15 +26,13 @@ from topview.track.methods.topview.tracker import TopviewSettings, TopviewTracke
 from topview.track.methods.topview.whole_body import Found
 from topview.track.pose import MIRRORED, OTHER_SIDE, TREE_PARENT, mirrored
 from topview_lab.datasets import EvaluatedRecording
+from topview_lab.training.found_people import SeenPose, found_people
+from topview_lab.training.linear_laws import REWEIGHTED, Standardised, counted_by_distance
 
 Array = NDArray[np.float64]
 
 # All ours; the last two were chosen on seeds 100 to 105 of the rendered recordings.
-SAME_PERSON_M: Final = 0.5  # from a true person's joints to a found one's, on average
-TAKEN_EVERY: Final = 4  # frames, of which one is fitted to
 FEWEST_POSES: Final = 500  # that are needed
-REWEIGHTED: Final = 4  # of least squares, each with the weights of the one before
-TRAITS_WITHIN: Final = 0.01, 0.99  # quantiles of traits, beyond which they are cut off
 TYPICAL_M: Final = 0.02  # of a joint; what is farther off counts by distance, not by its square
 TRAITS_RIDGE: Final = 0.02  # of a standardised trait, against all joints that it moves
 
@@ -101,47 +96,23 @@ class BiasJob:
 
 
 def _rows_of(recording: EvaluatedRecording, law: PoseBias | None) -> BiasRows:
-    reference = recording.reference()
-    order = [reference.joint_names.index(name) for name in JOINT_NAMES]
-    true_camera = dict(
-        zip(reference.frame_index.tolist(), reference.joints_camera[:, :, order], strict=True)
-    )
-    seen: list[_Seen] = []
-    tracker = Tracker(TrackerSettings(threads=1, proposals=NOTHING), body=_Seeing(seen, law))
-    rows: list[tuple[Array, ...]] = []
-    for frame in recording.open():
-        seen.clear()
-        tracker.update(frame)
-        if frame.index % TAKEN_EVERY or frame.index not in true_camera:
-            continue
-        for own in seen:
-            joints = joints_from_parts(own.found.model, own.found.pose.transforms(own.found.model))
-            off_m = np.linalg.norm(true_camera[frame.index] - joints, axis=-1)
-            mean_m = np.where(np.isfinite(off_m).all(1), off_m.mean(1), np.inf)
-            if mean_m.min(initial=np.inf) < SAME_PERSON_M:
-                true = true_camera[frame.index][int(np.argmin(mean_m))]
-                pose, origins = own.found.pose, own.found.pose.origins(own.found.model)
-                rows.append((own.traits, pose.Rs, origins, joints, true))
-    if not rows:
-        raise InputError("nobody was found whose joints are known")
+    seen: list[SeenPose] = []
+    rows = [
+        (own.traits, own.pose.Rs, own.pose.origins(own.model), own.joints_camera, true)
+        for own, true in found_people(recording, _Seeing(seen, law), seen)
+    ]
     return BiasRows(*map(np.array, zip(*rows, strict=True)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
-    found: Found
-    traits: Array
 
 
 class _Keeping(Unbiased):
     """Keeps what poses look like."""
 
-    def __init__(self, seen: list[_Seen], law: PoseBias | None) -> None:
+    def __init__(self, seen: list[SeenPose], law: PoseBias | None) -> None:
         super().__init__()
         self._seen, self._law = seen, law
 
     def steps(self, found: Found, traits: Array) -> Array:
-        self._seen.append(_Seen(found, traits))
+        self._seen.append(SeenPose(found.pose, found.model, traits))
         return np.zeros(N_STEPS) if self._law is None else self._law.steps(traits)
 
 
@@ -149,7 +120,7 @@ class _Keeping(Unbiased):
 class _Seeing:
     """The default method, whose poses and their traits are kept."""
 
-    seen: list[_Seen]
+    seen: list[SeenPose]
     law: PoseBias | None
 
     needs: ClassVar[Needs] = TopviewSettings.needs
@@ -175,14 +146,9 @@ def fit_bias(rows: BiasRows, source: str) -> PoseBias:
             f"{len(rows.traits)} poses were found; {FEWEST_POSES} are needed: give more recordings"
         )
     both = BiasRows.joined([rows, rows.mirrored()])
-    lowest, highest = np.quantile(both.traits, TRAITS_WITHIN, axis=0)
-    traits = np.clip(both.traits, lowest, highest)
-    mean, spread = traits.mean(0), traits.std(0)
-    mean[0], spread[spread < 1e-9] = 0.0, 1.0
-    standard = (traits - mean) / spread
-    weights = _least_squares(standard, moves_of(both), gaps_of(both)) / spread
-    weights[:, 0] -= weights[:, 1:] @ mean[1:]
-    return PoseBias(source, weights, lowest, highest)
+    standard = Standardised.of(both.traits)
+    weights = standard.weights(_least_squares(standard.traits, moves_of(both), gaps_of(both)))
+    return PoseBias(source, weights, standard.lowest, standard.highest)
 
 
 def errors_m(rows: BiasRows, law: PoseBias | None = None) -> float:
@@ -227,7 +193,7 @@ def _least_squares(traits: Array, moves: Array, gaps: Array) -> Array:
     ways = np.swapaxes(moves.reshape(len(moves), -1, N_STEPS), 1, 2)
     for _ in range(REWEIGHTED):
         left = gaps - np.einsum("njad,nd->nja", moves, traits @ law.T)
-        counts = TYPICAL_M / np.maximum(np.linalg.norm(left, axis=-1), TYPICAL_M)
+        counts = counted_by_distance(left, TYPICAL_M)
         weighted = np.repeat(counts, 3, axis=1)[:, None] * ways
         together = weighted @ np.swapaxes(ways, 1, 2)
         wanted = (weighted @ gaps.reshape(len(gaps), -1, 1))[..., 0]

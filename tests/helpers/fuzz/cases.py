@@ -86,6 +86,7 @@ _OPTIONS: Final[dict[tuple[str, ...], tuple[str, ...]]] = {
     ("train-people", "camera.json"): ("every", "measure", "simulated", "workers", "out"),
     ("train-confidence", "camera.json", "--out", "OUT/errors.json"): ("workers",),
     ("train-bias", "camera.json", "--out", "OUT/bias.npz"): ("workers",),
+    ("train-unseen-limbs", "camera.json", "--out", "OUT/limbs.npz"): ("workers",),
     ("train-hands", "recording", "--out", "OUT/hands.npz"): ("test", "skin"),
 }  # fmt: skip
 _HEAVY: Final[dict[tuple[str, ...], tuple[str, ...]]] = {

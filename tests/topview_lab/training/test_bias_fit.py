@@ -17,6 +17,7 @@ from topview.records import InputError
 from topview.track.methods.topview.bias import MIRRORED_TRAITS, N_STEPS, PoseBias, stepped
 from topview.track.pose import MIRRORED, Pose
 from topview_lab.cli import train_bias as command
+from topview_lab.cli import training_runs
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.training import bias
 from topview_lab.training.bias import (
@@ -130,7 +131,7 @@ def write_person(folder: Path) -> Path:
 @pytest.fixture
 def topview_made_up(topview, monkeypatch):
     monkeypatch.setattr(command, "BiasJob", MadeUpJob)
-    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(training_runs, "compile_kernels", lambda: None)
     monkeypatch.setattr(bias, "REWEIGHTED", 1)
     return topview
 

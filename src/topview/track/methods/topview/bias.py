@@ -33,8 +33,13 @@ from topview.body.parts import (
 )
 from topview.files import read_archive
 from topview.filter.over_time import FRAME_S, share_after
-from topview.geometry.rotations import nearest_rotations, rotations_from_vectors, unit
+from topview.geometry.rotations import nearest_rotations, rotations_from_vectors
 from topview.track.evidence import Evidence
+from topview.track.methods.topview.posture import (
+    POSTURE_BLOCKS,
+    mirrored_traits,
+    posture_traits,
+)
 from topview.track.methods.topview.refinement import Explained
 from topview.track.methods.topview.whole_body import (
     Found,
@@ -52,9 +57,6 @@ FEW_POINTS: Final = 3.0  # that lie on a part where none do, as they should
 AREA_M2: Final = 0.01  # seen surface of a part, in which its logarithm is told
 
 _LEGS: Final = [LEFT_UPPER_LEG, LEFT_LOWER_LEG, RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]
-_NOT_TORSO: Final = [part for part in range(len(PARTS)) if part != UPPER_TORSO]
-_OTHERS: Final = [_NOT_TORSO.index(OTHER_SIDE[part]) for part in _NOT_TORSO]
-
 # The steps after those of the neck: which part each turns, about which of its axes. A limb swings
 # and turns about its axis with the upper part, and bends with the lower one.
 TURNED: Final = np.array(
@@ -123,12 +125,9 @@ def shipped_bias() -> PoseBias:
 
 
 def pose_traits(pose: Pose, model: BodyModel, evidence: Evidence, explained: Explained) -> Array:
-    """[T] what tells how far off a pose is: 1; in the frame of the upper torso the line of sight,
-    the way up, and the axis of each other part; the sum of all lengths; and of each part, in its
-    frame, how far the points on it are off its surface and where they lie, how much is seen of it,
-    and which share of that it leaves unexplained."""
-    R_torso = pose.Rs[UPPER_TORSO]
-    directions = [unit(pose.neck_camera), evidence.up_camera, *pose.Rs[_NOT_TORSO][..., 1]]
+    """[T] what tells how far off a pose is: `posture_traits`; and of each part, in its frame, how
+    far the points on it are off its surface and where they lie, how much is seen of it, and which
+    share of that it leaves unexplained."""
     surfaces, shares = explained
     is_on = surfaces.labels == np.arange(len(PARTS))[:, None]
     weights = is_on * shares
@@ -140,9 +139,7 @@ def pose_traits(pose: Pose, model: BodyModel, evidence: Evidence, explained: Exp
     counts = is_on.sum(1)
     return np.concatenate(
         [
-            [1.0],
-            (np.array(directions) @ R_torso).ravel(),
-            [model.lengths_m.sum()],
+            posture_traits(pose, model, evidence.up_camera),
             (off / (sums + FEW_POINTS)[:, None]).ravel(),
             ((lie - at) / (sums + FEW_POINTS)[:, None]).ravel(),
             np.log1p(counts * evidence.point_area_m2 / AREA_M2),
@@ -151,21 +148,9 @@ def pose_traits(pose: Pose, model: BodyModel, evidence: Evidence, explained: Exp
     )
 
 
-def _mirrored_traits() -> tuple[Array, NDArray[np.int64]]:
-    """[T] signs and [T] places of the traits that make those of the pose in a mirror."""
-    sides, flips = np.array(OTHER_SIDE), np.array([-1.0, 1.0, 1.0])
-    others = np.append([0, 1], 2 + np.array(_OTHERS))
-    blocks = [(np.zeros(1, int), 1), (others, 3), (np.zeros(1, int), 1), *[(sides, 3)] * 2]
-    blocks += [(sides, 1)] * 2
-    signs, order = [], []
-    for rows, width in blocks:
-        start = sum(map(len, order))
-        signs.append(np.tile(flips if width == 3 else np.ones(1), len(rows)))
-        order.append(start + (rows[:, None] * width + np.arange(width)).ravel())
-    return np.concatenate(signs), np.concatenate(order)
-
-
-MIRRORED_TRAITS: Final = _mirrored_traits()
+MIRRORED_TRAITS: Final = mirrored_traits(
+    [*POSTURE_BLOCKS, (OTHER_SIDE, 3), (OTHER_SIDE, 3), (OTHER_SIDE, 1), (OTHER_SIDE, 1)]
+)
 
 
 def _in_parts(vectors: Array, weights: Array, pose: Pose) -> Array:

@@ -30,12 +30,15 @@ from topview.track.methods.topview.refinement import (
 )
 from topview.track.methods.topview.search import LOOK_S, Search
 from topview.track.methods.topview.things import Things
+from topview.track.methods.topview.unseen_limbs import UnseenLimbs, shipped_unseen_limbs
+from topview.track.methods.topview.walk import Walk
 from topview.track.methods.topview.whole_body import (
     Found,
     FrameContext,
     RootCertainty,
     beyond_tolerance,
     costs_of,
+    parts_out_of_sight,
 )
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -90,9 +93,14 @@ class TopviewTracker:
     """One person's pose over time."""
 
     def __init__(
-        self, subject: Subject, settings: TopviewSettings, unbiased: Unbiased | None = None
+        self,
+        subject: Subject,
+        settings: TopviewSettings,
+        unbiased: Unbiased | None = None,
+        unseen: UnseenLimbs | None = None,
     ) -> None:
-        """`unbiased`: takes the bias out of poses; by that which ships if None."""
+        """`unbiased`: takes the bias out of poses. `unseen`: tells where limbs are that are out of
+        sight. Both are those that ship if None."""
         self.subject = subject
         self.settings = settings
         self.pose: Pose | None = None
@@ -105,10 +113,12 @@ class TopviewTracker:
         self._guided_to: tuple[Pose, Array] | None = None
         self._guide = Guide(settings.guide, subject.bones)
         self._root = RootCertainty()
+        self._walk = Walk()
         self._stature = StatureBelief(subject.stature_is_given)
         self._size = BodySize(self.bones, self._stature, settings.refinement)
         self._things = Things()
         self._unbiased = unbiased or Unbiased()
+        self._unseen = unseen or shipped_unseen_limbs()
         self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -153,8 +163,15 @@ class TopviewTracker:
             if is_open:
                 self._stature.begin(self.model.stature_m)
         self._before, self.pose = self.pose, pose
+        self._watch(evidence, elapsed_s)
         self._last_s, self._step_s = evidence.timestamp_s, elapsed_s
-        return told or pose
+        return self._with_unseen_limbs(told or pose, evidence)
+
+    def _watch(self, evidence: Evidence, elapsed_s: float) -> None:
+        """See how somebody moves who is in sight."""
+        hidden = max(self._hidden_share, beyond_tolerance(evidence.hidden_share))
+        if self._before and self.pose and elapsed_s > 0.0 and hidden < STILL_OCCLUSION:
+            self._walk.update(self._before, self.pose, evidence.up_camera, elapsed_s)
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
@@ -182,6 +199,8 @@ class TopviewTracker:
         hidden, last = self._hidden_now(look), self.pose
         is_known = self._guide.has_begun and hidden > 0.0
         is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
+        if last is not None and hidden > 0.0:
+            last = self._walk.goes_on(last, look.evidence.up_camera, look.elapsed_s)
         starts = None if last is None else (last, self._predicted(last, look))
         with look.clock.stage("normals"):
             whole = look.evidence.with_normals()
@@ -196,6 +215,14 @@ class TopviewTracker:
             of_rest = of_whole if rest is whole else self._explained(found, rest)
             told = self._unbiased.update(found, look, of_rest)
         return (found if found.hidden > 0.0 else replace(found, pose=told)), told
+
+    def _with_unseen_limbs(self, pose: Pose, evidence: Evidence) -> Pose:
+        """A pose with limbs that are out of sight where they are on average; of whom joints have
+        been proposed they are better known."""
+        if self._guide.has_begun:
+            return pose
+        out = parts_out_of_sight(pose, self.model, evidence)
+        return self._unseen.told(pose, self.model, evidence.up_camera, out)
 
     def _explained(self, found: Found, evidence: Evidence) -> Explained:
         return explained(found.pose, found.model, evidence, self.settings.refinement)

@@ -1,0 +1,77 @@
+"""Where limbs that are out of sight are on average (ours).
+
+Nothing tells where a limb is that somebody else, furniture or the edge of the image hides, so the
+search leaves it where chance had it. On average such limbs are elsewhere: a law that is linear in
+the axes of all parts says where each points then, learnt from rendered people of whom something was
+hidden, by `topview train-unseen-limbs`. What is told has them there; the search goes on without.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from topview.body.model import BodyModel
+from topview.body.parts import PARTS, UPPER_TORSO
+from topview.files import read_archive
+from topview.geometry.rotations import nearest_rotations, unit
+from topview.track.elbows import limb_rotations
+from topview.track.methods.topview.posture import posture_traits
+from topview.track.pose import LIMBS, Pose
+
+Array = NDArray[np.float64]
+
+UNSEEN_LIMBS_FILE: Final = "data/unseen_limbs.npz"
+LIMB_PARTS: Final = [part for upper in LIMBS for part in (upper, upper + 1)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnseenLimbs:
+    """A linear law.
+
+    Attributes:
+        source: what it was learnt from, and how.
+        weights: [8, 3, T] of each trait of `posture_traits`, for the axis of each of `LIMB_PARTS`
+            in the frame of the upper torso.
+        lowest, highest: [T] traits are taken as no farther out than those it was learnt from.
+    """
+
+    source: str
+    weights: Array
+    lowest: Array
+    highest: Array
+
+    def axes(self, traits: Array) -> Array:
+        """[8, 3] axes of limbs in the frame of the upper torso, on average, not of length 1, of a
+        pose with [T] traits."""
+        return self.weights @ np.clip(traits, self.lowest, self.highest)
+
+    def told(self, pose: Pose, model: BodyModel, up_camera: Array, out: Array) -> Pose:
+        """A pose whose limbs are turned to where they are on average, by [11] shares of its parts
+        that are out of sight."""
+        shares = out[LIMB_PARTS, None, None]
+        if not shares.any():
+            return pose
+        traits = posture_traits(pose, model, up_camera)
+        axes = unit(self.axes(traits) @ pose.Rs[UPPER_TORSO].T).reshape(-1, 2, 3)
+        likely = [
+            limb_rotations(own, pose.Rs[PARTS[upper].parent], upper)
+            for upper, own in zip(LIMBS, axes, strict=True)
+        ]
+        Rs, own = pose.Rs.copy(), pose.Rs[LIMB_PARTS]
+        Rs[LIMB_PARTS] = nearest_rotations(own + shares * (np.concatenate(likely) - own))
+        return Pose(pose.neck_camera, Rs)
+
+
+@cache
+def shipped_unseen_limbs() -> UnseenLimbs:
+    """That which comes with the project."""
+    files = resources.files("topview.track.methods.topview") / UNSEEN_LIMBS_FILE
+    with resources.as_file(files) as path:
+        arrays = read_archive(path)
+    return UnseenLimbs(str(arrays.pop("source")), **arrays)

@@ -1,0 +1,71 @@
+"""Somebody who comes to be hidden goes on as before for a while."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rendered_bodies import UP, standing_pose
+from topview.body.parts import UPPER_TORSO
+from topview.geometry.rotations import rotations_from_vectors
+from topview.track.methods.topview.walk import FADED_S, Walk
+from topview.track.pose import Pose
+from topview.track.stances import heading
+
+STEP_S = 1 / 30
+VELOCITY = np.array([1.2, 0.0, -0.3])  # metres a second
+TURNING_RAD_S = np.radians(60.0)
+
+
+def walked(pose: Pose, elapsed_s: float) -> Pose:
+    turn = rotations_from_vectors((elapsed_s * TURNING_RAD_S * UP)[None])[0]
+    return Pose(pose.neck_camera + elapsed_s * VELOCITY, turn @ pose.Rs)
+
+
+def watched(seconds: float = 1.0, step_s: float = STEP_S) -> tuple[Walk, Pose]:
+    """Somebody who has walked and turned in sight, and the last pose."""
+    walk, pose = Walk(), standing_pose()
+    for _ in range(round(seconds / step_s)):
+        before, pose = pose, walked(pose, step_s)
+        walk.update(before, pose, UP, step_s)
+    return walk, pose
+
+
+def yaw(pose: Pose) -> float:
+    return heading(pose.Rs[UPPER_TORSO], UP)
+
+
+def test_who_was_not_seen_to_move_stays() -> None:
+    walk, pose = Walk(), standing_pose()
+    walk.update(pose, pose, UP, STEP_S)
+    after = walk.goes_on(pose, UP, 1.0)
+    assert_allclose(after.neck_camera, pose.neck_camera)
+    assert_allclose(after.Rs, pose.Rs, atol=1e-12)
+
+
+def test_who_walked_and_turned_goes_on_so() -> None:
+    walk, pose = watched()
+    after, expected = walk.goes_on(pose, UP, STEP_S), walked(pose, STEP_S)
+    assert_allclose(after.neck_camera, expected.neck_camera, atol=0.003)
+    assert yaw(after) - yaw(pose) == pytest.approx(yaw(expected) - yaw(pose), rel=0.05)
+
+
+def test_a_walk_fades() -> None:
+    walk, pose = watched()
+    after = pose
+    for _ in range(300):
+        after = walk.goes_on(after, UP, STEP_S)
+    assert_allclose(after.neck_camera - pose.neck_camera, FADED_S * VELOCITY, atol=0.02)
+    assert yaw(after) == pytest.approx(yaw(walked(pose, FADED_S)), abs=0.03)
+    assert_allclose(walk.goes_on(after, UP, STEP_S).neck_camera, after.neck_camera, atol=1e-4)
+
+
+def test_it_does_not_depend_on_how_often_frames_come() -> None:
+    places = []
+    for step_s in (STEP_S, 3 * STEP_S):
+        walk, pose = watched(1.5, step_s)
+        for _ in range(round(0.6 / step_s)):
+            pose = walk.goes_on(pose, UP, step_s)
+        places.append(pose.neck_camera)
+    assert_allclose(*places, atol=0.005)
