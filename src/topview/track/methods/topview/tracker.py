@@ -168,10 +168,11 @@ class TopviewTracker:
         return self._with_unseen_limbs(told or pose, evidence)
 
     def _watch(self, evidence: Evidence, elapsed_s: float) -> None:
-        """See how somebody moves who is in sight."""
+        """See how somebody moves: by the poses, of whom nothing is hidden, else by the head."""
         hidden = max(self._hidden_share, beyond_tolerance(evidence.hidden_share))
         if self._before and self.pose and elapsed_s > 0.0 and hidden < STILL_OCCLUSION:
             self._walk.update(self._before, self.pose, evidence.up_camera, elapsed_s)
+        self._walk.look_back(evidence)
 
     def _scale_to(self, stature_m: float) -> None:
         if abs(stature_m - self.model.stature_m) > HEIGHT_STEP_M:
@@ -200,7 +201,7 @@ class TopviewTracker:
         is_known = self._guide.has_begun and hidden > 0.0
         is_due = not is_known and begins_turn(look.evidence.timestamp_s, self._last_s, LOOK_S)
         if last is not None and hidden > 0.0:
-            last = self._walk.goes_on(last, look.evidence.up_camera, look.elapsed_s)
+            last = self._walk.goes_on(last, look.evidence, look.elapsed_s)
         starts = None if last is None else (last, self._predicted(last, look))
         with look.clock.stage("normals"):
             whole = look.evidence.with_normals()
