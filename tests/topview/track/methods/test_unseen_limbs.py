@@ -9,8 +9,10 @@ from rendered_bodies import MODEL, UP, standing_pose
 from topview.body.parts import (
     LEFT_FOREARM,
     LEFT_UPPER_ARM,
+    LEFT_UPPER_LEG,
     PARTS,
     RIGHT_FOREARM,
+    RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
 from topview.geometry.rotations import are_rotations
@@ -84,9 +86,24 @@ def test_what_ships_treats_left_and_right_alike() -> None:
     assert_allclose((law.axes(traits) @ MIRRORED)[others], in_mirror, atol=1e-6)
 
 
+def test_legs_of_which_nothing_is_seen_stay_and_else_go_by_what_is() -> None:
+    out = NOTHING_OUT.copy()
+    legs = [LEFT_UPPER_LEG, LEFT_UPPER_LEG + 1, RIGHT_UPPER_LEG, RIGHT_UPPER_LEG + 1]
+    out[legs] = 1.0
+    assert told(arms_ahead(), out) is POSE
+    out[RIGHT_UPPER_LEG] = 0.5
+    half = told(arms_ahead(), out).Rs[legs[0], :, 1] @ POSE.Rs[legs[0], :, 1]
+    out[RIGHT_UPPER_LEG] = 0.0
+    after = told(arms_ahead(), out)
+    in_torso = after.Rs[legs[:2]][..., 1] @ POSE.Rs[UPPER_TORSO]
+    assert_allclose(in_torso, [[0.0, 0.6, 0.8]] * 2, atol=1e-9)
+    assert after.Rs[legs[0], :, 1] @ POSE.Rs[legs[0], :, 1] < half < 1.0
+
+
 def test_what_ships_lets_hidden_limbs_of_who_stands_hang() -> None:
     """But forearms, which people hold before them as often as not."""
     out = NOTHING_OUT.copy()
     out[LIMB_PARTS] = 1.0
+    out[RIGHT_UPPER_LEG] = 0.0
     hang = [part for part in LIMB_PARTS if part not in (LEFT_FOREARM, RIGHT_FOREARM)]
     assert np.all(told(shipped_unseen_limbs(), out).Rs[hang][..., 1] @ -UP > 0.7)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
-from topview.body.parts import PARTS, UPPER_TORSO
+from topview.body.parts import LEFT_UPPER_LEG, PARTS, UPPER_TORSO
 from topview.files import read_archive
 from topview.geometry.rotations import nearest_rotations, unit
 from topview.track.elbows import limb_rotations
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 UNSEEN_LIMBS_FILE: Final = "data/unseen_limbs.npz"
 LIMB_PARTS: Final = [part for upper in LIMBS for part in (upper, upper + 1)]
+_LEGS: Final = [n for n, part in enumerate(LIMB_PARTS) if part >= LEFT_UPPER_LEG]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +54,10 @@ class UnseenLimbs:
 
     def told(self, pose: Pose, model: BodyModel, up_camera: Array, out: Array) -> Pose:
         """A pose whose limbs are turned to where they are on average, by [11] shares of its parts
-        that are out of sight."""
-        shares = out[LIMB_PARTS, None, None]
+        that are out of sight. Of who shows nothing of either leg they stay: rendered people stand
+        with their knees bent, others do not."""
+        shares = out[LIMB_PARTS]
+        shares[_LEGS] *= 1.0 - shares[_LEGS].min()
         if not shares.any():
             return pose
         traits = posture_traits(pose, model, up_camera)
@@ -64,7 +67,9 @@ class UnseenLimbs:
             for upper, own in zip(LIMBS, axes, strict=True)
         ]
         Rs, own = pose.Rs.copy(), pose.Rs[LIMB_PARTS]
-        Rs[LIMB_PARTS] = nearest_rotations(own + shares * (np.concatenate(likely) - own))
+        Rs[LIMB_PARTS] = nearest_rotations(
+            own + shares[:, None, None] * (np.concatenate(likely) - own)
+        )
         return Pose(pose.neck_camera, Rs)
 
 
