@@ -17,7 +17,7 @@ from topview_lab.cli.training_runs import learnt_from, recordings_to_learn_from,
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.training.bias import BiasJob, BiasRows, errors_m, fit_bias
 
-COMMAND = "train-bias"
+BIAS_COMMAND = "train-bias"
 
 
 def train_bias(
@@ -39,7 +39,7 @@ def train_bias(
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
-    recordings = recordings_to_learn_from(COMMAND, folders, out, force)
+    recordings = recordings_to_learn_from(BIAS_COMMAND, folders, out, force)
     first = _learnt(recordings, None, workers, folders)
     learnt = first and _learnt(recordings, first[0], workers, folders)
     if learnt is None:
@@ -64,7 +64,7 @@ def _learnt(
     if usable is None:
         return None
     rows = BiasRows.joined([*usable.values()])
-    law = fit_bias(rows, learnt_from([*usable], COMMAND, folders))
+    law = fit_bias(rows, learnt_from([*usable], BIAS_COMMAND, folders))
     before_cm, after_cm = 100.0 * errors_m(rows), 100.0 * errors_m(rows, law)
     print(f"{len(rows.traits)} poses, joints off by {before_cm:.2f} cm, after it {after_cm:.2f} cm")
     return law, len(usable)

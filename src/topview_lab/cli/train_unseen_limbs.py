@@ -15,7 +15,7 @@ from topview.io import write_atomically
 from topview_lab.cli.training_runs import learnt_from, recordings_to_learn_from, rows_by_name
 from topview_lab.training.unseen_limbs import LimbRows, LimbsJob, chords_of, fit_unseen_limbs
 
-COMMAND = "train-unseen-limbs"
+LIMBS_COMMAND = "train-unseen-limbs"
 
 
 def train_unseen_limbs(
@@ -36,12 +36,12 @@ def train_unseen_limbs(
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
-    recordings = recordings_to_learn_from(COMMAND, folders, out, force)
+    recordings = recordings_to_learn_from(LIMBS_COMMAND, folders, out, force)
     usable = rows_by_name([LimbsJob(own) for own in recordings], workers)
     if usable is None:
         return INTERRUPTED
     rows = LimbRows.joined([*usable.values()])
-    law = fit_unseen_limbs(rows, learnt_from([*usable], COMMAND, folders))
+    law = fit_unseen_limbs(rows, learnt_from([*usable], LIMBS_COMMAND, folders))
     buffer = BytesIO()
     np.savez(buffer, source=law.source, weights=law.weights, lowest=law.lowest, highest=law.highest)
     write_atomically(out, buffer.getvalue())
