@@ -10,16 +10,15 @@ import msgspec
 from cyclopts import Parameter
 from rich.table import Table
 
-from topview.cli.outputs import prepare_output_file
 from topview.cli.printing import plain_console
-from topview.cli.progress import compile_kernels, warn
+from topview.cli.progress import warn
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
 from topview.detect.joints.proposers import NETWORK
 from topview.io import write_atomically
 from topview.records import InputError
 from topview.track import TrackerSettings
 from topview.track.joint_errors import JointErrors, shipped_joint_errors
-from topview_lab.datasets import find_folder_recordings
+from topview_lab.cli.training_runs import recordings_to_learn_from
 from topview_lab.evaluate.run import run_all
 from topview_lab.evaluate.tables import empty_table
 from topview_lab.training.joint_errors import (
@@ -60,11 +59,7 @@ def train_confidence(
         workers: processes, 0 for one per core.
         force: replace the file that is there.
     """
-    if not folders:
-        raise InputError("train-confidence: no folder given; give at least one recording")
-    prepare_output_file("--out", out, force)
-    recordings = find_folder_recordings(folders)
-    compile_kernels()
+    recordings = recordings_to_learn_from("train-confidence", folders, out, force)
     jobs = [ErrorsJob(own, settings) for settings in WITH_AND_WITHOUT for own in recordings]
     done = run_all(jobs, workers)
     if done.interrupted:

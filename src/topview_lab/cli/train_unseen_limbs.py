@@ -3,16 +3,18 @@ truth."""
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from cyclopts import Parameter
 
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
-from topview.io import write_atomically
-from topview_lab.cli.training_runs import learnt_from, recordings_to_learn_from, rows_by_name
+from topview_lab.cli.training_runs import (
+    learnt_from,
+    recordings_to_learn_from,
+    rows_by_name,
+    write_law,
+)
 from topview_lab.training.unseen_limbs import LimbRows, LimbsJob, chords_of, fit_unseen_limbs
 
 LIMBS_COMMAND = "train-unseen-limbs"
@@ -42,12 +44,9 @@ def train_unseen_limbs(
         return INTERRUPTED
     rows = LimbRows.joined([*usable.values()])
     law = fit_unseen_limbs(rows, learnt_from([*usable], LIMBS_COMMAND, folders))
-    buffer = BytesIO()
-    np.savez(buffer, source=law.source, weights=law.weights, lowest=law.lowest, highest=law.highest)
-    write_atomically(out, buffer.getvalue())
     print(
         f"{len(rows.traits)} poses, chords of limbs out of sight {chords_of(rows):.3f}, "
         f"after it {chords_of(rows, law):.3f}"
     )
-    print(f"{out} written: {law.source}")
+    write_law(out, law)
     return 0 if len(usable) == len(recordings) else UNUSABLE_INPUT

@@ -138,7 +138,7 @@ _NO_LAW: Final = np.zeros(0), np.zeros(0), np.zeros(0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Keeping(UnseenLimbs):
-    """Keeps poses of which something is out of sight, and tells them as they are."""
+    """Keeps poses, and how much of their limbs is out of sight, and tells them as they are."""
 
     seen: list[_SeenLimbs]
 

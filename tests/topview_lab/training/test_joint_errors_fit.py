@@ -25,6 +25,7 @@ from topview.track.joint_errors import (
     kinds_of,
 )
 from topview_lab.cli import train_confidence as command
+from topview_lab.cli import training_runs
 from topview_lab.datasets import EvaluatedRecording, SimulatedScene
 from topview_lab.metrics import SequenceErrors
 from topview_lab.training.joint_errors import (
@@ -180,7 +181,7 @@ def test_a_recording_gives_errors_and_what_was_told_of_them() -> None:
 
 def test_the_command_fits_and_writes(tmp_path, topview, monkeypatch) -> None:
     monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
-    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(training_runs, "compile_kernels", lambda: None)
     monkeypatch.setattr(ErrorRows, "of", lambda own: made_up(500, seed=len(own)))
     for name in ("walk_1", "walk_2", "broken_3"):
         write_person(tmp_path / "all" / name)
@@ -195,7 +196,7 @@ def test_the_command_fits_and_writes(tmp_path, topview, monkeypatch) -> None:
 
 def test_the_command_counts_alone(tmp_path, topview, monkeypatch) -> None:
     monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
-    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(training_runs, "compile_kernels", lambda: None)
     monkeypatch.setattr(ErrorRows, "of", lambda own: made_up(500, seed=len(own)))
     write_person(tmp_path / "all" / "walk_1")
     out = tmp_path / "a.json"
@@ -214,7 +215,7 @@ def test_the_command_counts_alone(tmp_path, topview, monkeypatch) -> None:
 
 def test_bad_input_is_one_line(tmp_path, topview, monkeypatch) -> None:
     monkeypatch.setattr(command, "ErrorsJob", MadeUpJob)
-    monkeypatch.setattr(command, "compile_kernels", lambda: None)
+    monkeypatch.setattr(training_runs, "compile_kernels", lambda: None)
     good, out = write_person(tmp_path / "broken_1"), tmp_path / "a.json"
     for arguments, said in (
         (("--out", out), "no folder given"),

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -18,9 +17,9 @@ from numpy.typing import NDArray
 
 from topview.body.model import BodyModel
 from topview.body.parts import LEFT_UPPER_LEG, PARTS, UPPER_TORSO
-from topview.files import read_archive
 from topview.geometry.rotations import nearest_rotations, unit
 from topview.track.elbows import limb_rotations
+from topview.track.methods.topview.linear_law import LinearLaw
 from topview.track.methods.topview.posture import posture_traits
 from topview.track.pose import LIMBS, Pose
 
@@ -32,25 +31,14 @@ _LEGS: Final = [n for n, part in enumerate(LIMB_PARTS) if part >= LEFT_UPPER_LEG
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class UnseenLimbs:
-    """A linear law.
-
-    Attributes:
-        source: what it was learnt from, and how.
-        weights: [8, 3, T] of each trait of `posture_traits`, for the axis of each of `LIMB_PARTS`
-            in the frame of the upper torso.
-        lowest, highest: [T] traits are taken as no farther out than those it was learnt from.
-    """
-
-    source: str
-    weights: Array
-    lowest: Array
-    highest: Array
+class UnseenLimbs(LinearLaw):
+    """A linear law of `posture_traits`, whose weights are [8, 3, T], of the axis of each of
+    `LIMB_PARTS` in the frame of the upper torso."""
 
     def axes(self, traits: Array) -> Array:
         """[8, 3] axes of limbs in the frame of the upper torso, on average, not of length 1, of a
         pose with [T] traits."""
-        return self.weights @ np.clip(traits, self.lowest, self.highest)
+        return self.told_by(traits)
 
     def told(self, pose: Pose, model: BodyModel, up_camera: Array, out: Array) -> Pose:
         """A pose whose limbs are turned to where they are on average, by [11] shares of its parts
@@ -76,7 +64,4 @@ class UnseenLimbs:
 @cache
 def shipped_unseen_limbs() -> UnseenLimbs:
     """That which comes with the project."""
-    files = resources.files("topview.track.methods.topview") / UNSEEN_LIMBS_FILE
-    with resources.as_file(files) as path:
-        arrays = read_archive(path)
-    return UnseenLimbs(str(arrays.pop("source")), **arrays)
+    return UnseenLimbs.shipped(UNSEEN_LIMBS_FILE)
