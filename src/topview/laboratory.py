@@ -61,7 +61,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     ),
     "train-unseen-limbs": (
         "topview_lab.cli.train_unseen_limbs:train_unseen_limbs",
-        "Learn where limbs are that are out of sight, from recordings with truth.",
+        "Learn where limbs are that are out of sight, from captured motion.",
     ),
     "train-confidence": (
         "topview_lab.cli.train_confidence:train_confidence",

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
 
 from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
+from topview.io import write_atomically
 from topview.track.methods.topview.bias import PoseBias
 from topview_lab.cli.training_runs import (
     learnt_from,
     recordings_to_learn_from,
     rows_by_name,
-    write_law,
 )
 from topview_lab.datasets import EvaluatedRecording
 from topview_lab.training.bias import BiasJob, BiasRows, errors_m, fit_bias
@@ -47,7 +49,10 @@ def train_bias(
     if learnt is None:
         return INTERRUPTED
     law, count = learnt
-    write_law(out, law)
+    buffer = BytesIO()
+    np.savez(buffer, source=law.source, weights=law.weights, lowest=law.lowest, highest=law.highest)
+    write_atomically(out, buffer.getvalue())
+    print(f"{out} written: {law.source}")
     return 0 if count == len(recordings) else UNUSABLE_INPUT
 
 

@@ -1,52 +1,50 @@
-"""`topview train-unseen-limbs`: where limbs that are out of sight are, learnt from recordings with
-truth."""
+"""`topview train-unseen-limbs`: where limbs that are out of sight are, from captured motion."""
 
 from __future__ import annotations
 
+import shlex
+from io import BytesIO
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
 
-from topview.cli.status import INTERRUPTED, UNUSABLE_INPUT
-from topview_lab.cli.training_runs import (
-    learnt_from,
-    recordings_to_learn_from,
-    rows_by_name,
-    write_law,
-)
-from topview_lab.training.unseen_limbs import LimbRows, LimbsJob, chords_of, fit_unseen_limbs
+from topview.cli.outputs import prepare_output_file
+from topview.io import write_atomically
+from topview_lab.training.poses import read_captures
+from topview_lab.training.unseen_limbs import fit_unseen_limbs
 
 LIMBS_COMMAND = "train-unseen-limbs"
 
 
 def train_unseen_limbs(
-    *folders: Path,
+    captures: Path,
+    /,
+    *,
     out: Path,
-    workers: int = 0,
+    leave_out: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     force: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
+) -> None:
     """Learn where limbs are that are out of sight, where no joints are proposed.
 
-    Tracks the recordings without proposals, and fits a linear law of what is found to where the
-    true limbs point. The same recordings give the same numbers with any number of workers.
+    Takes the mean and the covariance of what captured people look like. The same captures give the
+    same numbers.
 
     Args:
-        folders: recordings with groundtruth.npz, or folders of such.
+        captures: .npz of captured motion as rotations of bones.
         out: the .npz to write; it takes effect as
             src/topview/track/methods/topview/data/unseen_limbs.npz.
-        workers: processes, 0 for one per core.
+        leave_out: names of captures that are not taken.
         force: replace the file that is there.
     """
-    recordings = recordings_to_learn_from(LIMBS_COMMAND, folders, out, force)
-    usable = rows_by_name([LimbsJob(own) for own in recordings], workers)
-    if usable is None:
-        return INTERRUPTED
-    rows = LimbRows.joined([*usable.values()])
-    law = fit_unseen_limbs(rows, learnt_from([*usable], LIMBS_COMMAND, folders))
-    print(
-        f"{len(rows.traits)} poses, chords of limbs out of sight {chords_of(rows):.3f}, "
-        f"after it {chords_of(rows, law):.3f}"
-    )
-    write_law(out, law)
-    return 0 if len(usable) == len(recordings) else UNUSABLE_INPUT
+    prepare_output_file("--out", out, force)
+    captured = read_captures(captures, leave_out or ())
+    words = ["topview", LIMBS_COMMAND, captures.name]
+    if leave_out:
+        words += ["--leave-out", *leave_out]
+    limbs = fit_unseen_limbs(captured, f"{len(captured)} captured poses; {shlex.join(words)}")
+    buffer = BytesIO()
+    np.savez(buffer, source=limbs.source, mean=limbs.mean, covariance=limbs.covariance)
+    write_atomically(out, buffer.getvalue())
+    print(f"{out} written: {limbs.source}")

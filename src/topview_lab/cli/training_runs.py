@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-import numpy as np
-
 from topview.cli.outputs import prepare_output_file
 from topview.cli.progress import compile_kernels, warn
-from topview.io import write_atomically
 from topview.records import InputError
-from topview.track.methods.topview.linear_law import LinearLaw
 from topview_lab.datasets import EvaluatedRecording, find_folder_recordings
 from topview_lab.evaluate.run import run_all
 from topview_lab.training.people_fit import described
@@ -71,11 +66,3 @@ def learnt_from(names: Sequence[str], command: str, folders: Sequence[Path]) -> 
     """What a law is learnt from, and how: recordings' names, and the command."""
     words = ["topview", command, *(path.resolve().name for path in folders)]
     return f"{described(names)}; {shlex.join(words)}"
-
-
-def write_law(out: Path, law: LinearLaw) -> None:
-    """Write a law as `LinearLaw.shipped` reads it, and say what it was learnt from."""
-    buffer = BytesIO()
-    np.savez(buffer, source=law.source, weights=law.weights, lowest=law.lowest, highest=law.highest)
-    write_atomically(out, buffer.getvalue())
-    print(f"{out} written: {law.source}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.spatial.transform import Rotation
 
+from made_captures import write_captures
 from topview.body.parts import LEFT_LOWER_LEG, LEFT_UPPER_LEG, PARTS, UPPER_TORSO
 from topview.records import InputError
 from topview.track.methods.topview import lookup
@@ -22,29 +22,10 @@ from topview_lab.training.poses import (
     spread_poses,
 )
 
-BONES = [
-    "pelvis", "spine", "chest", "neck", "head", "upperarm_l", "forearm_l", "thigh_l", "shank_l",
-    "upperarm_r", "forearm_r", "thigh_r", "shank_r",
-]  # fmt: skip
-
 
 @pytest.fixture(scope="module")
 def captures(tmp_path_factory):
-    """An archive of 2 captures: people who hang their arms, and turn and sway at random."""
-    rng = np.random.default_rng(4)
-    down, up = [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]
-    directions = np.array([up if bone in BONES[:5] else down for bone in BONES])
-    quaternions = Rotation.from_rotvec(rng.normal(0.0, 0.3, (60 * len(BONES), 3))).as_quat()
-    path = tmp_path_factory.mktemp("captures") / "captures.npz"
-    np.savez(
-        path,
-        captures=np.array(["01_01", "01_02"]),
-        lengths=np.array([40, 20]),
-        bones=np.array(BONES),
-        rotations_xyzw=quaternions.reshape(60, len(BONES), 4).astype(np.float16),
-        directions=np.repeat(directions[None], 2, axis=0).astype(np.float32),
-    )
-    return path
+    return write_captures(tmp_path_factory.mktemp("captures") / "captures.npz")
 
 
 def test_captures_become_poses_and_may_be_left_out(captures):

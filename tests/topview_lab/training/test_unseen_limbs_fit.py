@@ -1,4 +1,4 @@
-"""Where limbs out of sight are is fitted: to made-up poses, by a command, and refused in one
+"""Where limbs out of sight are is fitted to captured motion, by a command, and refused in one
 line."""
 
 from __future__ import annotations
@@ -7,124 +7,80 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from skeleton_sequences import write_rendered
+from made_captures import write_captures
+from topview.body.parts import LEFT_UPPER_ARM, PARTS
 from topview.files import read_archive
-from topview.geometry.rotations import rotations_from_vectors, shortest_turns, unit
 from topview.records import InputError
-from topview.track.methods.topview.unseen_limbs import LIMB_PARTS, UnseenLimbs
-from topview_lab.cli import train_unseen_limbs as command
-from topview_lab.cli import training_runs
-from topview_lab.datasets import EvaluatedRecording, SimulatedScene
-from topview_lab.training.unseen_limbs import (
-    FEWEST_LIMBS,
-    MIRRORED_POSTURE,
-    LimbRows,
-    LimbsJob,
-    chords_of,
-    fit_unseen_limbs,
-)
+from topview.room.floor import CAMERA_UP
+from topview.track.methods.topview.posture import Known
+from topview.track.methods.topview.unseen_limbs import UnseenLimbs
+from topview.track.pose import Pose, mirrored
+from topview_lab.training.poses import read_captures
+from topview_lab.training.unseen_limbs import FEWEST_CAPTURED, fit_unseen_limbs
 
-DOWN = np.array([0.0, 1.0, 0.0])
-LIMBS, TRAITS = len(LIMB_PARTS), len(MIRRORED_POSTURE[0])
+LENGTHS = FEWEST_CAPTURED, 40
 
 
-def made_up(count: int, seed: int = 0) -> LimbRows:
-    """Limbs that point about as a law of two traits says, which a mirror leaves as they are. Those
-    in sight are found as they are, others anywhere."""
-    rng = np.random.default_rng(seed)
-    traits = rng.standard_normal((count, TRAITS))
-    traits[:, 0] = 1.0
-    lean = np.stack([np.zeros(count), np.ones(count), traits[:, 3]], axis=-1)
-    true = unit(lean[:, None] + 0.05 * rng.standard_normal((count, LIMBS, 3)))
-    shares = rng.choice([0.0, 0.5, 1.0], (count, LIMBS))
-    anywhere = unit(rng.standard_normal((count, LIMBS, 3)))
-    found = np.where(shares[..., None] > 0.0, anywhere, true)
-    return LimbRows(traits, shares, found, shortest_turns(DOWN, true))
+def chords(limbs: UnseenLimbs, Rs: np.ndarray) -> np.ndarray:
+    """[F] from a left upper arm that is out of sight to where it is told; its forearm is seen."""
+    seen = np.ones(len(PARTS))
+    seen[LEFT_UPPER_ARM] = 0.0
+    told = []
+    for own in Rs:
+        hanging = own.copy()
+        hanging[LEFT_UPPER_ARM] = np.eye(3)
+        pose = Pose(np.array([0.0, 0.0, 2.5]), hanging)
+        told.append(limbs.told(pose, Known(seen, CAMERA_UP, None)).Rs[LEFT_UPPER_ARM, :, 1])
+    return np.linalg.norm(np.array(told) - Rs[:, LEFT_UPPER_ARM, :, 1], axis=-1)
 
 
-def test_rows_in_a_mirror_twice_are_the_same() -> None:
-    rows = made_up(5)
-    again = rows.mirrored().mirrored()
-    assert_allclose(again.traits, rows.traits)
-    assert_allclose(again.found, rows.found)
-    assert_allclose(again.Rs_true, rows.Rs_true)
-    assert_allclose(again.shares, rows.shares)
-    assert not np.allclose(rows.mirrored().found, rows.found)
+def lent(Rs: np.ndarray) -> np.ndarray:
+    """Poses whose left upper arm points as the forearm does."""
+    Rs = Rs.copy()
+    Rs[:, LEFT_UPPER_ARM] = Rs[:, LEFT_UPPER_ARM + 1]
+    return Rs
 
 
-def test_a_law_is_found_that_holds_for_other_poses() -> None:
-    rows, others = made_up(FEWEST_LIMBS), made_up(200, seed=1)
-    assert chords_of(others) > 1.0
-    assert chords_of(others, fit_unseen_limbs(rows, "made up")) < 0.25
+def test_what_captures_have_in_common_tells_of_other_people(tmp_path) -> None:
+    Rs = read_captures(write_captures(tmp_path / "captures.npz", LENGTHS, sway_rad=0.8))
+    alike, others = lent(Rs[:FEWEST_CAPTURED]), lent(Rs[FEWEST_CAPTURED:])
+    without = fit_unseen_limbs(Rs[:FEWEST_CAPTURED], "arms and forearms at random")
+    with_it = chords(fit_unseen_limbs(alike, "arms as their forearms"), others).mean()
+    assert with_it < 0.7 * chords(without, others).mean()
 
 
-def test_what_is_in_sight_tells_only_how_the_truth_is_turned() -> None:
-    """Whose joints are elsewhere in the limbs."""
-    rows = made_up(FEWEST_LIMBS)
-    tilted = rows.Rs_true @ rotations_from_vectors(np.array([[0.3, 0.0, 0.0]]))[0]
-    changed = LimbRows(rows.traits, rows.shares, rows.found, tilted)
-    assert np.linalg.norm(tilted[..., 1] - rows.Rs_true[..., 1], axis=-1).min() > 0.29
-    assert_allclose(changed.axes(), rows.axes(), atol=0.01)
-    laws = [fit_unseen_limbs(own, "") for own in (rows, changed)]
-    assert_allclose(laws[0].weights, laws[1].weights, atol=0.01)
+def test_left_and_right_are_alike(tmp_path) -> None:
+    Rs = read_captures(write_captures(tmp_path / "captures.npz", LENGTHS))
+    one, other = fit_unseen_limbs(Rs, "made up"), fit_unseen_limbs(mirrored(Rs), "made up")
+    assert_allclose(one.mean, other.mean, atol=1e-9)
+    assert_allclose(one.covariance, other.covariance, atol=1e-9)
 
 
-def test_too_little_out_of_sight_is_refused() -> None:
-    rows = made_up(20)
-    hidden = np.count_nonzero(rows.shares)
-    with pytest.raises(InputError, match=f"{hidden} parts .* {FEWEST_LIMBS} are needed"):
-        fit_unseen_limbs(rows, "made up")
+def test_too_few_poses_are_refused(tmp_path) -> None:
+    Rs = read_captures(write_captures(tmp_path / "captures.npz"))
+    with pytest.raises(InputError, match=f"60 captured poses .* at least {FEWEST_CAPTURED}"):
+        fit_unseen_limbs(Rs, "made up")
 
 
-def test_a_recording_gives_poses_and_their_traits() -> None:
-    rows = LimbsJob(SimulatedScene("stand", frames=9))()
-    assert isinstance(rows, LimbRows)
-    assert len(rows.traits) > 0
-    assert rows.traits.shape == (len(rows.found), TRAITS)
-    assert_allclose(np.linalg.norm(rows.found, axis=-1), 1.0)
-    assert np.linalg.norm(rows.Rs_true[..., 1] - rows.found, axis=-1).mean() < 0.5
-
-
-class MadeUpJob:
-    """In place of one that tracks."""
-
-    def __init__(self, recording: EvaluatedRecording) -> None:
-        self.recording = recording
-
-    def __call__(self) -> LimbRows | str:
-        if self.recording.name.startswith("broken"):
-            return f"{self.recording.name}: is broken"
-        return made_up(FEWEST_LIMBS, len(self.recording.name))
-
-
-@pytest.fixture
-def topview_made_up(topview, monkeypatch):
-    monkeypatch.setattr(command, "LimbsJob", MadeUpJob)
-    monkeypatch.setattr(training_runs, "compile_kernels", lambda: None)
-    return topview
-
-
-def test_the_command_fits_and_writes(tmp_path, topview_made_up) -> None:
-    for name in ("walk_1", "walk_02", "broken_3"):
-        write_rendered(tmp_path / "all" / name, [2.0])
-    out = tmp_path / "limbs.npz"
-    done = topview_made_up("train-unseen-limbs", tmp_path / "all", "--out", out, "--workers", 1)
-    assert (done.status, done.complaints) == (2, ["topview: broken_3: is broken"])
+def test_the_command_fits_and_writes(tmp_path, topview) -> None:
+    captures, out = write_captures(tmp_path / "some.npz", LENGTHS), tmp_path / "limbs.npz"
+    done = topview("train-unseen-limbs", captures, "--out", out, "--leave-out", "01_02")
+    assert (done.status, done.complaints) == (0, [])
     arrays = read_archive(out)
-    assert str(arrays.pop("source")) == "2 recordings: walk 1, 2; topview train-unseen-limbs all"
-    rows = LimbRows.joined([made_up(FEWEST_LIMBS, seed) for seed in (7, 6)])
-    assert_allclose(UnseenLimbs("", **arrays).weights, fit_unseen_limbs(rows, "").weights)
+    source = f"{FEWEST_CAPTURED} captured poses; topview train-unseen-limbs some.npz --leave-out"
+    assert str(arrays.pop("source")) == f"{source} 01_02"
+    wanted = fit_unseen_limbs(read_captures(captures, ["01_02"]), "")
+    assert_allclose(UnseenLimbs("", **arrays).covariance, wanted.covariance)
 
 
-def test_bad_input_is_one_line(tmp_path, topview_made_up) -> None:
-    good, out = write_rendered(tmp_path / "broken_1", [2.0]), tmp_path / "limbs.npz"
+def test_bad_input_is_one_line(tmp_path, topview) -> None:
+    few, out = write_captures(tmp_path / "few.npz"), tmp_path / "limbs.npz"
     for arguments, said in (
-        (("--out", out), "train-unseen-limbs: no folder given"),
-        ((tmp_path / "none", "--out", out), "is not a folder"),
-        ((good, "--out", out, "--workers=-1"), "workers is -1"),
-        ((good, "--out", out, "--workers", 1), "none of the 1 recordings could be used"),
+        ((tmp_path / "none.npz", "--out", out), "none.npz: cannot be read"),
+        ((few, "--out", out), "60 captured poses are too few"),
+        ((few, "--out", out, "--leave-out", "09_09"), "has no capture 09_09"),
     ):
-        refused = topview_made_up("train-unseen-limbs", *arguments)
+        refused = topview("train-unseen-limbs", *arguments)
         assert refused.status == 2
         assert said in refused.complaints[-1]
     assert not out.exists()

@@ -36,7 +36,8 @@ from topview.body.parts import (
 from topview.geometry.rotations import rotations_from_angles
 from topview.track.evidence import Evidence
 from topview.track.methods.topview import TopviewSettings
-from topview.track.methods.topview.usual_poses import known_of, usual_where_hidden
+from topview.track.methods.topview.posture import known_of
+from topview.track.methods.topview.usual_poses import usual_where_hidden
 from topview.track.methods.topview.whole_body import (
     FrameContext,
     of_what_is_seen,
@@ -123,7 +124,7 @@ def test_hidden_parts_of_a_body_that_is_looked_up_are_as_is_usual_and_others_sta
     seated = stand(MODEL, head, SEATED, 0.3, UP)
     look = looked_at(behind(pose, pixels_below(hips_row(pose) - 1)))
     legs = [LEFT_UPPER_LEG, LEFT_LOWER_LEG, RIGHT_UPPER_LEG, RIGHT_LOWER_LEG]
-    seen = known_of(seated, look).seen
+    seen = known_of(seated, look.model, look.evidence).seen
     np.testing.assert_array_equal(seen[legs], 0.0)
     np.testing.assert_array_equal(seen[ABOVE], 1.0)
     usual = usual_where_hidden(seated, look)
@@ -135,9 +136,11 @@ def test_hidden_parts_of_a_body_that_is_looked_up_are_as_is_usual_and_others_sta
 def test_a_stature_that_was_not_measured_tells_no_height():
     look = looked_at(behind(standing_pose(), pixels_below(200)))
     head_m = look.evidence.floor @ np.append(look.evidence.head_camera, 1.0)
-    assert known_of(standing_pose(), look).head_height == pytest.approx(head_m / 1.75)
+    assert known_of(standing_pose(), look.model, look.evidence).head_height == pytest.approx(
+        head_m / 1.75
+    )
     guessed = replace(look, evidence=replace(look.evidence, stature_m=None))
-    assert known_of(standing_pose(), guessed).head_height is None
+    assert known_of(standing_pose(), guessed.model, guessed.evidence).head_height is None
 
 
 def test_who_shows_a_tenth_must_be_explained_better_by_ten_times_as_much():

@@ -1,11 +1,11 @@
-"""Limbs that are out of sight are where they are on average, as a law of the other parts."""
+"""Limbs that are out of sight are where those of captured people are on average."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.testing import assert_allclose
 
-from rendered_bodies import MODEL, UP, standing_pose
+from rendered_bodies import UP, standing_pose
 from topview.body.parts import (
     LEFT_FOREARM,
     LEFT_UPPER_ARM,
@@ -16,15 +16,14 @@ from topview.body.parts import (
     UPPER_TORSO,
 )
 from topview.geometry.rotations import are_rotations
-from topview.track.methods.topview.posture import POSTURE_BLOCKS, mirrored_traits, posture_traits
+from topview.track.methods.topview.posture import N_UPRIGHT, UP_TRAITS, Known
 from topview.track.methods.topview.unseen_limbs import (
     LIMB_PARTS,
     UnseenLimbs,
     shipped_unseen_limbs,
 )
-from topview.track.pose import MIRRORED, OTHER_SIDE, Pose
+from topview.track.pose import MIRRORED, OTHER_SIDE, Pose, mirrored
 
-TRAITS = 38
 POSE = standing_pose(0.4)
 NOTHING_OUT = np.zeros(len(PARTS))
 ARM = [LEFT_UPPER_ARM, LEFT_FOREARM]
@@ -32,13 +31,13 @@ ARM = [LEFT_UPPER_ARM, LEFT_FOREARM]
 
 def arms_ahead() -> UnseenLimbs:
     """All limbs point to the front and down, whatever the others do."""
-    weights = np.zeros((len(LIMB_PARTS), 3, TRAITS))
-    weights[:, :, 0] = (0.0, 0.3, 0.4)
-    return UnseenLimbs("made up", weights, np.full(TRAITS, -9.0), np.full(TRAITS, 9.0))
+    mean = np.zeros(N_UPRIGHT)
+    mean[: UP_TRAITS.start] = np.tile((0.0, 0.3, 0.4), len(PARTS))
+    return UnseenLimbs("made up", mean, np.zeros((N_UPRIGHT, N_UPRIGHT)))
 
 
-def told(law: UnseenLimbs, out: np.ndarray, pose: Pose = POSE) -> Pose:
-    return law.told(pose, MODEL, UP, out)
+def told(limbs: UnseenLimbs, out: np.ndarray, pose: Pose = POSE) -> Pose:
+    return limbs.told(pose, Known(1.0 - out, UP, None))
 
 
 def with_arm_out(share: float) -> np.ndarray:
@@ -55,7 +54,7 @@ def test_what_is_in_sight_stays() -> None:
     assert_allclose(after.neck_camera, POSE.neck_camera)
 
 
-def test_a_limb_out_of_sight_points_where_the_law_says() -> None:
+def test_a_limb_out_of_sight_points_where_people_s_do() -> None:
     after = told(arms_ahead(), with_arm_out(1.0))
     assert are_rotations(after.Rs).all()
     in_torso = after.Rs[ARM][..., 1] @ POSE.Rs[UPPER_TORSO]
@@ -72,18 +71,38 @@ def test_what_is_partly_out_of_sight_goes_part_of_the_way() -> None:
     assert np.all(np.diff(turned) > 0.1)
 
 
-def test_traits_are_taken_as_no_farther_out_than_known() -> None:
-    weights = np.ones((len(LIMB_PARTS), 3, TRAITS))
-    law = UnseenLimbs("made up", weights, np.full(TRAITS, -0.5), np.full(TRAITS, 0.5))
-    assert_allclose(law.axes(np.full(TRAITS, 9.0)), 0.5 * TRAITS)
+def test_what_is_measured_well_tells_of_what_is_not() -> None:
+    """Two traits that are always the same: the one tells the other, unless it is measured badly."""
+    one, other = 4, 13
+    covariance = np.zeros((N_UPRIGHT, N_UPRIGHT))
+    covariance[np.ix_([one, other], [one, other])] = 1.0
+    limbs = UnseenLimbs("made up", np.zeros(N_UPRIGHT), covariance)
+    measured, sigmas = np.zeros(N_UPRIGHT), np.full(N_UPRIGHT, 1e3)
+    measured[one] = 0.8
+    assert_allclose(limbs.expected(measured, sigmas), 0.0, atol=1e-5)
+    sigmas[one] = 1e-3
+    expected = limbs.expected(measured, sigmas)
+    assert_allclose(expected[[one, other]], 0.8, atol=1e-5)
+    assert np.count_nonzero(expected) == 2
+
+
+def test_how_high_the_head_is_tells_of_legs() -> None:
+    """Thighs of who is lower are more level, as far as the height is known."""
+    out = NOTHING_OUT.copy()
+    out[[LEFT_UPPER_LEG, LEFT_UPPER_LEG + 1]] = 1.0
+    level = [
+        shipped_unseen_limbs().axes(POSE, Known(1.0 - out, UP, height))[4, 2]
+        for height in (0.9, None, 0.6)
+    ]
+    assert level[0] < level[1] < level[2]
 
 
 def test_what_ships_treats_left_and_right_alike() -> None:
-    law, (signs, order) = shipped_unseen_limbs(), mirrored_traits(POSTURE_BLOCKS)
-    traits = posture_traits(POSE, MODEL, UP)
-    in_mirror = law.axes(signs * traits[order])
-    others = [LIMB_PARTS.index(OTHER_SIDE[part]) for part in LIMB_PARTS]
-    assert_allclose((law.axes(traits) @ MIRRORED)[others], in_mirror, atol=1e-6)
+    out = NOTHING_OUT.copy()
+    out[[*ARM, RIGHT_FOREARM, RIGHT_UPPER_LEG]] = 1.0
+    in_mirror = Pose(POSE.neck_camera @ MIRRORED, mirrored(POSE.Rs[None])[0])
+    after = told(shipped_unseen_limbs(), out[list(OTHER_SIDE)], in_mirror)
+    assert_allclose(after.Rs, mirrored(told(shipped_unseen_limbs(), out).Rs[None])[0], atol=1e-6)
 
 
 def test_legs_of_which_nothing_is_seen_stay_and_else_go_by_what_is() -> None:

@@ -18,7 +18,8 @@ from topview.body.parts import (
 )
 from topview.geometry.rotations import are_rotations, rotations_from_angles
 from topview.track.methods.topview.lookup import shipped_poses
-from topview.track.methods.topview.usual_poses import Known, usual_poses
+from topview.track.methods.topview.posture import Known
+from topview.track.methods.topview.usual_poses import usual_poses
 from topview.track.pose import OTHER_SIDE, Pose
 from topview.track.stances import STANDING, Stance, facing, rotations_of
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -30,10 +31,10 @@ from topview.body.parts import (
     RIGHT_UPPER_LEG,
     UPPER_TORSO,
 )
+from topview.files import read_archive
 from topview.filter.over_time import FRAME_S, share_after
 from topview.geometry.rotations import nearest_rotations, rotations_from_vectors
 from topview.track.evidence import Evidence
-from topview.track.methods.topview.linear_law import LinearLaw
 from topview.track.methods.topview.posture import (
     POSTURE_BLOCKS,
     mirrored_traits,
@@ -67,14 +68,25 @@ _STEPPING: Final = np.append([UPPER_TORSO] * 3, TURNED[:, 0])  # the part of eac
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PoseBias(LinearLaw):
-    """A linear law of `pose_traits`, whose weights are [28, T], of each step: the neck moves along
-    the axes of the upper torso, metres; parts turn as `TURNED` says, radians."""
+class PoseBias:
+    """A linear law.
+
+    Attributes:
+        source: what it was learnt from, and how.
+        weights: [28, T] of each trait, for each step: the neck moves along the axes of the upper
+            torso, metres; parts turn as `TURNED` says, radians.
+        lowest, highest: [T] traits are taken as no farther out than those it was learnt from.
+    """
+
+    source: str
+    weights: Array
+    lowest: Array
+    highest: Array
 
     def steps(self, traits: Array) -> Array:
         """[28] from a pose with [T] traits to where the person is, on average; or [28, N] of
         [T, N]."""
-        return self.told_by(traits)
+        return self.weights @ np.clip(traits.T, self.lowest, self.highest).T
 
 
 class Unbiased:
@@ -107,7 +119,9 @@ class Unbiased:
 @cache
 def shipped_bias() -> PoseBias:
     """That which comes with the project."""
-    return PoseBias.shipped(BIAS_FILE)
+    with resources.as_file(resources.files("topview.track.methods.topview") / BIAS_FILE) as path:
+        arrays = read_archive(path)
+    return PoseBias(str(arrays.pop("source")), **arrays)
 
 
 def pose_traits(pose: Pose, model: BodyModel, evidence: Evidence, explained: Explained) -> Array:

@@ -36,11 +36,11 @@ from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.facing import FacingBelief
 from topview.track.methods.topview.hypotheses import Hypotheses
 from topview.track.methods.topview.lookup import SHARES, shipped_poses
+from topview.track.methods.topview.posture import known_of
 from topview.track.methods.topview.refinement import RefinementSettings, refine
 from topview.track.methods.topview.usual_limbs import LimbScan, usual_limbs
 from topview.track.methods.topview.usual_poses import (
     how_unusual,
-    known_of,
     usual_poses,
     usual_where_hidden,
 )
@@ -203,7 +203,7 @@ class Search:
         held to the last one, whose limbs and head are drawn to what bodies usually do, as is the
         torso of whom something is hidden."""
         share = share_after(max(look.elapsed_s, FRAME_S), USUAL_S)
-        known = known_of(moved_on[0], look)
+        known = known_of(moved_on[0], look.model, look.evidence)
         shares = np.full(len(PARTS), share)
         shares[UPPER_TORSO] *= hidden > 0.0
         prior = usual_poses().towards(moved_on[0], shares, known)

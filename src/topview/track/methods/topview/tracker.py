@@ -22,6 +22,7 @@ from topview.track.familiarity import Familiarity
 from topview.track.methods.topview.bias import Unbiased
 from topview.track.methods.topview.body_size import BodySize
 from topview.track.methods.topview.guided import Guide, GuideSettings, ProposedBody
+from topview.track.methods.topview.posture import known_of
 from topview.track.methods.topview.refinement import (
     Explained,
     RefinementSettings,
@@ -30,7 +31,7 @@ from topview.track.methods.topview.refinement import (
 )
 from topview.track.methods.topview.search import LOOK_S, Search
 from topview.track.methods.topview.things import Things
-from topview.track.methods.topview.unseen_limbs import UnseenLimbs, shipped_unseen_limbs
+from topview.track.methods.topview.unseen_limbs import shipped_unseen_limbs
 from topview.track.methods.topview.walk import Walk
 from topview.track.methods.topview.whole_body import (
     Found,
@@ -38,7 +39,6 @@ from topview.track.methods.topview.whole_body import (
     RootCertainty,
     beyond_tolerance,
     costs_of,
-    parts_out_of_sight,
 )
 from topview.track.pose import Pose
 from topview.track.stances import STANDING, stand
@@ -97,10 +97,8 @@ class TopviewTracker:
         subject: Subject,
         settings: TopviewSettings,
         unbiased: Unbiased | None = None,
-        unseen: UnseenLimbs | None = None,
     ) -> None:
-        """`unbiased`: takes the bias out of poses. `unseen`: tells where limbs are that are out of
-        sight. Both are those that ship if None."""
+        """`unbiased`: takes the bias out of poses; that which ships if None."""
         self.subject = subject
         self.settings = settings
         self.pose: Pose | None = None
@@ -118,7 +116,6 @@ class TopviewTracker:
         self._size = BodySize(self.bones, self._stature, settings.refinement)
         self._things = Things()
         self._unbiased = unbiased or Unbiased()
-        self._unseen = unseen or shipped_unseen_limbs()
         self._search = Search(settings.refinement, subject, self._stature, self._size)
         self.model = self.bones.model(settings.statures_m[0])
 
@@ -222,8 +219,7 @@ class TopviewTracker:
         been proposed they are better known."""
         if self._guide.has_begun:
             return pose
-        out = parts_out_of_sight(pose, self.model, evidence)
-        return self._unseen.told(pose, self.model, evidence.up_camera, out)
+        return shipped_unseen_limbs().told(pose, known_of(pose, self.model, evidence))
 
     def _explained(self, found: Found, evidence: Evidence) -> Explained:
         return explained(found.pose, found.model, evidence, self.settings.refinement)

@@ -17,20 +17,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from topview.body.kinematics import rotations_in_parent
-from topview.body.model import HEAD_CENTRE
-from topview.body.parts import (
-    HEAD,
-    LEFT_LOWER_LEG,
-    PARTS,
-    RIGHT_LOWER_LEG,
-    UPPER_TORSO,
-)
+from topview.body.parts import PARTS, UPPER_TORSO
 from topview.geometry.rotations import nearest_rotations, shortest_turns, unit
 from topview.kernels.lookup import squared_distances, squares_of_nearest
 from topview.room.floor import CAMERA_UP
-from topview.track.bone_lengths import BoneLengths
 from topview.track.methods.topview.lookup import shipped_poses
-from topview.track.methods.topview.whole_body import FrameContext, parts_out_of_sight
+from topview.track.methods.topview.posture import (
+    HEIGHT_TRAIT,
+    N_UPRIGHT,
+    UP_TRAITS,
+    Known,
+    head_height,
+    head_heights,
+    known_of,
+    upright_traits,
+)
+from topview.track.methods.topview.whole_body import FrameContext
 from topview.track.pose import FROM_UPPER_TORSO, TRUNK_PARTS, Pose, mirrored
 
 Array = NDArray[np.float64]
@@ -40,24 +42,7 @@ AKIN: Final = 30  # poses whose mean is taken
 LIKEST: Final = 5  # poses, whose mean distance says how unusual one is
 UP_WEIGHT: Final = 2.0  # of which way is up in the torso's frame, against the axis of a part
 HEIGHT_WEIGHT: Final = 15.0  # of the head's height in statures, against that
-# Where these are in `UsualPoses.traits`, behind the axes.
-_UP: Final = slice(3 * len(PARTS), 3 * len(PARTS) + 3)
-_HEIGHT: Final = _UP.stop
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
-    """What is known of a pose besides its parts.
-
-    Attributes:
-        seen: [11] share of each part that is in sight.
-        up_camera: [3] unit vector.
-        head_height: of the head's centre above the floor, in statures; None if it is not known.
-    """
-
-    seen: Array
-    up_camera: Array
-    head_height: float | None
+_WEIGHTS: Final = np.array([1.0] * UP_TRAITS.start + [UP_WEIGHT] * 3 + [HEIGHT_WEIGHT])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +64,7 @@ class UsualPoses:
         Rs = np.swapaxes(np.concatenate([Rs, mirrored(Rs)]), 0, 1)
         relative = rotations_in_parent(Rs, FROM_UPPER_TORSO)
         return cls(
-            np.ascontiguousarray(_traits(Rs, CAMERA_UP, _head_heights(Rs)).T),
+            np.ascontiguousarray(_traits(Rs, CAMERA_UP, head_heights(Rs)).T),
             np.ascontiguousarray(np.swapaxes(relative, 0, 1)),
         )
 
@@ -94,7 +79,7 @@ class UsualPoses:
         Rs = nearest_rotations(own + shares[:, None, None] * (mean - own))
         Rs[UPPER_TORSO] = own[UPPER_TORSO]
         if known is not None:
-            usual_up = unit(self.traits[_UP, like] @ weights)
+            usual_up = unit(self.traits[UP_TRAITS, like] @ weights)
             lean = float(shares[UPPER_TORSO]) * (1.0 - float(known.seen[TRUNK_PARTS].min()))
             Rs[UPPER_TORSO] = _leant(own[UPPER_TORSO], known.up_camera, usual_up, lean)
         return Pose.from_relative(pose.neck_camera, Rs)
@@ -108,8 +93,8 @@ class UsualPoses:
             head_height: of the head's centre above the floor, in statures; None if it is not known.
         """
         traits = _traits(poses.Rs, up_camera, head_height or 0.0)
-        counts = np.ones(_HEIGHT + 1, np.float32)
-        counts[_HEIGHT] = head_height is not None
+        counts = np.ones(N_UPRIGHT, np.float32)
+        counts[HEIGHT_TRAIT] = head_height is not None
         lowest, squares = np.empty(LIKEST, np.float32), np.empty(len(traits), np.float32)
         squares_of_nearest(self.traits, counts, traits, lowest, squares)
         return squares.astype(np.float64)
@@ -127,23 +112,18 @@ class UsualPoses:
 
 def _traits_of(pose: Pose, known: Known | None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """[37] as in `UsualPoses.traits`, and [37] how much each counts."""
-    counts = np.zeros(_HEIGHT + 1, np.float32)
-    counts[: _UP.start] = 1.0
+    counts = np.zeros(N_UPRIGHT, np.float32)
+    counts[: UP_TRAITS.start] = 1.0
     if known is None:
         return _traits(pose.Rs[:, None], CAMERA_UP, 0.0)[0], counts
-    counts[: _UP.stop] = np.repeat([*known.seen, known.seen[UPPER_TORSO]], 3)
-    counts[_HEIGHT] = known.head_height is not None
+    counts[: UP_TRAITS.stop] = np.repeat([*known.seen, known.seen[UPPER_TORSO]], 3)
+    counts[HEIGHT_TRAIT] = known.head_height is not None
     return _traits(pose.Rs[:, None], known.up_camera, known.head_height or 0.0)[0], counts
 
 
 def _traits(Rs: Array, up: Array, head_heights: Array | float) -> NDArray[np.float32]:
-    """[P, 37] as in `UsualPoses.traits`, of [11, P, 3, 3] rotations in a frame in which [3] is up,
-    and [P] heights of heads, or one of all."""
-    traits = np.empty((Rs.shape[1], _HEIGHT + 1), np.float32)
-    traits[:, : _UP.start] = _axes_in_torso(Rs)
-    traits[:, _UP] = UP_WEIGHT * (np.swapaxes(Rs[UPPER_TORSO], 1, 2) @ up)
-    traits[:, _HEIGHT] = HEIGHT_WEIGHT * head_heights
-    return traits
+    """[P, 37] as in `UsualPoses.traits`: weighted `upright_traits`."""
+    return (_WEIGHTS * upright_traits(Rs, up, head_heights)).astype(np.float32)
 
 
 def _leant(R: Array, up_camera: Array, usual_up: Array, share: float) -> Array:
@@ -153,50 +133,21 @@ def _leant(R: Array, up_camera: Array, usual_up: Array, share: float) -> Array:
     return R @ shortest_turns(unit(up + share * (usual_up - up)), up)
 
 
-def _axes_in_torso(Rs: Array) -> Array:
-    """[P, 33] of [11, P, 3, 3] rotations."""
-    axes = np.einsum("pji,kpj->pki", Rs[UPPER_TORSO], Rs[..., 1])
-    return axes.reshape(len(axes), -1)
-
-
-def _head_heights(Rs: Array) -> Array:
-    """[P] of the head's centre above the lower foot, in statures, of [11, P, 3, 3] rotations in an
-    upright frame, y down."""
-    body, poses = BoneLengths().model(1.0), Pose(np.zeros((Rs.shape[1], 3)), Rs)
-    feet = poses.ends(body)[[LEFT_LOWER_LEG, RIGHT_LOWER_LEG]]
-    heads = poses.origins(body)[HEAD] + HEAD_CENTRE * body.lengths_m[HEAD] * Rs[HEAD, ..., 1]
-    return feet[..., 1].max(0) - heads[:, 1]
-
-
 @cache
 def usual_poses() -> UsualPoses:
     """Those of the table that comes with the project."""
     return UsualPoses.of(shipped_poses().Rs)
 
 
-def known_of(pose: Pose, look: FrameContext) -> Known:
-    """What is known of a pose besides its parts."""
-    evidence = look.evidence
-    seen = 1.0 - parts_out_of_sight(pose, look.model, evidence)
-    return Known(seen, evidence.up_camera, _head_height(look))
-
-
 def how_unusual(poses: Pose, look: FrameContext) -> Array:
     """[M] how far M poses are from what bodies usually do whose heads are as high: each part's axis
     in the frame of the upper torso, and which way is up there, squared and added up."""
-    return usual_poses().unlikeness(poses, look.evidence.up_camera, _head_height(look))
-
-
-def _head_height(look: FrameContext) -> float | None:
-    """Of the head's centre above the floor, in statures, where the stature has been measured, not
-    guessed from that."""
-    evidence = look.evidence
-    if evidence.stature_m is None or not evidence.floor.any():
-        return None
-    return float(evidence.above_floor_m(evidence.head_camera)) / look.model.stature_m
+    return usual_poses().unlikeness(
+        poses, look.evidence.up_camera, head_height(look.evidence, look.model)
+    )
 
 
 def usual_where_hidden(pose: Pose, look: FrameContext) -> Pose:
     """A pose whose parts that are out of sight are as is usual with the others."""
-    known = known_of(pose, look)
+    known = known_of(pose, look.model, look.evidence)
     return usual_poses().towards(pose, 1.0 - known.seen, known)
